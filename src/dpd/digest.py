@@ -1,0 +1,59 @@
+"""Digests: of the sources of each stage, and of the parameters of a run.
+
+Snakemake compares rules, not the code that they call. A digest of the sources in a
+rule's ``params`` makes an edited kernel rerun simulations and an edited plot rerun
+plots only.
+"""
+
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent
+ROOT = PACKAGE.parent.parent
+PINS = ROOT / "requirements.txt"
+
+_SIMULATION = ("errors.py", "files.py", "scene.py", "simulate.py", "engine", "observe", "start")
+_STAGES = {
+    "engine": ("engine",),
+    "start": ("errors.py", "files.py", "scene.py", "engine", "start"),
+    "simulate": _SIMULATION,
+    "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
+    "figure": ("analysis", "theory", "report/style.py"),
+    "report": ("report", "analysis/verdicts.py"),
+}
+
+
+@cache
+def stage_digest(stage):
+    """Digest of the sources that decide what a stage computes.
+
+    Parameters
+    ----------
+    stage : str
+        One of ``engine``, ``start``, ``simulate``, ``collect``, ``figure``, ``report``.
+
+    Returns
+    -------
+    str
+        Twelve hexadecimal digits.
+    """
+    return files_digest(*(PACKAGE / name for name in _STAGES[stage]))
+
+
+def files_digest(*paths):
+    """Digest of the contents of files and, for folders, of the sources below them."""
+    total = hashlib.sha256()
+    for path in paths:
+        sources = sorted(path.rglob("*")) if path.is_dir() else [path]
+        for source in sources:
+            if source.suffix in {".py", ".html", ".css", ".yaml", ".txt"}:
+                total.update(source.name.encode())
+                total.update(source.read_bytes())
+    return total.hexdigest()[:12]
+
+
+def value_digest(value):
+    """Digest of a value made of plain dicts, lists, strings and numbers."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:12]

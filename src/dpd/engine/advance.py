@@ -1,0 +1,160 @@
+"""The compiled loop over steps."""
+
+import numpy as np
+
+from dpd.engine.cells import cell_of, fullest_row, pair_buffers, row_pairs, starts_from_counts
+from dpd.engine.forces import add_bond_forces, add_pair_forces, measure_pairs
+from dpd.engine.jit import kernel, part
+from dpd.engine.noise import step_keys
+
+FARTHEST = 1.0  # a bead that moves further than the cutoff in one step has lost its way
+
+
+@part()
+def drift(position, velocity, predicted, force, box, dt, scheme):
+    """Move beads, predict velocities; return the first bead that moved too far, or -1.
+
+    On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f.
+    """
+    acceleration, prediction, correction = scheme
+    lost, distance = -1, 0.0
+    for k in range(len(box)):
+        edge = box[k]
+        for i in range(position.shape[1]):
+            f, v = force[k, i], velocity[k, i]
+            move = dt * v + acceleration * dt * dt * f
+            if not abs(move) <= FARTHEST:  # also true for NaN
+                lost, distance = i, abs(move)
+            x = position[k, i] + move
+            x -= edge * np.floor(x / edge)
+            position[k, i] = x if x < edge else 0.0
+            predicted[k, i] = v + prediction * dt * f
+            velocity[k, i] = v + (1.0 - correction) * dt * f
+    return lost, distance
+
+
+@part()
+def sort_by_cell(source, target, box, shape, start):
+    """Copy (position, velocity, predicted, identity, species) sorted by cell.
+
+    The sort is stable, so the order of storage follows from the state alone and a
+    resumed run adds up its forces in the same order as an uninterrupted one.
+
+    Returns
+    -------
+    int
+        Beads in the fullest cell.
+    """
+    position, velocity, predicted, identity, species = source
+    n = position.shape[1]
+    start[:] = 0
+    cell = np.empty(n, np.uint32)
+    for i in range(n):
+        cell[i] = cell_of(position, i, box, shape)
+        start[cell[i] + 1] += np.uint32(1)
+    fullest = starts_from_counts(start)
+    free = start.copy()
+    for i in range(n):
+        s = free[cell[i]]
+        free[cell[i]] += np.uint32(1)
+        for k in range(len(box)):
+            target[0][k, s] = position[k, i]
+            target[1][k, s] = velocity[k, i]
+            target[2][k, s] = predicted[k, i]
+        target[3][s] = identity[i]
+        copy_species(target[4], s, species, i)
+    return fullest
+
+
+@part()
+def copy_species(target, s, source, i):
+    """Copy one bead's species, where there are several."""
+    if source is not None:
+        target[s] = source[i]
+
+
+@part()
+def like(array):
+    """An empty array like another; None for None."""
+    if array is None:
+        return None
+    return np.empty_like(array)
+
+
+@part()
+def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, measure, sums):
+    """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked."""
+    position, _, predicted, identity, species = beads
+    repulsion, thermostat, gaussian, bonds = fields
+    virial, energy = sums
+    cells_in_row = shape[len(box) - 1]
+    pairs = pair_buffers(len(box), len(ahead), fullest_row(start, cells_in_row), fullest)
+    force[:] = 0.0
+    for row in range((len(start) - 1) // cells_in_row):
+        n = row_pairs(row, position, start, box, shape, ahead, 1.0, fullest, pairs)
+        add_pair_forces(
+            force, pairs, n, predicted, identity, species, box, repulsion, thermostat, gaussian,
+            keys,
+        )  # fmt: skip
+        if measure:
+            measure_pairs(virial, energy, pairs, n, box)
+    add_bond_forces(force, position, identity, bonds, box, measure, virial, energy)
+
+
+@kernel()
+def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, steps, measure):
+    """Advance by ``steps`` steps, or for 0 steps evaluate the force where the beads are.
+
+    Parameters
+    ----------
+    beads : (position, velocity, identity, species)
+        (dimension, n) arrays, (n,) uint32 and (n,) uint8 or None.
+    force : (dimension, n) array
+        The force on the beads as they are; ignored for 0 steps.
+    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds)
+        See `dpd.engine.forces`.
+    step : int
+        Steps done so far: the key of the noise.
+    measure : bool
+        Whether the last evaluation adds up virial and energy.
+
+    Returns
+    -------
+    beads : as above, sorted by cell
+    force : (dimension, n) array
+    sums : (virial, energy)
+        (2, dimension, dimension) and (2,) arrays: conservative and full virial; pair and
+        bond energy. Zero unless measured.
+    lost : (bead, step, distance)
+        Identity of a bead that moved too far, or -1.
+    """
+    position, velocity, identity, species = beads
+    predicted = velocity.copy()
+    source = (position, velocity, predicted, identity, species)
+    target = (
+        np.empty_like(position), np.empty_like(position), np.empty_like(position),
+        np.empty_like(identity), like(species),
+    )  # fmt: skip
+    cells = 1
+    for k in range(len(box)):
+        cells *= shape[k]
+    start = np.empty(cells + 1, np.uint32)
+    sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
+    correction = scheme[2]
+    lost = (-1, step, 0.0)
+    for s in range(max(steps, 1)):
+        if steps > 0:
+            step += 1
+            bead, distance = drift(source[0], source[1], source[2], force, box, dt, scheme)
+            if bead >= 0:
+                lost = (np.int64(source[3][bead]), step, distance)
+                break
+        fullest = sort_by_cell(source, target, box, shape, start)
+        source, target = target, source
+        total_force(
+            source, force, fields, box, shape, ahead, start, fullest, step_keys(seed, step),
+            measure and s + 1 >= steps, sums,
+        )  # fmt: skip
+        if steps > 0 and correction > 0.0:
+            source[1][:] += (correction * dt) * force
+    return (source[0], source[1], source[3], source[4]), force, sums, lost

@@ -1,0 +1,149 @@
+"""Pair forces of dissipative particle dynamics, and springs between bonded beads.
+
+F_ij = [ a_ij w - gamma w^2 (e . v_ij) + sigma w theta dt^(-1/2) ] e, with
+w = max(0, 1 - r) and e = r_ij / r (Groot and Warren 1997, Eqs. 3 to 8).
+"""
+
+import numpy as np
+
+from dpd.engine.jit import part
+from dpd.engine.noise import gaussian_noise, uniform_noise
+
+CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
+
+
+@part()
+def pair_repulsion(strength, pairs, n, species, repulsion):
+    """Fill ``strength[:n]`` with a_ij; without species there is one value."""
+    if species is None:
+        strength[:n] = repulsion[0, 0]
+    else:
+        for p in range(n):
+            strength[p] = repulsion[species[pairs.i[p]], species[pairs.j[p]]]
+
+
+@part()
+def pair_approach(approach, pairs, n, velocity, box):
+    """Fill ``approach[:n]`` with r_ij . v_ij."""
+    for p in range(n):
+        i, j = pairs.i[p], pairs.j[p]
+        s = 0.0
+        for k in range(len(box)):
+            s += pairs.separation[k, p] * (velocity[k, i] - velocity[k, j])
+        approach[p] = s
+
+
+@part()
+def pair_identities(pairs, n, identity):
+    """Fill ``pairs.low`` and ``pairs.high`` with the sorted identities."""
+    for p in range(n):
+        a, b = identity[pairs.i[p]], identity[pairs.j[p]]
+        pairs.low[p] = min(a, b)
+        pairs.high[p] = max(a, b)
+
+
+@part()
+def add_pair_forces(
+    force, pairs, n, velocity, identity, species, box, repulsion, thermostat, gaussian, keys
+):
+    """Add the forces of ``n`` pairs; leave each force over its distance in scratch[3].
+
+    Parameters
+    ----------
+    force, velocity : (dimension, n) arrays
+        In storage order; the velocity is the one that the friction sees.
+    thermostat : (float, float)
+        Friction gamma, and sigma / sqrt(dt). With gamma 0 no random number is drawn.
+
+    Notes
+    -----
+    Loops over axes count to ``len(box)``, the length of a tuple, which the compiler knows;
+    an array's shape it does not, and the loops over pairs would not vectorise.
+    """
+    friction, noise = thermostat
+    strength, approach, theta, over_r = pairs.scratch
+    pair_repulsion(strength, pairs, n, species, repulsion)
+    if friction > 0.0:
+        pair_approach(approach, pairs, n, velocity, box)
+        pair_identities(pairs, n, identity)
+        if gaussian:
+            gaussian_noise(theta, pairs.low, pairs.high, n, keys[0], keys[1])
+        else:
+            uniform_noise(theta, pairs.low, pairs.high, n, keys[0], keys[1])
+    else:
+        approach[:n] = 0.0
+        theta[:n] = 0.0
+    for p in range(n):
+        r2 = CLOSEST
+        for k in range(len(box)):
+            r2 += pairs.separation[k, p] * pairs.separation[k, p]
+        inverse = 1.0 / np.sqrt(r2)
+        w = max(0.0, 1.0 - r2 * inverse)
+        drag = friction * w * approach[p] * inverse
+        over_r[p] = inverse * w * (strength[p] - drag + noise * theta[p])
+    for p in range(n):
+        i, j = pairs.i[p], pairs.j[p]
+        for k in range(len(box)):
+            push = over_r[p] * pairs.separation[k, p]
+            force[k, i] += push
+            force[k, j] -= push
+
+
+@part()
+def measure_pairs(virial, energy, pairs, n, box):
+    """Add the virials sum r_ij F_ij and the energy sum a w^2 / 2 of ``n`` pairs.
+
+    ``virial[0]`` takes the conservative force, ``virial[1]`` all three.
+    """
+    dimension = len(box)
+    strength, _, _, over_r = pairs.scratch
+    for p in range(n):
+        r2 = CLOSEST
+        for k in range(dimension):
+            r2 += pairs.separation[k, p] * pairs.separation[k, p]
+        inverse = 1.0 / np.sqrt(r2)
+        w = max(0.0, 1.0 - r2 * inverse)
+        conservative = strength[p] * w * inverse
+        energy[0] += 0.5 * strength[p] * w * w
+        for k in range(dimension):
+            for m in range(dimension):
+                moment = pairs.separation[k, p] * pairs.separation[m, p]
+                virial[0, k, m] += conservative * moment
+                virial[1, k, m] += over_r[p] * moment
+
+
+@part()
+def add_bond_forces(force, position, identity, bonds, box, measure, virial, energy):
+    """Add harmonic bonds: a pull of C (r - length) along each (G&W 1997, Eq. 25).
+
+    Parameters
+    ----------
+    bonds : None or (members, stiffness, length)
+        ``members`` is an (n, 2) array of identities.
+    """
+    if bonds is None:
+        return
+    members, stiffness, length = bonds
+    dimension = len(box)
+    slot = np.empty(len(identity), np.uint32)
+    for s in range(len(identity)):
+        slot[identity[s]] = s
+    d = np.empty(dimension)
+    for b in range(len(members)):
+        i, j = slot[members[b, 0]], slot[members[b, 1]]
+        r2 = CLOSEST
+        for k in range(dimension):
+            d[k] = position[k, i] - position[k, j]
+            d[k] -= box[k] * np.rint(d[k] / box[k])
+            r2 += d[k] * d[k]
+        r = np.sqrt(r2)
+        over_r = -stiffness * (1.0 - length / r)
+        for k in range(dimension):
+            force[k, i] += over_r * d[k]
+            force[k, j] -= over_r * d[k]
+        if measure:
+            energy[1] += 0.5 * stiffness * (r - length) ** 2
+            for k in range(dimension):
+                for m in range(dimension):
+                    virial[0, k, m] += over_r * d[k] * d[m]
+                    virial[1, k, m] += over_r * d[k] * d[m]

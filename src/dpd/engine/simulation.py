@@ -1,0 +1,190 @@
+"""A system in motion: its parameters, its state, and the steps between."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from dpd.engine.advance import advance
+from dpd.engine.cells import forward_rows, grid_shape
+from dpd.engine.integrators import Coefficients
+from dpd.errors import UserError
+
+CUTOFF = 1.0
+
+
+class Unstable(UserError):
+    """A bead moved further than the cutoff in one step, or its force was not a number."""
+
+    def __init__(self, bead, step, distance, dt):
+        self.bead, self.step, self.distance = bead, step, distance
+        moved = f"moved {distance:.3g} r_c" if np.isfinite(distance) else "is nowhere (NaN)"
+        super().__init__(
+            f"the run blew up: bead {bead} {moved} in one step at step {step} (limit: 1 r_c). "
+            f"dt {dt:g} is too large for this scene: lower integrator.dt, or the friction, "
+            "repulsion or bond stiffness that asks for it (Groot and Warren use dt 0.04 with "
+            "repulsion 25 and gamma 4.5)."
+        )
+
+
+@dataclass(frozen=True)
+class System:
+    """What does not change during a run.
+
+    Attributes
+    ----------
+    box : tuple of float
+        One edge per dimension, in r_c.
+    repulsion : (species, species) array
+        a_ij in kT / r_c.
+    kT, friction : float
+        Temperature, and gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT.
+    gaussian : bool
+        Gaussian noise instead of uniform.
+    bonds : None or (members, stiffness, length)
+        (n, 2) uint32 identities, C in kT / r_c^2, rest length in r_c.
+    dt : float
+        Time step in tau.
+    scheme : Coefficients
+        From `dpd.engine.integrators.coefficients`.
+    seed : int
+        Seed of the noise.
+    """
+
+    box: tuple
+    repulsion: np.ndarray
+    kT: float
+    friction: float
+    gaussian: bool
+    bonds: tuple | None
+    dt: float
+    scheme: Coefficients
+    seed: int
+
+    @property
+    def dimension(self):
+        return len(self.box)
+
+    @property
+    def volume(self):
+        return float(np.prod(self.box))
+
+
+@dataclass
+class State:
+    """What a checkpoint holds, in storage order (sorted by cell).
+
+    Attributes
+    ----------
+    position, velocity, force : (dimension, n) arrays
+    identity : (n,) uint32 array
+        Number of the bead in each slot.
+    species : (n,) uint8 array or None
+        None where there is one species.
+    step : int
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    identity: np.ndarray
+    species: np.ndarray | None
+    step: int
+
+    def by_identity(self, array):
+        """An array in storage order (last axis beads) reordered by bead identity."""
+        ordered = np.empty_like(array)
+        ordered[..., self.identity] = array
+        return ordered
+
+
+class Sums(NamedTuple):
+    """Virials and energies of one force evaluation.
+
+    Attributes
+    ----------
+    virial : (2, dimension, dimension) array
+        Sum over pairs and bonds of r_ij F_ij: conservative force only, and all forces.
+    energy : (2,) array
+        Pair and bond energy.
+    """
+
+    virial: np.ndarray
+    energy: np.ndarray
+
+
+class Simulation:
+    """A `System` and its `State`, advanced by the compiled loop.
+
+    Parameters
+    ----------
+    system : System
+    state : State
+        With a force of None the force is evaluated where the beads are.
+    """
+
+    def __init__(self, system, state):
+        self.system = system
+        self.state = state
+        self._shape = grid_shape(system.box, CUTOFF)
+        self._ahead = forward_rows(system.dimension)
+        noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
+        self._fields = (
+            np.ascontiguousarray(system.repulsion, dtype=np.float64),
+            (float(system.friction), float(noise)),
+            bool(system.gaussian),
+            system.bonds,
+        )
+        if state.force is None:
+            state.force = np.zeros_like(state.position)
+            self._call(0, measure=False)
+
+    def advance(self, steps, measure=False):
+        """Advance by ``steps`` >= 1 steps.
+
+        Parameters
+        ----------
+        steps : int
+        measure : bool
+            Add up virial and energy in the last step.
+
+        Returns
+        -------
+        Sums
+            Zero unless measured.
+
+        Raises
+        ------
+        Unstable
+            With the state as it was before the call.
+        """
+        return self._call(steps, measure)
+
+    def measure(self):
+        """Virials and energies where the beads are, leaving the state alone."""
+        kept = self.state
+        self.state = State(
+            kept.position, kept.velocity, kept.force.copy(), kept.identity, kept.species, kept.step
+        )
+        try:
+            return self._call(0, measure=True)
+        finally:
+            self.state = kept
+
+    def _call(self, steps, measure):
+        system, state = self.system, self.state
+        beads = (
+            state.position.copy(),
+            state.velocity.copy(),
+            state.identity,
+            state.species,
+        )
+        beads, force, sums, (bead, step, distance) = advance(
+            beads, state.force.copy(), self._fields, system.box, self._shape, self._ahead,
+            system.dt, system.scheme, np.uint64(system.seed), state.step, steps, measure,
+        )  # fmt: skip
+        if bead >= 0:
+            raise Unstable(bead, step, distance, system.dt)
+        position, velocity, identity, species = beads
+        self.state = State(position, velocity, force, identity, species, state.step + steps)
+        return Sums(*sums)

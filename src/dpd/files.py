@@ -1,0 +1,75 @@
+"""NetCDF files that are whole or not there, and say what made them."""
+
+import os
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+
+from dpd.errors import UserError
+
+
+def write(path, variables, attributes):
+    """Write a NetCDF file; a kill while writing leaves nothing under its name.
+
+    Parameters
+    ----------
+    path : path
+    variables : dict
+        Name to (dimensions, array, units, long_name).
+    attributes : dict
+        Strings and numbers.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(path.name + ".writing")
+    with netCDF4.Dataset(draft, "w") as file:
+        for name, (dimensions, values, units, long_name) in variables.items():
+            values = np.asarray(values)
+            for axis, size in zip(dimensions, values.shape):
+                if axis not in file.dimensions:
+                    file.createDimension(axis, size)
+            kind = str if values.dtype.kind in "UO" else values.dtype
+            compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
+            variable = file.createVariable(name, kind, dimensions, **compressed)
+            variable[...] = values.astype(object) if kind is str else values
+            variable.units, variable.long_name = units, long_name
+        file.setncatts(attributes)
+    os.replace(draft, path)
+
+
+def read(path):
+    """Read a NetCDF file that `write` made.
+
+    Returns
+    -------
+    variables : dict of str to array
+    attributes : dict
+
+    Raises
+    ------
+    UserError
+        If it is missing or is not NetCDF.
+    """
+    if not Path(path).is_file():
+        raise UserError(f"{path}: there is no such file")
+    try:
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_mask(False)
+            variables = {name: variable[...] for name, variable in file.variables.items()}
+            return variables, {name: file.getncattr(name) for name in file.ncattrs()}
+    except OSError:
+        raise UserError(f"{path}: not a whole NetCDF file; delete it and run again") from None
+
+
+def check_digest(path, attributes, name, expected, remedy):
+    """Refuse a file that other sources made.
+
+    Raises
+    ------
+    UserError
+        If the attribute ``name`` is not the expected digest.
+    """
+    found = attributes.get(name)
+    if found != expected:
+        raise UserError(f"{path}: made by other sources ({name} {found}, now {expected}); {remedy}")

@@ -1,0 +1,28 @@
+"""What is measured while a system runs: one file an observable.
+
+An observable has ``every`` (steps between its samples), ``needs_forces``,
+``sample(simulation, sums)``, ``arrays`` (all that it keeps, so that a checkpoint can hold
+it) and ``variables()`` (name to (dimensions, array, units, long_name) for the file).
+"""
+
+from dpd.observe.bonds import Bonds
+from dpd.observe.profile import Profile
+from dpd.observe.rdf import RadialDistribution
+from dpd.observe.thermo import Thermo
+
+OBSERVABLES = {"thermo": Thermo, "rdf": RadialDistribution, "profile": Profile, "bonds": Bonds}
+
+
+def observables(scene, system):
+    """The observables that a scene asks for.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+
+    Returns
+    -------
+    list
+    """
+    return [OBSERVABLES[name](scene, system, **s) for name, s in scene.observe.items()]

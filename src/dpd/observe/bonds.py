@@ -1,0 +1,55 @@
+"""Bond lengths."""
+
+import numpy as np
+
+from dpd.observe.blocks import Blocks
+
+LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
+
+
+class Bonds:
+    """Mean and mean square bond length in blocks, and their distribution.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    bin : float
+        Bin width in r_c.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every, bin):
+        self.every = every
+        self._system = system
+        self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
+        # The first two places hold the sums of r and r^2.
+        self._blocks = Blocks((len(self._edges) + 1,), scene.steps[1] // every)
+        self.arrays = self._blocks.arrays
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        members = self._system.bonds[0]
+        box = np.array(self._system.box)[:, None]
+        position = simulation.state.by_identity(simulation.state.position)
+        apart = position[:, members[:, 0]] - position[:, members[:, 1]]
+        apart -= box * np.rint(apart / box)
+        length = np.sqrt((apart**2).sum(axis=0))
+        into = self._blocks.open()
+        into[0] += length.mean()
+        into[1] += (length**2).mean()
+        into[2:] += np.histogram(length, self._edges)[0] / (len(length) * self._edges[1])
+
+    def variables(self):
+        """Bond lengths in blocks for the file."""
+        means = self._blocks.means()
+        middle = 0.5 * (self._edges[1:] + self._edges[:-1])
+        return {
+            "bond_mean": (("block",), means[:, 0], "r_c", "mean bond length"),
+            "bond_mean_square": (("block",), means[:, 1], "r_c^2", "mean square bond length"),
+            "length": (("length",), middle, "r_c", "bond length"),
+            "bond_density": (("block", "length"), means[:, 2:], "1 / r_c", "density of lengths"),
+        }

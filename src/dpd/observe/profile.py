@@ -1,0 +1,55 @@
+"""Density of each species along an axis."""
+
+import numpy as np
+
+from dpd.observe.blocks import Blocks
+
+
+class Profile:
+    """Number density of each species in slices across the longest axis.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    bin : float
+        Largest width of a slice in r_c; the axis is cut into equal slices.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every, bin):
+        self.every = every
+        self._system = system
+        self._names = scene.species
+        self._axis = int(np.argmax(system.box))
+        self._bins = int(np.ceil(system.box[self._axis] / bin))
+        self._blocks = Blocks((len(self._names), self._bins), scene.steps[1] // every)
+        self.arrays = self._blocks.arrays
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        state = simulation.state
+        length = self._system.box[self._axis]
+        slices = (state.position[self._axis] * (self._bins / length)).astype(np.int64)
+        np.minimum(slices, self._bins - 1, out=slices)
+        if state.species is not None:
+            slices += self._bins * state.species.astype(np.int64)
+        counts = np.bincount(slices, minlength=len(self._names) * self._bins)
+        self._blocks.open()[:] += counts.reshape(len(self._names), self._bins)
+
+    def variables(self):
+        """Profiles in blocks for the file."""
+        length = self._system.box[self._axis]
+        slice_volume = self._system.volume / self._bins
+        middle = (np.arange(self._bins) + 0.5) * (length / self._bins)
+        return {
+            "z": (("z",), middle, "r_c", "position along the longest axis"),
+            "species": (("species",), np.array(self._names), "1", "species"),
+            "density": (
+                ("block", "species", "z"), self._blocks.means() / slice_volume,
+                "1 / r_c^dimension", "number density in blocks of the run",
+            ),
+        }  # fmt: skip

@@ -1,0 +1,59 @@
+"""Radial distribution function."""
+
+import numpy as np
+
+from dpd.engine.pairs import pair_histogram
+from dpd.observe.blocks import Blocks
+
+
+class RadialDistribution:
+    """g(r) of all beads: pairs found in a shell over those of an ideal gas.
+
+    A shell of bin k holds the volume v_k between its two radii (4 pi r^3 / 3 in three
+    dimensions, pi r^2 in two); N beads without interaction have N (N-1) / 2 v_k / V pairs
+    there, which is what g(r) = 1 stands for. Bonded pairs count like any other.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    range : float
+        Largest distance in r_c.
+    bin : float
+        Bin width in r_c.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every, range, bin):
+        self.every = every
+        self._system = system
+        bins = max(1, round(range / bin))
+        self._edges = np.linspace(0.0, range, bins + 1)
+        self._blocks = Blocks((bins,), scene.steps[1] // every)
+        self.arrays = self._blocks.arrays
+        self._beads = scene.beads
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        counts = pair_histogram(
+            simulation.state.position, self._system.box, self._edges[-1], len(self._edges) - 1
+        )
+        self._blocks.open()[:] += counts
+
+    def variables(self):
+        """g(r) in blocks for the file."""
+        d = self._system.dimension
+        ball = {2: np.pi, 3: 4.0 * np.pi / 3.0}[d] * self._edges**d
+        pairs = self._beads * (self._beads - 1) / 2
+        ideal = pairs * np.diff(ball) / self._system.volume
+        middle = 0.5 * (self._edges[1:] + self._edges[:-1])
+        return {
+            "r": (("r",), middle, "r_c", "distance"),
+            "rdf": (
+                ("block", "r"), self._blocks.means() / ideal, "1",
+                "radial distribution function g(r) in blocks of the run",
+            ),
+        }  # fmt: skip

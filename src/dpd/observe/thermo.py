@@ -1,0 +1,90 @@
+"""kT, momentum, pressure tensors and energy over time."""
+
+import numpy as np
+
+
+class Thermo:
+    """Time series of the scalars and tensors that every run is judged by.
+
+    kT is the kinetic temperature <v^2> / dimension (Groot and Warren 1997, Eq. 13). The
+    pressure tensor is (sum_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
+    in the virial and once with all forces (their Eq. 15, second and first line).
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    pressure : bool
+        Whether to measure pressure and energy, which costs a second look at the pairs.
+    """
+
+    def __init__(self, scene, system, every, pressure):
+        self.every, self.needs_forces = every, pressure
+        self._system = system
+        n, d = scene.steps[1] // every, system.dimension
+        self.arrays = {
+            "taken": np.zeros(1, np.int64),
+            "kT": np.zeros(n),
+            "momentum": np.zeros((n, d)),
+        }
+        if pressure:
+            self.arrays |= {
+                "kinetic": np.zeros((n, d, d)),
+                "virial": np.zeros((n, 2, d, d)),
+                "energy": np.zeros((n, 2)),
+            }
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        arrays, velocity = self.arrays, simulation.state.velocity
+        at = int(arrays["taken"][0])
+        arrays["taken"][0] += 1
+        arrays["kT"][at] = np.mean(velocity**2)
+        arrays["momentum"][at] = velocity.sum(axis=1)
+        if self.needs_forces:
+            arrays["kinetic"][at] = velocity @ velocity.T
+            arrays["virial"][at] = sums.virial
+            arrays["energy"][at] = sums.energy
+
+    def variables(self):
+        """Series for the file."""
+        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["kT"])))
+        along = ("sample",)
+        found = {
+            "time": (along, time, "tau", "time since the end of equilibration"),
+            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature <v^2>/dimension"),
+            "momentum": (
+                ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
+            ),
+        }  # fmt: skip
+        if self.needs_forces:
+            volume, tensor = self._system.volume, ("sample", "axis", "axis2")
+            kinetic, virial = self.arrays["kinetic"], self.arrays["virial"]
+            pressure = "kT / r_c^dimension"
+            found |= {
+                "excess_conservative": (
+                    along, self._trace(virial[:, 0]), pressure,
+                    "excess pressure, conservative virial over dimension times volume",
+                ),
+                "excess_all": (
+                    along, self._trace(virial[:, 1]), pressure,
+                    "excess pressure, virial of all forces over dimension times volume",
+                ),
+                "pressure_tensor": (
+                    tensor, (kinetic + virial[:, 0]) / volume, pressure,
+                    "pressure tensor, conservative forces",
+                ),
+                "pressure_tensor_all": (
+                    tensor, (kinetic + virial[:, 1]) / volume, pressure,
+                    "pressure tensor, all forces",
+                ),
+                "pair_energy": (along, self.arrays["energy"][:, 0], "kT", "pair energy"),
+                "bond_energy": (along, self.arrays["energy"][:, 1], "kT", "bond energy"),
+            }  # fmt: skip
+        return found
+
+    def _trace(self, virial):
+        d = self._system.dimension
+        return np.trace(virial, axis1=1, axis2=2) / (d * self._system.volume)

@@ -1,0 +1,226 @@
+"""WHAT is simulated: a validated, hashable description that knows what it needs."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from dpd.digest import value_digest
+from dpd.errors import UserError
+from dpd.schema import read_yaml, schema, validate, with_defaults
+
+CUTOFF = 1.0
+MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
+
+
+@dataclass(frozen=True)
+class Molecule:
+    """A linear molecule: the species of its beads in order, and how many there are."""
+
+    beads: tuple
+    count: int
+
+
+class Scene:
+    """One system and how long it is simulated.
+
+    Parameters
+    ----------
+    data : dict
+        As config/schema/scene.yaml has it.
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    UserError
+        If anything in it is not allowed, or does not fit together.
+    """
+
+    def __init__(self, data, where="scene"):
+        validate(data, "scene", where)
+        self.data = with_defaults(data, schema("scene"))
+        self.where = where
+        self._check()
+
+    @classmethod
+    def read(cls, path):
+        """Read a scene from a YAML file."""
+        return cls(read_yaml(path), str(path))
+
+    @cached_property
+    def digest(self):
+        """Digest of all that decides the run."""
+        return value_digest(self.data)
+
+    @property
+    def dimension(self):
+        return self.data["dimension"]
+
+    @cached_property
+    def box(self):
+        """Edges in r_c, one per axis."""
+        box = self.data["box"]
+        edges = box if isinstance(box, list) else [box] * self.dimension
+        return tuple(float(edge) for edge in edges)
+
+    @property
+    def volume(self):
+        return float(np.prod(self.box))
+
+    @cached_property
+    def molecules(self):
+        """The kinds of molecules, in the scene's order."""
+        kinds = []
+        for kind in self.data["molecules"]:
+            beads = _beads(kind["architecture"])
+            count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
+            kinds.append(Molecule(beads, count))
+        return tuple(kinds)
+
+    @cached_property
+    def species(self):
+        """Names of the species, sorted; their places are the numbers that the engine uses."""
+        return tuple(sorted({name for kind in self.molecules for name in kind.beads}))
+
+    @property
+    def beads(self):
+        """Number of beads."""
+        return sum(kind.count * len(kind.beads) for kind in self.molecules)
+
+    @property
+    def density(self):
+        """Beads per r_c^dimension, from the whole number of molecules."""
+        return self.beads / self.volume
+
+    @cached_property
+    def repulsion(self):
+        """(species, species) array of a_ij."""
+        table = np.full((len(self.species),) * 2, np.nan)
+        for pair, value in self.data["repulsion"].items():
+            i, j = (self.species.index(name) for name in pair.split())
+            table[i, j] = table[j, i] = value
+        return table
+
+    @cached_property
+    def bonded(self):
+        """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
+        pairs, first = [], 0
+        for kind in self.molecules:
+            length = len(kind.beads)
+            starts = first + length * np.arange(kind.count)
+            along = starts[:, None] + np.arange(length - 1)
+            pairs.append(np.stack([along.ravel(), along.ravel() + 1], axis=1))
+            first += length * kind.count
+        return np.concatenate(pairs).astype(np.uint32)
+
+    @cached_property
+    def steps(self):
+        """Steps to equilibrate and to sample: the longer of steps and duration."""
+        dt = self.data["integrator"]["dt"]
+        steps, duration = self.data["steps"], self.data["duration"]
+        return tuple(
+            max(steps.get(part, 0), round(duration.get(part, 0) / dt))
+            for part in ("equilibrate", "sample")
+        )
+
+    @cached_property
+    def observe(self):
+        """Settings of each observable by name, with ``every`` filled in."""
+        rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
+        chosen = {}
+        for item in self.data["observe"]:
+            name, settings = (item, {}) if isinstance(item, str) else next(iter(item.items()))
+            chosen[name] = with_defaults(settings, rules[name])
+            chosen[name].setdefault("every", self._every(name))
+        return chosen
+
+    def _every(self, name):
+        """Thermo every 0.1 tau, which is about its memory; what moves slower every 0.8 tau."""
+        interval = 0.1 if name == "thermo" else 0.8
+        sample = self.steps[1]
+        every = max(round(interval / self.data["integrator"]["dt"]), -(-sample // MOST_SAMPLES))
+        return max(1, min(every, sample))
+
+    def _fail(self, key, problem):
+        raise UserError(f"{self.where}: {key}: {problem}")
+
+    def _check(self):
+        self._check_box()
+        self._check_molecules()
+        self._check_repulsion()
+        self._check_bond()
+        if self.steps[1] < 1:
+            self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
+        for name, settings in self.observe.items():
+            if settings["every"] > self.steps[1]:
+                self._fail(
+                    f"observe.{name}.every",
+                    f"{settings['every']} steps is longer than the run; allowed: 1 to "
+                    f"{self.steps[1]}",
+                )
+        half = min(self.box) / 2
+        if "rdf" in self.observe and self.observe["rdf"]["range"] > half:
+            self._fail(
+                "observe.rdf.range",
+                f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
+                f"allowed: <= {half:g}",
+            )
+
+    def _check_box(self):
+        if len(self.box) != self.dimension:
+            self._fail("box", f"{len(self.box)} edges in {self.dimension} dimensions")
+        for edge in self.box:
+            if edge < 2 * CUTOFF:
+                self._fail(
+                    "box",
+                    f"an edge of {edge:g} is smaller than two cutoffs, a bead would meet "
+                    f"another one twice; allowed: >= {2 * CUTOFF:g}",
+                )
+
+    def _check_molecules(self):
+        for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
+            if kind.count < 1:
+                self._fail(
+                    f"molecules.{place}.density",
+                    f"{given['density']:g} is not one molecule of {len(kind.beads)} beads in a "
+                    f"box of {self.volume:g} r_c^{self.dimension}",
+                )
+
+    def _check_repulsion(self):
+        for pair in self.data["repulsion"]:
+            for name in pair.split():
+                if name not in self.species:
+                    self._fail(
+                        f"repulsion.{pair}",
+                        f"no molecule has the species {name!r}; allowed: {', '.join(self.species)}",
+                    )
+        for i, j in combinations_with_replacement(range(len(self.species)), 2):
+            if np.isnan(self.repulsion[i, j]):
+                pair = f"{self.species[i]} {self.species[j]}"
+                self._fail("repulsion", f"no value for the pair {pair!r}; add '{pair}: 25'")
+
+    def _check_bond(self):
+        chains = any(len(kind.beads) > 1 for kind in self.molecules)
+        if chains and "bond" not in self.data:
+            self._fail("bond", "molecules of several beads need one, as {stiffness: 2, length: 0}")
+        if not chains and "bond" in self.data:
+            self._fail(
+                "bond",
+                "every molecule is a single bead; remove the key, or give an architecture "
+                "of several beads, as 'A 10'",
+            )
+        if not chains and "bonds" in self.observe:
+            self._fail("observe", "'bonds' has nothing to measure: every molecule is a single bead")
+
+
+def _beads(architecture):
+    """Species of the beads of "A 3 B 9": A A A B B B ..."""
+    beads = []
+    for word in architecture.split():
+        if word.isdigit():
+            beads += [beads[-1]] * (int(word) - 1)
+        else:
+            beads.append(word)
+    return tuple(beads)

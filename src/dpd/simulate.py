@@ -1,0 +1,167 @@
+"""The stages that make files: start.nc from a scene, run.nc from a scene and its start."""
+
+import json
+import resource
+import time
+from pathlib import Path
+
+import numpy as np
+
+from dpd import files
+from dpd.digest import stage_digest, value_digest
+from dpd.engine.loop import Checkpoint, run
+from dpd.engine.simulation import Simulation, State
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.start import make_start, start_description, system_of
+
+RERUN = "let snakemake make it again, or delete it"
+
+
+def start_digest(scene):
+    """Digest of what decides the first configuration of a scene."""
+    return value_digest(start_description(scene))
+
+
+def write_start(scene, path, progress=None):
+    """Make the first configuration of a scene and write it.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : path
+    progress : callable or None
+    """
+    begun = time.perf_counter()
+    state = make_start(scene, progress)
+    variables = {
+        "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
+        "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
+    }
+    if state.species is not None:
+        variables["species"] = (("bead",), state.species, "1", "number of the species")
+    attributes = {
+        "start": json.dumps(start_description(scene)),
+        "start_digest": start_digest(scene),
+        "start_sources": stage_digest("start"),
+        "seconds": time.perf_counter() - begun,
+    }
+    files.write(path, variables, attributes)
+
+
+def read_start(scene, path):
+    """Read a first configuration that belongs to a scene.
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    UserError
+        If the file belongs to another system or other sources.
+    """
+    variables, attributes = files.read(path)
+    files.check_digest(path, attributes, "start_sources", stage_digest("start"), RERUN)
+    files.check_digest(path, attributes, "start_digest", start_digest(scene), RERUN)
+    identity = np.arange(variables["position"].shape[1], dtype=np.uint32)
+    species = variables.get("species")
+    return State(variables["position"], variables["velocity"], None, identity, species, 0)
+
+
+def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seconds=60.0):
+    """Run a scene and write what it observed.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : path
+        The NetCDF file; written at the end, whole.
+    start : path or None
+        A file of `write_start`; without one the start is made here.
+    checkpoint : path or None
+        Where the state is kept while it runs; an interrupted run of the same scene and
+        sources goes on from there, to the same bits.
+    progress : callable or None
+        Called with the number of steps done.
+    every_seconds : float
+        Wall clock between checkpoints.
+
+    Returns
+    -------
+    dict
+        Summary: seconds, bead-steps per second, and means of what was measured.
+
+    Raises
+    ------
+    UserError
+        If the run blows up; the last checkpoint stays.
+    """
+    begun = time.perf_counter()
+    state = read_start(scene, start) if start else make_start(scene)
+    system = system_of(scene)
+    simulation = Simulation(system, state)
+    observers = observables(scene, system)
+    keeper = None
+    if checkpoint:
+        key = {"scene": scene.digest, "sources": stage_digest("simulate")}
+        keeper = Checkpoint(checkpoint, key)
+    running = time.perf_counter()
+    try:
+        done = run(simulation, scene.steps, observers, keeper, progress, every_seconds)
+    except UserError as problem:
+        kept = keeper is not None and keeper.path.exists()
+        last = f" Its last good state is in {checkpoint}." if kept else ""
+        raise UserError(f"{scene.where}: {problem}{last}") from None
+    now = time.perf_counter()
+    variables = {}
+    for observer in observers:
+        variables |= observer.variables()
+    attributes = {
+        "scene": json.dumps(scene.data),
+        "scene_digest": scene.digest,
+        "sources": stage_digest("simulate"),
+        "beads": scene.beads,
+        "density": scene.density,
+        "seed": scene.data["seed"],
+        "steps": sum(scene.steps),
+        "seconds": now - begun,
+        "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
+        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    } | _versions()
+    files.write(path, variables, attributes)
+    if keeper:
+        keeper.discard()
+    return summary(scene, variables, attributes)
+
+
+def summary(scene, variables, attributes):
+    """Means of the measured series, for a person at a terminal."""
+    found = {
+        "beads": attributes["beads"],
+        "steps": attributes["steps"],
+        "seconds": attributes["seconds"],
+        "bead-steps per second": attributes["bead_steps_per_second"],
+    }
+    if "kT" in variables:
+        found["kT"] = float(np.mean(variables["kT"][1]))
+    if "excess_conservative" in variables:
+        ideal = scene.density * scene.data["thermostat"]["kT"]
+        for forces in ("conservative", "all"):
+            excess = float(np.mean(variables[f"excess_{forces}"][1]))
+            found[f"pressure ({forces} forces)"] = ideal + excess
+    if "bond_mean" in variables:
+        found["mean bond length"] = float(np.mean(variables["bond_mean"][1]))
+    return found
+
+
+def _versions():
+    import numba
+
+    return {"numpy": np.__version__, "numba": numba.__version__}
+
+
+def checkpoint_path(path):
+    """Where the checkpoint of a result lies: beside it, under a name that no rule declares."""
+    path = Path(path)
+    return path.with_name(path.stem + ".checkpoint")
