@@ -20,9 +20,25 @@ def write(path, variables, attributes):
     attributes : dict
         Strings and numbers.
     """
+    replace_whole(path, lambda draft: _fill(draft, variables, attributes))
+
+
+def replace_whole(path, make):
+    """Let ``make(draft)`` write a draft beside ``path``, then put it in its place.
+
+    A failure removes the draft; a kill leaves it, but nothing under the name asked for.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(path.name + ".writing")
+    try:
+        make(draft)
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _fill(draft, variables, attributes):
     with netCDF4.Dataset(draft, "w") as file:
         for name, (dimensions, values, units, long_name) in variables.items():
             values = np.asarray(values)
@@ -35,7 +51,6 @@ def write(path, variables, attributes):
             variable[...] = values.astype(object) if kind is str else values
             variable.units, variable.long_name = units, long_name
         file.setncatts(attributes)
-    os.replace(draft, path)
 
 
 def read(path):

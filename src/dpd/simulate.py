@@ -122,7 +122,7 @@ def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seco
         "scene_digest": scene.digest,
         "sources": stage_digest("simulate"),
         "beads": scene.beads,
-        "density": scene.density,
+        "number_density": scene.density,
         "seed": scene.data["seed"],
         "steps": sum(scene.steps),
         "seconds": now - begun,
@@ -159,6 +159,33 @@ def _versions():
     import numba
 
     return {"numpy": np.__version__, "numba": numba.__version__}
+
+
+def compile_for(scenes):
+    """Compile every variant of the kernels that some scenes need, into the disk cache.
+
+    Parameters
+    ----------
+    scenes : list of Scene
+
+    Returns
+    -------
+    list of str
+        One line per variant.
+    """
+    variants = {}
+    for scene in scenes:
+        species = "several species" if len(scene.species) > 1 else "one species"
+        bonds = "bonds" if "bond" in scene.data else "no bonds"
+        smallest = variants.setdefault((scene.dimension, species, bonds, *scene.observe), scene)
+        if scene.beads < smallest.beads:
+            variants[scene.dimension, species, bonds, *scene.observe] = scene
+    for scene in variants.values():
+        system = system_of(scene)
+        simulation = Simulation(system, make_start(scene))
+        for observer in observables(scene, system):
+            observer.sample(simulation, simulation.measure())
+    return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
 
 
 def checkpoint_path(path):

@@ -48,7 +48,7 @@ class Profile:
         return {
             "z": (("z",), middle, "r_c", "position along the longest axis"),
             "species": (("species",), np.array(self._names), "1", "species"),
-            "density": (
+            "density_profile": (
                 ("block", "species", "z"), self._blocks.means() / slice_volume,
                 "1 / r_c^dimension", "number density in blocks of the run",
             ),

@@ -1,0 +1,63 @@
+"""Regenerate the figures of three DPD papers and hold every published number against ours.
+
+    snakemake --cores 2                          the study named in config/config.yaml
+    snakemake --cores 2 --config study=smoke     another one
+    snakemake --cores 2 benchmark                the engine's speed
+"""
+
+import os
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+
+from dpd.digest import ROOT, files_digest, stage_digest
+from dpd.errors import UserError
+from dpd.schema import read_yaml
+from dpd.simulate import start_digest
+from dpd.study import read_config, read_paper
+
+# Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+os.environ["PYTHONPATH"] = str(ROOT / "src")
+os.environ["MPLBACKEND"] = "Agg"
+
+
+configfile: "config/config.yaml"
+
+
+try:
+    CONFIG = read_config(dict(config))
+    STUDY = CONFIG["study"]
+    PAPERS = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}
+except UserError as problem:
+    raise WorkflowError(str(problem)) from None
+
+PAPER_NAMES = " ".join(PAPERS)
+OUT = f"results/{STUDY}"
+LOGS = f"{OUT}/logs"
+
+
+wildcard_constraints:
+    paper="|".join(PAPERS),
+    sweep="[a-z0-9_]+",
+    point="[^/]+",
+    figure="[a-z0-9_]+",
+
+
+localrules:
+    all,
+
+
+rule all:
+    input:
+        f"{OUT}/report.html",
+        f"{OUT}/verdicts.csv",
+
+
+include: "rules/start.smk"
+include: "rules/simulate.smk"
+include: "rules/analyse.smk"
+include: "rules/figures.smk"
+include: "rules/report.smk"
+include: "rules/benchmark.smk"

@@ -1,0 +1,68 @@
+"""Figure 5: Flory-Huggins free energy and chemical potential with spinodals and binodals."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, RED, panels
+from dpd.theory.flory_huggins import (
+    binodal,
+    chemical_potential,
+    critical_chi,
+    free_energy,
+    spinodal,
+)
+
+TITLE = "Flory-Huggins free energy and chemical potential, N_A = N_B = 1."
+PAPER_SHOWS = (
+    "The paper shows F and mu = dF/dphi for a chi above the critical 2 that it does not state "
+    "(3 here), with spinodal points S, where mu is extremal, and binodal points B, the two "
+    "coexisting compositions. No simulation enters."
+)
+ERRORS = "The curves are exact."
+CHI = 3.0
+
+
+def compute(sweeps):
+    """Curves and marked points."""
+    phi = np.linspace(0.001, 0.999, 999)
+    b, s = binodal(CHI), spinodal(CHI)
+    marks = np.array([b, s, 1 - s, 1 - b])
+    data = xr.Dataset(
+        {
+            "free_energy": ("phi", free_energy(phi, CHI)),
+            "chemical_potential": ("phi", chemical_potential(phi, CHI)),
+            "marked_phi": ("mark", marks),
+        },
+        {"phi": phi, "mark": ["B", "S", "S'", "B'"]},
+        {"chi": CHI},
+    )
+    data.free_energy.attrs = {"units": "kT", "long_name": "F per site"}
+    data.chemical_potential.attrs = {"units": "kT", "long_name": "dF/dphi per site"}
+    data.marked_phi.attrs = {"units": "1", "long_name": "binodal and spinodal compositions"}
+    return data
+
+
+def measured(data):
+    """The critical point, where the spinodals coincide."""
+    return {"critical_chi": Measured(critical_chi(), 0.0, "Eq. 19 for N_A = N_B = 1")}
+
+
+def draw(data):
+    """Free energy above, chemical potential below, one axis."""
+    figure, (upper, lower) = panels(rows=2, height=1.8, sharex=True)
+    curves = (
+        (upper, data.free_energy, free_energy, BLUE, r"F / $k_BT$"),
+        (lower, data.chemical_potential, chemical_potential, RED, r"$\mu$ / $k_BT$"),
+    )
+    for axes, curve, function, color, label in curves:
+        axes.plot(data.phi, curve, color=color)
+        for name, phi in zip(data.mark.values, data.marked_phi.values):
+            y = float(function(phi, data.attrs["chi"]))
+            axes.plot(phi, y, "o", color=BLACK, markersize=3)
+            axes.annotate(str(name)[0], (phi, y), (3, 5), textcoords="offset points", fontsize=8)
+        axes.set_ylabel(label)
+    lower.axhline(0, color=BLACK, linewidth=0.5)
+    lower.set(xlim=(0, 1), ylim=(-1.6, 1.6), xlabel=r"fraction $\phi_A$")
+    upper.set_title(rf"$\chi$ = {data.attrs['chi']:g}, $N_A = N_B = 1$")
+    return figure

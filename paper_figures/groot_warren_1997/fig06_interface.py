@@ -1,0 +1,70 @@
+"""Figure 6: density profile across an interface."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.composition import bulk_windows
+from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, RED, panels
+
+TITLE = "Density profiles across the interfaces (rho 3, a 25, a_AB 37)."
+PAPER_SHOWS = (
+    "The paper shows rho_A, rho_B and their sum in a box of 8 x 8 x 20 and notes a small dip of "
+    "the sum at the interface; the box has two, at z = 0 and 10."
+)
+ERRORS = "Bands: 95 % intervals from blocks of the run."
+
+
+def compute(sweeps):
+    """Profiles with errors, and the depth of the dip."""
+    sweep = sweeps["interface"]
+    density = sweep.density_profile.stack(part=("replica", "block"))
+    density = density.transpose("part", "species", "z")
+    z = sweep.z.values
+    length = json.loads(str(sweep.scene.values.ravel()[0]))["box"][2]
+    mean, error = block_mean_and_error(density.values)
+    total, total_error = block_mean_and_error(density.values.sum(axis=1))
+    # The dip: the slices within half a cutoff of either interface, against the bulk.
+    apart = np.minimum.reduce([z, np.abs(z - length / 2), length - z])
+    bulk = np.logical_or(*bulk_windows(z, length))
+    at_interface = density.values.sum(axis=1)[:, apart < 0.5].mean(axis=1)
+    in_bulk = density.values.sum(axis=1)[:, bulk].mean(axis=1)
+    dip, dip_error = block_mean_and_error(at_interface / in_bulk - 1)
+    units = {"units": "1 / r_c^3"}
+    return xr.Dataset(
+        {
+            "profile": (("species", "z"), mean, units | {"long_name": "number density"}),
+            "profile_error": (("species", "z"), error, units | {"long_name": "standard error"}),
+            "total": ("z", total, units | {"long_name": "total number density"}),
+            "total_error": ("z", total_error, units | {"long_name": "standard error"}),
+            "dip": ((), float(dip), {"units": "1", "long_name": "relative change at interfaces"}),
+            "dip_error": ((), float(dip_error), {"units": "1", "long_name": "standard error"}),
+        },
+        {"species": sweep.species, "z": sweep.z},
+    )
+
+
+def measured(data):
+    """The dip of the total density."""
+    note = "mean total density within 0.5 r_c of an interface over that of the bulk, minus 1"
+    return {"density_dip": Measured(float(data.dip), float(data.dip_error), note)}
+
+
+def draw(data):
+    """Profiles, the paper's axes."""
+    figure, axes = panels(1)
+
+    def band(y, error, color, label):
+        axes.fill_between(data.z, y - 1.96 * error, y + 1.96 * error, color=color, alpha=0.3, lw=0)
+        axes.plot(data.z, y, color=color, label=label)
+
+    for name, color in zip(data.species.values, (BLUE, RED)):
+        at = data.sel(species=name)
+        band(at.profile, at.profile_error, color, rf"$\rho_{name}$")
+    band(data.total, data.total_error, BLACK, r"$\rho_A + \rho_B$")
+    axes.set(xlim=(0, 20), ylim=(0, 3.6), xlabel="z / $r_c$", ylabel=r"density $\rho$ $r_c^3$")
+    axes.legend(loc="center", bbox_to_anchor=(0.62, 0.5))
+    return figure

@@ -1,0 +1,74 @@
+"""Figure 7: chi from the composition of coexisting phases against excess repulsion."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.composition import sweep_chi
+from dpd.analysis.statistics import COVERAGE, linear_fit
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+
+TITLE = "chi against excess repulsion for monomers."
+PAPER_SHOWS = (
+    "The paper shows chi by Eq. 18 from the minority fraction in the bulk of both phases at rho 3 "
+    "(a 25) and rho 5 (a 15), and fits chi = s Delta a through the origin where chi > 3: s = 0.286 "
+    "+- 0.002 and 0.689 +- 0.002 (dashed). Open points, nearer the critical point, are not fitted."
+)
+DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
+MEAN_FIELD_RANGE = 3.0
+
+
+def compute(sweeps):
+    """chi over excess repulsion for both densities, and the fitted slopes."""
+    parts = []
+    for rho, (name, *_) in DENSITIES.items():
+        data = sweep_chi(sweeps[name], "excess")
+        fitted = (data.chi > MEAN_FIELD_RANGE).values
+        data["fitted"] = ("excess", fitted)
+        slope, error, quality, degrees = np.nan, np.nan, np.nan, 0
+        if fitted.sum() >= 1:
+            x = data.excess.values.astype(float)[fitted]
+            fit = linear_fit([x], data.chi.values[fitted], data.chi_error.values[fitted])
+            slope, error, quality, degrees = fit.values[0], fit.errors[0], *fit[2:]
+        data["slope"] = ((), slope, {"units": "r_c / kT", "long_name": "chi / Delta a, chi > 3"})
+        data["slope_error"] = ((), error, {"units": "r_c / kT", "long_name": "standard error"})
+        data["reduced_chi_square"] = ((), quality, {"units": "1"})
+        data["degrees"] = ((), degrees, {"units": "1"})
+        parts.append(data.expand_dims(density=[rho]))
+    data = xr.concat(parts, "density", join="outer", fill_value={"fitted": False})
+    return data
+
+
+def measured(data):
+    """Both slopes of Eq. 24."""
+    found = {}
+    for rho in DENSITIES:
+        at = data.sel(density=rho)
+        count = int(at.fitted.sum())
+        found[f"chi_slope_rho_{rho}"] = Measured(
+            float(at.slope), float(at.slope_error),
+            f"{count} points with chi > 3, reduced chi-square {float(at.reduced_chi_square):.2f}",
+            "" if count >= 2 else "fewer than two points with chi > 3",
+        )  # fmt: skip
+    return found
+
+
+def draw(data):
+    """chi against Delta a, the paper's axes."""
+    figure, axes = panels(1)
+    for rho, (_, color, marker, published) in DENSITIES.items():
+        at = data.sel(density=rho).dropna("excess", subset=["chi"])
+        for fitted in (True, False):
+            part = at.where(at.fitted == fitted, drop=True)
+            label = rf"$\rho$ = {rho}, a = {75 // rho}" if fitted else None
+            points(axes, part.excess, part.chi, part.chi_error, label, color, marker, fitted)
+        x = np.array([0, float(at.excess.max()) * 1.05])
+        slope, error = float(at.slope), float(at.slope_error)
+        label = f"fit {slope:.3f} ± {COVERAGE * error:.3f}"
+        axes.plot(x, slope * x, color=color, linewidth=0.8, label=label)
+        published_line(axes, x, published * x, "published" if rho == 3 else None)
+    axes.axhline(MEAN_FIELD_RANGE, color=BLACK, linewidth=0.4, linestyle=":")
+    axes.set(xlim=(0, None), ylim=(0, 7), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",
+             ylabel=r"$\chi$")  # fmt: skip
+    axes.legend(loc="lower right")
+    return figure

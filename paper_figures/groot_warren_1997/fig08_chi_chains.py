@@ -1,0 +1,134 @@
+"""Figure 8: chi N / Delta a against chain length."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.composition import sweep_chi
+from dpd.analysis.statistics import linear_fit
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+
+TITLE = "Effective chi of chains against their length (rho 3, C 2)."
+PAPER_SHOWS = (
+    "The paper shows chi N kT / Delta a against N and fits (0.306 +- 0.003) N for 2 <= N <= 10 "
+    "(dashed), N = 1 lying about 7 % below. N = 1 here is the slope of the monomer runs with "
+    "chi > 3. Open points: the composition still drifted by more than three standard errors from "
+    "the first to the second half of the run, or fewer than ten minority beads were in the "
+    "windows; they are not fitted."
+)
+SLOPE = 0.306
+STEADY = 3.0  # standard errors of drift between halves of a run
+COUNTED = 10.0  # minority beads in the bulk windows
+
+
+def compute(sweeps):
+    """chi N / Delta a, which points are fitted, and the fits of Eq. 27."""
+    chains = sweep_chi(sweeps["chains"], "length")
+    length = chains.length.values.astype(float)
+    ratio = chains.chi.values / chains.excess_repulsion.values * length
+    error = chains.chi_error.values / chains.excess_repulsion.values * length
+    steady = (np.abs(chains.drift.values) <= STEADY) & (chains.counted.values >= COUNTED)
+    chosen = steady & (length >= 2) & (length <= 10) & np.isfinite(ratio)
+    monomers = sweep_chi(sweeps["segregation_3"], "excess")
+    high = (monomers.chi > 3).values
+    one = linear_fit(
+        [monomers.excess.values.astype(float)[high]],
+        monomers.chi.values[high], monomers.chi_error.values[high],
+    ) if high.any() else None  # fmt: skip
+    data = xr.Dataset(
+        {
+            "ratio": ("length", np.append(one.values if one else np.nan, ratio)),
+            "error": ("length", np.append(one.errors if one else np.nan, error)),
+            "fitted": ("length", np.append(False, chosen)),
+            "steady": ("length", np.append(True, steady)),
+            "drift": ("length", np.append(0.0, chains.drift.values)),
+            "counted": ("length", np.append(np.nan, chains.counted.values)),
+        },
+        {"length": np.append(1.0, length)},
+    )
+    data.ratio.attrs = {"units": "r_c", "long_name": "chi N kT / Delta a"}
+    data.error.attrs = {"units": "r_c", "long_name": "standard error"}
+    data.drift.attrs = {"units": "1", "long_name": "change between halves in standard errors"}
+    data.counted.attrs = {"units": "1", "long_name": "minority beads in the bulk windows"}
+    put_fit(
+        data,
+        "slope",
+        chosen.sum() >= 1 and linear_fit([length[chosen]], ratio[chosen], error[chosen]),
+    )
+    for name, first in (("offset", False), ("offset_with_1", True)):
+        use = data.fitted.values | (
+            (data.length.values == 1) & first & np.isfinite(data.ratio.values)
+        )
+        put_fit(data, name, offset_fit(data.isel(length=use)) if use.sum() >= 3 else None)
+    return data
+
+
+def offset_fit(data):
+    """N_0 of ratio = s (N - N_0), with its error by linear propagation."""
+    x = data.length.values
+    fit = linear_fit([x, np.ones_like(x)], data.ratio.values, data.error.values)
+    slope, constant = fit.values
+    relative = fit.errors[1] / slope  # the error of the slope matters little for N_0 near 0
+    return fit._replace(values=np.array([-constant / slope]), errors=np.array([relative]))
+
+
+def put_fit(data, name, fit):
+    """Put a fit's value, error and quality into a dataset; NaN without a fit."""
+    value, error, quality = (fit.values[0], fit.errors[0], fit[2]) if fit else (np.nan,) * 3
+    data[name] = ((), value, {"units": "r_c / kT" if name == "slope" else "1"})
+    data[f"{name}_error"] = ((), error, {"units": data[name].attrs["units"]})
+    data[f"{name}_reduced_chi_square"] = ((), quality, {"units": "1"})
+
+
+def measured(data):
+    """Numbers around Eq. 27."""
+    count = int(data.fitted.sum())
+    few = "" if count >= 3 else "fewer than three chain lengths in equilibrium"
+    lengths = ", ".join(f"{n:g}" for n in data.length.values[data.fitted.values])
+    slope, error = float(data.slope), float(data.slope_error)
+    one = data.sel(length=1)
+    below = 1 - float(one.ratio) / slope
+    below_error = float(np.hypot(one.error / slope, float(one.ratio) * error / slope**2))
+    return {
+        "chain_slope": Measured(
+            slope, error,
+            f"N = {lengths}, reduced chi-square {float(data.slope_reduced_chi_square):.2f}", few,
+        ),
+        "monomer_below": Measured(below, below_error, "1 - (chi / Delta a at N = 1) / slope", few),
+        "offset": Measured(float(data.offset), float(data.offset_error), "without N = 1", few),
+        "offset_with_1": Measured(
+            float(data.offset_with_1), float(data.offset_with_1_error), "with N = 1", few
+        ),
+    }  # fmt: skip
+
+
+def draw(data):
+    """chi N / Delta a against N, the paper's axes, and the ratio per bead."""
+    figure, (left, right) = panels(2)
+    fitted, one = data.fitted.values, data.length.values == 1
+    groups = (
+        (fitted, BLUE, "o", True, "fitted"),
+        (one, RED, "s", True, "N = 1, from Fig. 7"),
+        (~fitted & ~one, BLUE, "o", False, "not fitted"),
+    )
+    for use, color, marker, filled, label in groups:
+        if not use.any():
+            continue
+        at = data.isel(length=use)
+        points(left, at.length, at.ratio, at.error, label, color, marker, filled)
+        n = at.length.values
+        points(right, n, at.ratio / n, at.error / n, label, color, marker, filled)
+    x = np.array([0, float(data.length.max()) * 1.05])
+    slope = float(data.slope)
+    left.plot(x, slope * x, color=BLUE, linewidth=0.8,
+              label=f"fit {slope:.3f} ± {1.96 * float(data.slope_error):.3f}")  # fmt: skip
+    published_line(left, x, SLOPE * x, "published 0.306 N")
+    right.axhspan(SLOPE - 0.003, SLOPE + 0.003, color=BLACK, alpha=0.2, linewidth=0,
+                  label="published 0.306 ± 0.003")  # fmt: skip
+    right.axhline(slope, color=BLUE, linewidth=0.8)
+    left.set(xlim=(0, x[1]), ylim=(0, None), xlabel="chain length N",
+             ylabel=r"$\chi N k_BT / \Delta a$ / $r_c$")  # fmt: skip
+    right.set(xlim=(0, x[1]), xlabel="chain length N", ylabel=r"$\chi k_BT / \Delta a$ / $r_c$")
+    left.legend(loc="upper left")
+    right.legend(loc="best")
+    return figure

@@ -1,0 +1,1 @@
+"""Runs to numbers with errors: statistics, fits, compositions, verdicts."""

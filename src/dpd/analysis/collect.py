@@ -1,0 +1,112 @@
+"""The runs of a sweep as one labelled dataset."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from dpd import files
+from dpd.analysis.statistics import mean_and_error
+from dpd.digest import stage_digest
+from dpd.errors import UserError
+
+RECORDED = {
+    "number_density": ("1 / r_c^dimension", "number density"),
+    "beads": ("1", "number of beads"),
+    "steps": ("1", "steps"),
+    "seed": ("1", "seed of the noise"),
+    "seconds": ("s", "wall clock of the run"),
+    "bead_steps_per_second": ("1 / s", "bead-steps per second"),
+    "peak_memory_MiB": ("MiB", "peak memory of the run"),
+}
+
+
+def collect(sweep, paths):
+    """Put the runs of a sweep on its axes.
+
+    A series becomes its mean, ``_error`` (standard error) and ``_correlation_time`` in
+    tau. Blocks and tables are kept whole; the kT series too where all runs share one
+    time axis.
+
+    Parameters
+    ----------
+    sweep : dpd.study.Sweep
+    paths : list of path
+        One per point, in the order of ``sweep.points``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions are the axes of the sweep, ``replica`` last.
+
+    Raises
+    ------
+    UserError
+        If a run was made by other sources or from another scene.
+    """
+    runs = [_read(path, point.scene) for path, point in zip(paths, sweep.points)]
+    shape = [len(axis.labels) for axis in sweep.axes]
+    names = [axis.name for axis in sweep.axes]
+    data = xr.Dataset(attrs={"sweep": sweep.name})
+    for axis in sweep.axes:
+        data[axis.name] = (axis.name, list(axis.labels))
+        data[axis.name].attrs = {"units": axis.units, "long_name": axis.long_name}
+
+    def put(name, values, units, long_name, inner=()):
+        values = np.array(values)
+        stacked = values.reshape(*shape, *values.shape[1:])
+        data[name] = ((*names, *inner), stacked, {"units": units, "long_name": long_name})
+
+    for name, (units, long_name) in RECORDED.items():
+        put(name, [run.attrs[name] for run in runs], units, long_name)
+    put("scene", [run.attrs["scene"] for run in runs], "1", "the scene as JSON")
+    per_bead = [float(np.abs(run.momentum).max()) / run.attrs["beads"] for run in runs]
+    put("momentum_per_bead", per_bead, "m r_c / tau", "largest component met, over all samples")
+    for name, variable in runs[0].data_vars.items():
+        parts = [run[name] for run in runs]
+        units, long_name = variable.attrs["units"], variable.attrs["long_name"]
+        if variable.dims == ("sample",) and name != "time":
+            found = [mean_and_error(part.values) for part in parts]
+            step = [float(run.time[0]) for run in runs]
+            put(name, [mean for mean, _, _ in found], units, long_name)
+            put(f"{name}_error", [e for _, e, _ in found], units, f"standard error of {long_name}")
+            put(
+                f"{name}_correlation_time",
+                [tau * dt for (_, _, tau), dt in zip(found, step)],
+                "tau", f"integrated autocorrelation time of {long_name}",
+            )  # fmt: skip
+        elif "sample" not in variable.dims and len({part.shape for part in parts}) == 1:
+            put(name, [part.values for part in parts], units, long_name, variable.dims)
+            data = data.assign_coords(
+                {c: runs[0][c] for c in variable.dims if c in runs[0].coords and c not in data}
+            )
+    if len({run.time.values.tobytes() for run in runs}) == 1:
+        data = data.assign_coords(time=("time", runs[0].time.values, runs[0].time.attrs))
+        put("kT_series", [run.kT.values for run in runs], "kT", runs[0].kT.long_name, ("time",))
+    first = runs[0].attrs
+    data.attrs |= {key: first[key] for key in ("sources", "numpy", "numba")}
+    data.attrs["collect_sources"] = stage_digest("collect")
+    return data
+
+
+def _read(path, scene):
+    """A run as a dataset, refused if it is not what the sweep asks for."""
+    variables, attributes = files.read(path)
+    remedy = "let snakemake make it again, or delete it"
+    files.check_digest(path, attributes, "sources", stage_digest("simulate"), remedy)
+    files.check_digest(path, attributes, "scene_digest", scene.digest, remedy)
+    del variables
+    with xr.open_dataset(path) as run:
+        if "kT" not in run:
+            raise UserError(f"{scene.where}: observe: a sweep needs 'thermo' among its observables")
+        return run.load()
+
+
+def scene_of(data):
+    """The scene of the first point of a collected sweep, as plain data."""
+    return json.loads(str(data.scene.values.ravel()[0]))
+
+
+def save(data, path):
+    """Write a dataset whole or not at all."""
+    files.replace_whole(path, lambda draft: data.to_netcdf(draft, engine="netcdf4"))

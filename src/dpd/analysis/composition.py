@@ -1,0 +1,133 @@
+"""Compositions of coexisting phases, and the chi parameter that they stand for."""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.statistics import block_mean_and_error
+from dpd.theory.flory_huggins import chi_of_composition, chi_slope
+
+CLEAR = 3.5  # r_c from either interface at which the bulk begins
+
+
+class Composition(NamedTuple):
+    """Minority fraction of a pair of coexisting phases.
+
+    ``drift`` is the change of the fraction from the first to the second half of the run,
+    in standard errors of that change; ``counted`` the mean number of minority beads in
+    the windows.
+    """
+
+    fraction: float
+    error: float
+    drift: float
+    counted: float
+
+
+def bulk_windows(z, length):
+    """Masks of the slices deep in the two slabs, which meet at 0 and at half the length.
+
+    Parameters
+    ----------
+    z : (n,) array
+        Middles of slices.
+    length : float
+        Of the box along z; slab A fills the first half.
+
+    Returns
+    -------
+    in_a, in_b : (n,) bool arrays
+    """
+    from_interface = np.minimum.reduce([np.abs(z), np.abs(z - length / 2), np.abs(z - length)])
+    bulk = from_interface >= min(CLEAR, 0.8 * length / 4)
+    return bulk & (z < length / 2), bulk & (z > length / 2)
+
+
+def composition(density, z, length, slice_volume):
+    """Minority fraction from a density profile, both phases taken together.
+
+    Parameters
+    ----------
+    density : (block, 2, n) array
+        Of A and B in consecutive blocks of the run.
+    z : (n,) array
+    length, slice_volume : float
+
+    Returns
+    -------
+    Composition
+    """
+    in_a, in_b = bulk_windows(z, length)
+    minority = density[:, 1, in_a].sum(axis=1) + density[:, 0, in_b].sum(axis=1)
+    total = density[:, :, in_a | in_b].sum(axis=(1, 2))
+    fraction = minority / total
+    mean, error = block_mean_and_error(fraction)
+    half = len(fraction) // 2
+    (early, early_error), (late, late_error) = map(
+        block_mean_and_error, (fraction[:half], fraction[half:])
+    )
+    spread = np.hypot(early_error, late_error)
+    drift = (late - early) / spread if spread > 0 else 0.0
+    counted = float(minority.mean() * slice_volume)
+    return Composition(float(mean), float(error), float(drift), counted)
+
+
+def chi_and_error(fraction, error, length=1):
+    """chi by Groot and Warren 1997, Eq. 18, with the error of the fraction carried over.
+
+    Returns
+    -------
+    chi, error : float
+        NaN where no minority bead was seen, or where the phases have mixed.
+    """
+    if not 0 < fraction < 0.5:
+        return np.nan, np.nan
+    chi = float(chi_of_composition(fraction, length))
+    return chi, float(abs(chi_slope(fraction, length)) * error)
+
+
+def sweep_chi(sweep, axis):
+    """chi of every point of a sweep of slabs, replicas taken together.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        Collected runs of two species in slabs, with profiles; one axis besides ``replica``.
+    axis : str
+        Name of that axis.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``chi`` and ``chi_error`` (standard error), per segment, ``fraction``, ``drift``,
+        ``counted``, and ``excess_repulsion`` a_AB - a_AA, over the axis.
+    """
+    table = []
+    for place in range(sweep.sizes[axis]):
+        at = sweep.isel({axis: place})
+        scene = json.loads(str(at.scene.values.ravel()[0]))
+        length = int(scene["molecules"][0]["architecture"].partition(" ")[2] or 1)
+        box = scene["box"]
+        slice_volume = float(np.prod(box)) / at.sizes["z"]
+        parts = [
+            composition(profile, at.z.values, max(box), slice_volume)
+            for profile in at.density_profile.transpose("replica", "block", "species", "z").values
+        ]
+        fraction = float(np.mean([part.fraction for part in parts]))
+        error = float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts)
+        drift = max((part.drift for part in parts), key=abs)
+        counted = float(np.mean([part.counted for part in parts]))
+        excess = scene["repulsion"]["A B"] - scene["repulsion"]["A A"]
+        table.append((*chi_and_error(fraction, error, length), fraction, drift, counted, excess))
+    columns = np.array(table).T
+    units = {
+        "chi": "1", "chi_error": "1", "fraction": "1", "drift": "standard errors",
+        "counted": "beads", "excess_repulsion": "kT / r_c",
+    }  # fmt: skip
+    variables = {
+        name: (axis, column, {"units": unit, "long_name": name.replace("_", " ")})
+        for (name, unit), column in zip(units.items(), columns)
+    }
+    return xr.Dataset(variables, {axis: sweep[axis]})

@@ -1,0 +1,144 @@
+"""Means, errors that know about correlation, and fits."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+COVERAGE = 1.96  # standard errors on either side of a 95 % interval
+
+
+def correlation_time(series, window=5.0):
+    """Integrated autocorrelation time in samples, at least 1/2.
+
+    tau = 1/2 + sum of the normalised autocorrelation up to the first lag that exceeds
+    ``window`` times tau (Sokal's self-consistent window).
+
+    Parameters
+    ----------
+    series : (n,) array
+    window : float
+
+    Returns
+    -------
+    float
+        The variance of the mean is 2 tau / n times the variance.
+    """
+    x = np.asarray(series, dtype=float)
+    x = x - x.mean()
+    n = len(x)
+    if n < 4 or not np.any(x):
+        return 0.5
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.abs(np.fft.rfft(x, size)) ** 2
+    covariance = np.fft.irfft(spectrum, size)[:n]
+    tau = 0.5 + np.cumsum(covariance[1:] / covariance[0])
+    beyond = np.arange(1, n) >= window * tau
+    last = np.argmax(beyond) if beyond.any() else n - 2
+    return max(0.5, float(tau[last]))
+
+
+def mean_and_error(series):
+    """Mean of a correlated series and its standard error.
+
+    Parameters
+    ----------
+    series : (n,) array
+
+    Returns
+    -------
+    mean, error, tau : float
+        tau from `correlation_time`; the error of a single sample is NaN.
+    """
+    x = np.asarray(series, dtype=float)
+    tau = correlation_time(x)
+    if len(x) < 2:
+        return float(x.mean()), np.nan, tau
+    return float(x.mean()), float(np.sqrt(2 * tau / len(x) * x.var(ddof=1))), tau
+
+
+def block_mean_and_error(blocks):
+    """Mean over the first axis and its standard error, by blocking.
+
+    Blocks are joined two by two as long as ten remain, and the largest error counts
+    (Flyvbjerg and Petersen 1989): errors grow with block length until blocks are
+    independent.
+
+    Parameters
+    ----------
+    blocks : (n, ...) array
+
+    Returns
+    -------
+    mean, error : (...) arrays
+    """
+    x = np.asarray(blocks, dtype=float)
+    mean = x.mean(axis=0)
+    error = np.full(mean.shape, np.nan) if len(x) < 2 else np.zeros(mean.shape)
+    while len(x) >= 2:
+        error = np.maximum(error, x.std(axis=0, ddof=1) / np.sqrt(len(x)))
+        if len(x) < 20:
+            break
+        even = len(x) // 2 * 2
+        x = 0.5 * (x[0:even:2] + x[1:even:2])
+    return mean, error
+
+
+def over_replicas(values, errors, axis):
+    """Mean over independent replicas, and its standard error from theirs."""
+    count = values.shape[axis]
+    return values.mean(axis=axis), np.sqrt((errors**2).sum(axis=axis)) / count
+
+
+class Fit(NamedTuple):
+    """A least-squares fit that is linear in its coefficients.
+
+    ``errors`` are standard errors, widened by sqrt(reduced chi-square) where the points
+    scatter more than their own errors allow.
+    """
+
+    values: np.ndarray
+    errors: np.ndarray
+    reduced_chi_square: float
+    degrees: int
+
+    @property
+    def p_value(self):
+        """Probability of a worse chi-square if the model is right."""
+        return float(stats.chi2.sf(self.reduced_chi_square * self.degrees, self.degrees))
+
+
+def linear_fit(basis, y, error=None):
+    """Weighted least squares y = sum_k c_k basis_k.
+
+    Parameters
+    ----------
+    basis : (terms, n) array
+    y : (n,) array
+    error : (n,) array or None
+        Standard errors > 0; without them all points weigh the same and their scatter
+        about the fit is the error.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        With fewer points than terms.
+    """
+    basis, y = np.atleast_2d(basis), np.asarray(y)
+    least = 0.0 if error is None else 1.0
+    error = np.ones(len(y)) if error is None else np.asarray(error)
+    terms, n = basis.shape
+    if n < terms:
+        raise ValueError(f"{n} points do not fix {terms} coefficients")
+    design = (basis / error).T
+    covariance = np.linalg.inv(design.T @ design)
+    values = covariance @ (design.T @ (y / error))
+    residual = y / error - design @ values
+    degrees = n - terms
+    chi_square = float(residual @ residual) / degrees if degrees else np.nan
+    widened = np.sqrt(max(least, chi_square)) if degrees else np.nan if least == 0 else 1.0
+    return Fit(values, widened * np.sqrt(np.diag(covariance)), chi_square, degrees)

@@ -1,0 +1,194 @@
+"""`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from dpd.errors import UserError
+
+RESULTS = Path("results")
+
+
+def main(arguments=None):
+    """Run one stage; return the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        options.stage(options)
+    except UserError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("error: interrupted", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="python -m dpd", description="Dissipative particle dynamics: runs, figures, verdicts."
+    )
+    stages = parser.add_subparsers(title="stages", required=True, metavar="STAGE")
+
+    def stage(name, function, help, *names, output=None):
+        sub = stages.add_parser(name, help=help, description=help)
+        for argument in names:
+            sub.add_argument(argument, nargs="+" if argument == "papers" else None)
+        if output:
+            sub.add_argument("-o", "--output", required=True, type=Path, help=output)
+        sub.set_defaults(stage=function)
+        return sub
+
+    run = stage("run", _run, "run a scene of your own", "scene", output="NetCDF file to write")
+    run.add_argument(
+        "--checkpoint-every", type=float, default=60.0, metavar="SECONDS",
+        help="wall clock between checkpoints (default 60); the same command resumes from one",
+    )  # fmt: skip
+    bench = stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
+    bench.add_argument("-o", "--output", type=Path, help="also write the figures here")
+    stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
+    stage(
+        "start", _start, "make a first configuration",
+        "study", "paper", "sweep", "point", output="start.nc",
+    )  # fmt: skip
+    simulate = stage(
+        "simulate", _simulate, "run one point of a sweep",
+        "study", "paper", "sweep", "point", output="run.nc",
+    )  # fmt: skip
+    simulate.add_argument("--start", required=True, type=Path)
+    stage("collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc")
+    stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
+    stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
+    stage("report", _report, "write the report", "study", "papers", output="report.html")
+    stage("document", _document, "write config/README.md from the schemas", output="README.md")
+    return parser
+
+
+def run_folder(study, paper, sweep):
+    """Folder of a sweep's runs."""
+    return RESULTS / study / paper / "runs" / sweep
+
+
+def _run(options):
+    from dpd.progress import Progress
+    from dpd.scene import Scene
+    from dpd.simulate import checkpoint_path, simulate
+
+    if options.output.is_dir():
+        raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
+    scene = Scene.read(options.scene)
+    checkpoint = checkpoint_path(options.output)
+    if checkpoint.exists():
+        print(f"looking for a run to resume in {checkpoint}", file=sys.stderr)
+    with Progress(sum(scene.steps), options.scene) as progress:
+        found = simulate(
+            scene,
+            options.output,
+            checkpoint=checkpoint,
+            progress=progress,
+            every_seconds=options.checkpoint_every,
+        )
+    for name, value in found.items():
+        print(f"{name:32s} {value:.6g}")
+
+
+def _bench(options):
+    from dpd.benchmark import report
+    from dpd.files import replace_whole
+
+    text = report()
+    print(text)
+    if options.output:
+        replace_whole(options.output, lambda draft: draft.write_text(text + "\n"))
+
+
+def _compile(options):
+    from dpd.files import replace_whole
+    from dpd.simulate import compile_for
+    from dpd.study import read_paper
+
+    scenes = []
+    for paper in options.papers:
+        for sweep in read_paper(paper, options.study).sweeps.values():
+            scenes += [point.scene for point in sweep.points]
+    compiled = compile_for(scenes)
+    replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
+
+
+def _point(options):
+    from dpd.study import read_paper
+
+    paper = read_paper(options.paper, options.study, only=options.sweep)
+    return paper.sweeps[options.sweep].point(options.point)
+
+
+def _start(options):
+    from dpd.progress import Progress
+    from dpd.simulate import write_start
+
+    scene = _point(options).scene
+    steps = scene.data["start"].get("relax", {}).get("steps", 1)
+    with Progress(steps, f"{options.sweep} start") as progress:
+        write_start(scene, options.output, progress)
+
+
+def _simulate(options):
+    from dpd.progress import Progress
+    from dpd.simulate import checkpoint_path, simulate
+
+    scene = _point(options).scene
+    with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
+        found = simulate(
+            scene, options.output, options.start, checkpoint_path(options.output), progress
+        )
+    print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
+
+
+def _collect(options):
+    from dpd.analysis.collect import collect, save
+    from dpd.study import read_paper
+
+    sweep = read_paper(options.paper, options.study, only=options.sweep).sweeps[options.sweep]
+    folder = run_folder(options.study, options.paper, options.sweep)
+    paths = [folder / point.name / "run.nc" for point in sweep.points]
+    save(collect(sweep, paths), options.output)
+
+
+def _figure(options):
+    from dpd.report.figures import make_figure
+    from dpd.study import read_paper
+
+    paper = read_paper(options.paper, options.study)
+    if options.figure not in paper.figures:
+        from dpd.schema import suggestion
+
+        raise UserError(
+            f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
+            f"{suggestion(options.figure, paper.figures)}"
+        )
+    folder = RESULTS / options.study / options.paper / "sweeps"
+    sweeps = {name: folder / f"{name}.nc" for name in paper.figures[options.figure]}
+    make_figure(options.paper, options.figure, sweeps, options.output)
+
+
+def _verdicts(options):
+    from dpd.report.figures import join_verdicts
+    from dpd.study import read_paper
+
+    papers = [read_paper(name, options.study) for name in options.papers]
+    join_verdicts(papers, RESULTS / options.study, options.output)
+
+
+def _report(options):
+    from dpd.report.page import write_page
+    from dpd.study import read_paper, read_study
+
+    papers = [read_paper(name, options.study) for name in options.papers]
+    description = read_study(options.study)["description"]
+    write_page(options.study, description, papers, RESULTS / options.study, options.output)
+
+
+def _document(options):
+    from dpd.files import replace_whole
+    from dpd.report.document import config_readme
+
+    replace_whole(options.output, lambda draft: draft.write_text(config_readme()))

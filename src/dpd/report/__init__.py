@@ -1,0 +1,1 @@
+"""Figures with one style, captions, and the page that shows all."""

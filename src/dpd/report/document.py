@@ -1,0 +1,63 @@
+"""config/README.md, written from the schemas."""
+
+from dpd.schema import schema
+
+INTRODUCTION = """# Configuration
+
+Written by `python -m dpd document -o config/README.md` from the files in `config/schema`;
+edit those.
+
+- `config.yaml` says which study of which papers `snakemake` builds.
+- `papers/` holds one file a paper: its sweeps and its figures, at the paper's own sizes.
+- `studies/` changes sampling, sizes and axes of those sweeps.
+- `scenes/` holds systems to run alone: `python -m dpd run config/scenes/fluid.yaml -o run.nc`.
+
+To edit a sweep, change the `values` of an axis, in the paper's file or, if the study has
+values of its own, there. Only new points are run.
+"""
+PARTS = ("config", "study", "paper", "scene")
+
+
+def config_readme():
+    """The page as Markdown."""
+    parts = [INTRODUCTION]
+    for name in PARTS:
+        rules = schema(name)
+        parts.append(f"## {rules['title']}\n\n{rules['description']}\n")
+        parts.append("| key | allowed | default | meaning |\n| --- | --- | --- | --- |")
+        parts[-1] += "".join(f"\n{line}" for line in _rows(rules, "")) + "\n"
+    return "\n".join(parts)
+
+
+def _rows(rules, prefix):
+    """Table rows of an object's keys, parents before children."""
+    lines = []
+    required = rules.get("required", [])
+    named = dict(rules.get("properties", {}))
+    if isinstance(rules.get("additionalProperties"), dict):
+        named["NAME"] = rules["additionalProperties"]
+    for key, rule in named.items():
+        path = f"{prefix}{key}"
+        default = rule.get("default", "required" if key in required else "")
+        default = "" if default in ({}, []) else default
+        if "description" in rule:
+            cells = (f"`{path}`", _allowed(rule), str(default), rule["description"])
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+        lines += _rows(rule, f"{path}.")
+        items = rule.get("items", {})
+        for branch in [items, *items.get("oneOf", [])]:
+            lines += _rows(branch, f"{path}[].")
+    return lines
+
+
+def _allowed(rule):
+    """What a value may be, in few words."""
+    if "enum" in rule:
+        return ", ".join(map(str, rule["enum"]))
+    if "oneOf" in rule:
+        return " or ".join(_allowed(branch) for branch in rule["oneOf"])
+    kind = rule.get("type", "")
+    kind = kind if isinstance(kind, str) else " or ".join(kind)
+    kind = {"object": "mapping", "array": "list"}.get(kind, kind)
+    limits = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="))
+    return kind + "".join(f" {sign} {rule[key]}" for key, sign in limits if key in rule)

@@ -1,0 +1,117 @@
+"""From sweeps to a figure's files: picture, PDF, plotted numbers, verdict rows, caption."""
+
+import importlib.util
+import json
+
+import pandas as pd
+import xarray as xr
+from matplotlib import pyplot as plt
+
+from dpd.analysis.collect import save
+from dpd.analysis.verdicts import COLUMNS, rows
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.files import replace_whole
+from dpd.report import style  # noqa: F401  sets matplotlib's parameters
+
+
+def load_module(paper, figure):
+    """The file of a figure: ``compute(sweeps)``, ``draw(numbers)``, ``measured(numbers)``.
+
+    Raises
+    ------
+    UserError
+        If the file is missing.
+    """
+    path = ROOT / "paper_figures" / paper / f"{figure}.py"
+    if not path.is_file():
+        raise UserError(f"{path}: a figure named in config/papers/{paper}.yaml has no such file")
+    spec = importlib.util.spec_from_file_location(f"{paper}.{figure}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def make_figure(paper, figure, sweeps, folder):
+    """Write ``figure``.png, .pdf, .nc, .csv and .md to a folder.
+
+    Parameters
+    ----------
+    paper, figure : str
+    sweeps : dict of str to path
+        Collected sweeps.
+    folder : path
+    """
+    module = load_module(paper, figure)
+    data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sweeps.items()}
+    numbers = module.compute(data)
+    table = rows(paper, figure, module.measured(numbers))
+    numbers.attrs |= {"paper": paper, "figure": figure}
+    drawn = module.draw(numbers)
+
+    def path(kind):
+        return folder / f"{figure}.{kind}"
+
+    save(numbers, path("nc"))
+    replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
+    replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data)))
+    replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png"))
+    undated = {"CreationDate": None}
+    replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=undated))
+    plt.close(drawn)
+
+
+def join_verdicts(papers, results, path):
+    """Join the verdict tables of all figures into one file.
+
+    Parameters
+    ----------
+    papers : list of dpd.study.Paper
+    results : path
+        Folder of the study.
+    path : path
+    """
+    tables = [
+        pd.read_csv(results / paper.name / "figures" / f"{figure}.csv")
+        for paper in papers
+        for figure in paper.figures
+    ]
+    joined = pd.concat([table for table in tables if len(table)], ignore_index=True)
+    replace_whole(path, lambda draft: joined[COLUMNS].to_csv(draft, index=False))
+
+
+def caption(module, data):
+    """Title, what the paper shows, then system, parameters, samples, seeds, errors."""
+    parts = [f"**{module.TITLE}** {module.PAPER_SHOWS}"]
+    parts += [f"*{name}*: {_sweep_line(sweep)}" for name, sweep in data.items()]
+    parts.append(getattr(module, "ERRORS", "Error bars: 95 % intervals (1.96 standard errors)."))
+    return "\n\n".join(parts) + "\n"
+
+
+def _sweep_line(sweep):
+    """One sentence on a sweep: system, integrator, points, samples, seeds."""
+    scene = json.loads(str(sweep.scene.values.ravel()[0]))
+    axes = [name for name in sweep.kT.dims if name != "replica"]
+    swept = "; ".join(f"{name} {_values(sweep[name].values)}" for name in axes)
+    low, high = (int(v) for v in (sweep.steps.min(), sweep.steps.max()))
+    steps = f"{low}" if low == high else f"{low} to {high}"
+    beads = f"{int(sweep.beads.min())}"
+    if sweep.beads.min() != sweep.beads.max():
+        beads += f" to {int(sweep.beads.max())}"
+    integrator, thermostat = scene["integrator"], scene["thermostat"]
+    edges = scene["box"] if isinstance(scene["box"], list) else [scene["box"]] * scene["dimension"]
+    text = (
+        f"{beads} beads in {' x '.join(f'{e:g}' for e in edges)} r_c, "
+        f"a {', '.join(f'{pair} {a:g}' for pair, a in scene['repulsion'].items())}, "
+        f"gamma {thermostat['gamma']:g}, {thermostat['noise']} noise, {integrator['scheme']}"
+        f" (lambda {integrator['lambda']:g}), dt {integrator['dt']:g}"
+    )
+    if "bond" in scene:
+        text += f", bonds C {scene['bond']['stiffness']:g}, rest length {scene['bond']['length']:g}"
+    text += f", {steps} steps with equilibration, {sweep.sizes['replica']} replica(s)"
+    text += f", noise seeds {int(sweep.seed.min())} to {int(sweep.seed.max())}"
+    return text + (f"; first of the points over {swept}." if swept else ".")
+
+
+def _values(values):
+    return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values.tolist())

@@ -1,0 +1,139 @@
+"""The report: one self-contained page."""
+
+import base64
+import platform
+import re
+import subprocess
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from jinja2 import Environment, FileSystemLoader
+from markupsafe import Markup, escape
+
+from dpd.digest import ROOT, stage_digest
+from dpd.files import replace_whole
+
+LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
+TEMPLATE = "page.html"
+
+
+def write_page(study, description, papers, results, path):
+    """Write the report of a study.
+
+    Parameters
+    ----------
+    study, description : str
+    papers : list of dpd.study.Paper
+    results : path
+        Folder of the study.
+    path : path
+    """
+    table = pd.read_csv(results / "verdicts.csv")
+    checks = pd.concat([_checks(paper, results) for paper in papers], ignore_index=True)
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
+    )
+    environment.filters |= {"number": _number, "pulled": _pulled}
+    page = environment.get_template(TEMPLATE).render(
+        study=study,
+        description=description,
+        papers=[_paper(paper, results) for paper in papers],
+        verdicts=table.to_dict("records"),
+        counts=table.verdict.value_counts().to_dict(),
+        checks=checks.to_dict("records"),
+        total_seconds=float(checks.seconds.sum()),
+        versions={name: version(name) for name in LIBRARIES}
+        | {"Python": platform.python_version()},
+        sources={
+            stage: stage_digest(stage) for stage in ("simulate", "collect", "figure", "report")
+        },
+        commit=_commit(),
+        made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    )
+    replace_whole(path, lambda draft: draft.write_text(page))
+
+
+def _paper(paper, results):
+    """A paper's figures, each with its picture and caption inside the page."""
+    folder = results / paper.name / "figures"
+    figures = []
+    for name in paper.figures:
+        picture = base64.b64encode((folder / f"{name}.png").read_bytes()).decode()
+        figures.append(
+            {
+                "name": name,
+                "picture": f"data:image/png;base64,{picture}",
+                "caption": _html((folder / f"{name}.md").read_text()),
+            }
+        )
+    return {"title": paper.title, "reference": paper.reference, "figures": figures}
+
+
+def _html(text):
+    """Paragraphs, **strong** and *emphasis* of a caption as HTML; all else is escaped."""
+    paragraphs = []
+    for part in text.strip().split("\n\n"):
+        safe = str(escape(part))
+        safe = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", safe)
+        paragraphs.append("<p>" + re.sub(r"(?<!\w)\*(\w+)\*", r"<em>\1</em>", safe) + "</p>")
+    return Markup("".join(paragraphs))
+
+
+def _checks(paper, results):
+    """What each sweep says of itself: kT, momentum, speed, memory, cost."""
+    rows = []
+    for name in paper.sweeps:
+        data = xr.load_dataset(results / paper.name / "sweeps" / f"{name}.nc", engine="netcdf4")
+        rows.append({
+            "sweep": name,
+            "runs": data.kT.size,
+            "beads": _span(data.beads, "{:.0f}"),
+            "steps": _span(data.steps, "{:.0f}"),
+            "kT": _span(data.kT, "{:.4f}"),
+            "momentum": float(data.momentum_per_bead.max()),
+            "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
+            "memory": float(data.peak_memory_MiB.max()),
+            "seconds": float(data.seconds.sum()),
+        })  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def _span(values, pattern):
+    low, high = (pattern.format(float(v)) for v in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _number(value, error=None):
+    """A number with as many digits as its error has meaning for."""
+    if not isinstance(value, float | int):
+        return value
+    if not np.isfinite(value):
+        return "–"
+    if error is None or not np.isfinite(error) or error <= 0:
+        return f"{value:.4g}"
+    digits = max(0, 1 - int(np.floor(np.log10(error))))
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def _pulled(row):
+    """Published value as printed in the table: with its error where it has one."""
+    try:
+        value = float(row["published"])
+    except ValueError:
+        return row["published"]
+    return _number(value) + (
+        f" ± {row['published_error']:.2g}" if np.isfinite(row["published_error"]) else ""
+    )
+
+
+def _commit():
+    """The commit that the sources stand on, with a mark if they were edited."""
+    found = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    return found.stdout.strip() or "not under version control"

@@ -1,0 +1,62 @@
+"""One look for all figures: column width, readable type, colours that all can tell apart."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib import pyplot as plt
+
+from dpd.analysis.statistics import COVERAGE
+
+COLUMN = 3.4  # inches, a journal's single column
+# Okabe and Ito's palette.
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
+)  # fmt: skip
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+mpl.rcParams.update({
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 6.5,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "axes.linewidth": 0.7,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "dpd-papers",
+})  # fmt: skip
+
+
+def panels(columns=1, rows=1, height=2.6, **options):
+    """A figure of panels, each a column wide and ``height`` inches high.
+
+    Returns
+    -------
+    Figure, Axes or array of Axes
+    """
+    return plt.subplots(rows, columns, figsize=(COLUMN * columns, height * rows), **options)
+
+
+def points(axes, x, y, error, label=None, color=BLUE, marker="o", filled=True, **options):
+    """Points with 95 % intervals from standard errors; points without a value are left out."""
+    x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
+    seen = np.isfinite(y)
+    return axes.errorbar(
+        x[seen], y[seen], COVERAGE * np.nan_to_num(error[seen]), label=label, color=color,
+        marker=marker, linestyle=options.pop("linestyle", "none"), elinewidth=0.7, capsize=1.5,
+        capthick=0.7, markerfacecolor=color if filled else "white", markeredgewidth=0.8, **options,
+    )  # fmt: skip
+
+
+def published_line(axes, x, y, label):
+    """What the paper prints, always drawn alike."""
+    return axes.plot(x, y, color=BLACK, linestyle=(0, (4, 2)), linewidth=0.9, label=label, zorder=1)

@@ -1,0 +1,255 @@
+"""From config to runs: a study changes a paper's sweeps, a sweep unfolds into points."""
+
+import copy
+from dataclasses import dataclass
+from itertools import product
+from zlib import crc32
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.scene import Scene
+from dpd.schema import read_yaml, schema, suggestion, validate, with_defaults
+
+CONFIG = ROOT / "config"
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a sweep: its name, its place on the axes, and its scene."""
+
+    name: str
+    labels: tuple
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A swept parameter: name, labels, units, and a name for plots."""
+
+    name: str
+    labels: tuple
+    units: str
+    long_name: str
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A family of runs; the last axis is always ``replica``."""
+
+    name: str
+    axes: tuple
+    points: tuple
+
+    def point(self, name):
+        """A point by name.
+
+        Raises
+        ------
+        UserError
+            If the sweep has no such point.
+        """
+        for point in self.points:
+            if point.name == name:
+                return point
+        names = [point.name for point in self.points]
+        raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, names)}")
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper under a study: its sweeps by name, and the sweeps of each figure."""
+
+    name: str
+    title: str
+    reference: str
+    sweeps: dict
+    figures: dict
+
+
+def read_config(overrides=None):
+    """Study and papers as config/config.yaml and the command line have them.
+
+    Parameters
+    ----------
+    overrides : dict or None
+        What stands on the command line.
+
+    Returns
+    -------
+    dict
+        ``study``: a name, ``papers``: names.
+    """
+    path = CONFIG / "config.yaml"
+    config = read_yaml(path) | (overrides or {})
+    validate(config, "config", "config/config.yaml")
+    _known("study", config["study"], "studies")
+    for name in config["papers"]:
+        _known("papers", name, "papers")
+    return config
+
+
+def read_study(name):
+    """A study by name."""
+    _known("study", name, "studies")
+    where = f"config/studies/{name}.yaml"
+    study = read_yaml(CONFIG / "studies" / f"{name}.yaml")
+    validate(study, "study", where)
+    for paper in study.get("papers", {}):
+        _known(f"{where}: papers", paper, "papers")
+    return study
+
+
+def read_paper(name, study, only=None):
+    """A paper's sweeps and figures under a study.
+
+    Parameters
+    ----------
+    name, study : str
+    only : str or None
+        Unfold this sweep alone.
+
+    Returns
+    -------
+    Paper
+
+    Raises
+    ------
+    UserError
+        If anything in the files is not allowed, or they do not fit together.
+    """
+    _known("papers", name, "papers")
+    where = f"config/papers/{name}.yaml"
+    paper = read_yaml(CONFIG / "papers" / f"{name}.yaml")
+    validate(paper, "paper", where)
+    changes = read_study(study).get("papers", {}).get(name, {})
+    for sweep in changes:
+        if sweep not in paper["sweeps"]:
+            raise UserError(
+                f"config/studies/{study}.yaml: papers.{name}: no sweep {sweep!r}; "
+                f"{suggestion(sweep, paper['sweeps'])}"
+            )
+    figures = {}
+    for figure, given in paper["figures"].items():
+        for sweep in given["sweeps"]:
+            if sweep not in paper["sweeps"]:
+                raise UserError(
+                    f"{where}: figures.{figure}.sweeps: no sweep {sweep!r}; "
+                    f"{suggestion(sweep, paper['sweeps'])}"
+                )
+        figures[figure] = tuple(given["sweeps"])
+    if only is not None and only not in paper["sweeps"]:
+        raise UserError(f"{where}: no sweep {only!r}; {suggestion(only, paper['sweeps'])}")
+    sweeps = {
+        sweep: _unfold(name, sweep, given, changes.get(sweep, {}), where, study)
+        for sweep, given in paper["sweeps"].items()
+        if only in (None, sweep)
+    }
+    return Paper(name, paper["title"], paper["reference"], sweeps, figures)
+
+
+def _known(key, name, folder):
+    names = sorted(path.stem for path in (CONFIG / folder).glob("*.yaml"))
+    if name not in names:
+        raise UserError(f"{key}: {name!r} is not in config/{folder}; {suggestion(name, names)}")
+
+
+def _unfold(paper, name, given, changes, where, study):
+    """All points of a sweep."""
+    rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
+    given = with_defaults(given, rules)
+    base = merge(given["scene"], changes.get("scene", {}))
+    described = copy.deepcopy(given.get("axes", {}))
+    there = f"config/studies/{study}.yaml: papers.{paper}.{name}.axes"
+    for axis, values in changes.get("axes", {}).items():
+        if axis not in described:
+            raise UserError(f"{there}: no axis {axis!r}; {suggestion(axis, described)}")
+        described[axis]["values"] = _chosen(described[axis]["values"], values, f"{there}.{axis}")
+    key = f"{where}: sweeps.{name}"
+    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
+    replicas = changes.get("replicas", given["replicas"])
+    axes.append(Axis("replica", tuple(range(replicas)), "1", "replica"))
+    points = []
+    for labels in product(*(axis.labels for axis in axes)):
+        at = ",".join(f"{axis.name}={_text(v)}" for axis, v in zip(axes, labels))
+        scene = base
+        for axis, label in zip(axes[:-1], labels):
+            scene = merge(scene, _changes(described[axis.name], label))
+        scene = _sampled(scene, changes.get("sampling", 1))
+        scene = _with_seeds(scene, f"{paper}/{name}", at, labels[-1])
+        points.append(Point(at, labels, Scene(scene, f"{key} ({at})")))
+    return Sweep(name, tuple(axes), tuple(points))
+
+
+def _axis(name, rule, key):
+    values = rule["values"]
+    if len(set(map(str, values))) < len(values) or not values:
+        raise UserError(f"{key}.axes.{name}.values: need at least one value, and none twice")
+    if isinstance(values, list) and "set" not in rule:
+        raise UserError(f"{key}.axes.{name}: a list of values needs 'set', the key to put them in")
+    units, long_name = rule.get("units", "1"), rule.get("long_name", name.replace("_", " "))
+    return Axis(name, tuple(values), units, long_name)
+
+
+def _chosen(values, change, key):
+    """New values of an axis: other numbers, or some of its labels."""
+    if not isinstance(values, dict) or isinstance(change, dict):
+        return change
+    for label in change:
+        if label not in values:
+            raise UserError(f"{key}: no label {label!r}; {suggestion(label, values)}")
+    return {label: values[label] for label in change}
+
+
+def _changes(rule, label):
+    """The part of a scene that a label changes, as nested dicts."""
+    if isinstance(rule["values"], dict):
+        return rule["values"][label]
+    value = label + rule["offset"] if rule.get("offset") else label
+    targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
+    change = {}
+    for target in targets:
+        nested = value
+        for part in reversed(target.split(".")):
+            nested = {part: nested}
+        change = merge(change, nested)
+    return change
+
+
+def merge(base, change):
+    """A copy of ``base`` with ``change`` put in, dicts key by key, list items by number."""
+    if not isinstance(change, dict):
+        return copy.deepcopy(change)
+    if isinstance(base, list):
+        merged = copy.deepcopy(base)
+        for place, value in change.items():
+            if not place.isdigit() or int(place) >= len(merged):
+                raise UserError(f"no item {place!r} in a list of {len(merged)}; they count from 0")
+            merged[int(place)] = merge(merged[int(place)], value)
+        return merged
+    merged = copy.deepcopy(base) if isinstance(base, dict) else {}
+    for key, value in change.items():
+        merged[key] = merge(merged.get(key), value)
+    return merged
+
+
+def _sampled(scene, factor):
+    """A scene that runs ``factor`` times as long."""
+    steps, duration = scene.get("steps", {}), scene.get("duration", {})
+    steps = {part: max(1, round(factor * n)) if n else 0 for part, n in steps.items()}
+    duration = {part: factor * time for part, time in duration.items()}
+    return merge(scene, {"steps": steps, "duration": duration})
+
+
+def _with_seeds(scene, sweep, at, replica):
+    """Noise seeds of their own for all points; one start for the points of a replica.
+
+    The seeds follow from the names alone, so a point keeps its own when others are added.
+    """
+    seed = scene.get("seed", 1)
+    own = (seed + crc32(f"{sweep}/{at}".encode())) % 2**31
+    start = (seed + crc32(f"{sweep}/{replica}".encode())) % 2**31
+    return merge(scene, {"seed": own, "start": {"seed": start}})
+
+
+def _text(label):
+    return f"{label:g}" if isinstance(label, float) else str(label)

@@ -1,0 +1,1 @@
+"""Closed forms and integral equations that results are held against. Stands alone."""

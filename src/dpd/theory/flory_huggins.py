@@ -1,0 +1,67 @@
+"""Flory-Huggins theory of two polymers of equal length (Groot and Warren 1997, Sec. V)."""
+
+import numpy as np
+from scipy.optimize import brentq
+
+
+def free_energy(phi, chi, length=1):
+    """F / kT per site, Eq. 17, for N_A = N_B = ``length``; phi is the fraction of A."""
+    phi = np.asarray(phi, dtype=float)
+    mixing = (phi * np.log(phi) + (1 - phi) * np.log(1 - phi)) / length
+    return mixing + chi * phi * (1 - phi)
+
+
+def chemical_potential(phi, chi, length=1):
+    """dF/dphi / kT of Eq. 17."""
+    phi = np.asarray(phi, dtype=float)
+    return np.log(phi / (1 - phi)) / length + chi * (1 - 2 * phi)
+
+
+def critical_chi(length_a=1, length_b=1):
+    """chi at the critical point, Eq. 19."""
+    return 0.5 * (1 / np.sqrt(length_a) + 1 / np.sqrt(length_b)) ** 2
+
+
+def chi_of_composition(phi, length=1):
+    """chi from the minority fraction of two coexisting phases, Eq. 18."""
+    phi = np.asarray(phi, dtype=float)
+    return np.log((1 - phi) / phi) / (1 - 2 * phi) / length
+
+
+def chi_slope(phi, length=1):
+    """d chi / d phi of `chi_of_composition`, to carry errors."""
+    phi = np.asarray(phi, dtype=float)
+    odds = np.log((1 - phi) / phi)
+    skew = 1 - 2 * phi
+    return (2 * odds / skew**2 - 1 / (phi * (1 - phi) * skew)) / length
+
+
+def binodal(chi, length=1):
+    """Minority fraction of the coexisting phases.
+
+    Raises
+    ------
+    ValueError
+        If chi is not above the critical point, where there is one phase.
+    """
+    _above_critical(chi, length)
+    lowest = np.exp(-2.0 * chi * length)  # the fraction is exp(-chi N) for large chi N
+    spinodal_point = spinodal(chi, length)
+    return brentq(lambda phi: float(chemical_potential(phi, chi, length)), lowest, spinodal_point)
+
+
+def spinodal(chi, length=1):
+    """Smaller fraction at which d^2 F / dphi^2 = 0.
+
+    Raises
+    ------
+    ValueError
+        If chi is not above the critical point.
+    """
+    _above_critical(chi, length)
+    return 0.5 * (1 - np.sqrt(1 - 2 / (chi * length)))
+
+
+def _above_critical(chi, length):
+    if chi * length <= 2:
+        raise ValueError(f"chi N = {chi * length:g}: the mixture is one phase; allowed: > 2")

@@ -1,0 +1,67 @@
+"""Small systems for the tests, and what they have in common."""
+
+import numpy as np
+
+from dpd.engine.integrators import coefficients
+from dpd.engine.simulation import Simulation, State, System
+
+BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
+BOX_2D = (2.2, 5.1)
+
+
+def make_system(box, scheme="gw-vv", prediction=0.5, **changes):
+    """Groot and Warren's standard fluid in a box, with changes by name."""
+    values = {
+        "repulsion": np.array([[25.0]]),
+        "kT": 1.0,
+        "friction": 4.5,
+        "gaussian": False,
+        "bonds": None,
+        "dt": 0.04,
+        "seed": 1,
+    } | changes
+    return System(box=box, scheme=coefficients(scheme, prediction), **values)
+
+
+def make_simulation(system, position, velocity, species=None, identity=None):
+    """Beads in motion, numbered in the order given unless ``identity`` says otherwise."""
+    if identity is None:
+        identity = np.arange(position.shape[1])
+    state = State(
+        position.copy(), velocity.copy(), None, identity.astype(np.uint32), species, 0
+    )
+    return Simulation(system, state)
+
+
+def random_beads(box, count, seed=0):
+    """Positions anywhere in the box, and velocities at kT 1 without total momentum."""
+    rng = np.random.default_rng(seed)
+    position = rng.random((len(box), count)) * np.array(box)[:, None]
+    velocity = rng.normal(size=position.shape)
+    return position, velocity - velocity.mean(axis=1, keepdims=True)
+
+
+def chains(count, length):
+    """Members of the bonds of ``count`` chains, bead after bead."""
+    first = np.arange(count * length).reshape(count, length)
+    return np.stack([first[:, :-1].ravel(), first[:, 1:].ravel()], axis=1).astype(np.uint32)
+
+
+def by_identity(simulation, name):
+    """An array of the state in the order of identities."""
+    return simulation.state.by_identity(getattr(simulation.state, name))
+
+
+def assert_same_place(found, expected, box, within):
+    """Two sets of positions are the same up to whole box edges."""
+    edges = np.array(box)[:, None]
+    apart = found - expected
+    apart -= edges * np.round(apart / edges)
+    assert np.abs(apart).max() < within
+
+
+def assert_same_state(one, other):
+    """Two states hold the same bits."""
+    assert one.step == other.step
+    for name in ("position", "velocity", "force", "identity", "species"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)

@@ -1,0 +1,92 @@
+"""A plain NumPy engine: every pair of beads, one equation of Groot and Warren 1997 a line.
+
+It shares nothing with the engine but the noise of a pair. Beads are kept in the order of
+their identities, and positions are not wrapped.
+"""
+
+import numpy as np
+
+from dpd.engine.noise import gaussian_noise, step_keys, uniform_noise
+
+
+def pair_noise(low, high, seed, step, gaussian):
+    """The engine's own noise of pairs of identities at a step."""
+    theta = np.empty(len(low))
+    fill = gaussian_noise if gaussian else uniform_noise
+    keys = [np.uint32(key) for key in step_keys(np.uint64(seed), step)]
+    fill(theta, low.astype(np.uint32), high.astype(np.uint32), len(low), *keys)
+    return theta
+
+
+class Reference:
+    """A `System` moved by a scheme of the paper, named, with its lambda."""
+
+    def __init__(self, system, scheme, prediction, position, velocity, species=None):
+        self.system, self.scheme, self.prediction = system, scheme, prediction
+        self.position, self.velocity = position.copy(), velocity.copy()
+        self.species = np.zeros(position.shape[1], int) if species is None else species
+        self.steps = 0
+        self.evaluate(velocity)
+
+    def evaluate(self, velocity):
+        """Forces, virials and energies where the beads are, friction with this velocity."""
+        self.force = np.zeros_like(self.position)
+        self.virial, self.energy = np.zeros((2, len(self.position), len(self.position))), [0, 0]
+        self.evaluate_pairs(velocity)
+        if self.system.bonds is not None:
+            self.evaluate_bonds()
+
+    def separation(self, i, j):
+        """r_ij at the nearest image, r, and the unit vector e."""
+        box = np.array(self.system.box)[:, None]
+        r_ij = self.position[:, i] - self.position[:, j]
+        r_ij = r_ij - box * np.round(r_ij / box)
+        r = np.sqrt((r_ij**2).sum(axis=0))
+        return r_ij, r, r_ij / r
+
+    def evaluate_pairs(self, velocity):
+        """Eqs. 3 to 6 and 8."""
+        system = self.system
+        i, j = np.triu_indices(self.position.shape[1], 1)
+        near = self.separation(i, j)[1] < 1
+        i, j = i[near], j[near]
+        r_ij, r, e = self.separation(i, j)
+        a = system.repulsion[self.species[i], self.species[j]]
+        sigma = np.sqrt(2 * system.friction * system.kT)
+        zeta = pair_noise(i, j, system.seed, self.steps, system.gaussian)
+        approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
+        conservative = a * (1 - r) * e
+        drag = -system.friction * (1 - r) ** 2 * approach * e
+        random = sigma * (1 - r) * zeta * system.dt**-0.5 * e
+        self.energy[0] = (a * (1 - r) ** 2 / 2).sum()
+        self.add(i, j, r_ij, conservative, conservative + drag + random)
+
+    def evaluate_bonds(self):
+        """Springs: energy C (r - length)^2 / 2."""
+        members, stiffness, length = self.system.bonds
+        i, j = members.T
+        r_ij, r, e = self.separation(i, j)
+        pull = -stiffness * (r - length) * e
+        self.energy[1] = (stiffness * (r - length) ** 2 / 2).sum()
+        self.add(i, j, r_ij, pull, pull)
+
+    def add(self, i, j, r_ij, conservative, full):
+        """Add a force on i from j, and the virials sum r_ij F_ij."""
+        for k in range(len(self.force)):
+            np.add.at(self.force[k], i, full[k])
+            np.subtract.at(self.force[k], j, full[k])
+        self.virial += [r_ij @ conservative.T, r_ij @ full.T]
+
+    def step(self):
+        """One step of Eq. 7, or of Eq. 9 with or without its acceleration term."""
+        dt, v, f = self.system.dt, self.velocity, self.force
+        self.steps += 1
+        if self.scheme == "euler":
+            self.position = self.position + dt * v
+            self.velocity = v + dt * f
+            self.evaluate(self.velocity)
+        else:
+            acceleration = 0 if self.scheme == "verlet-no-acceleration" else dt**2 * f / 2
+            self.position = self.position + dt * v + acceleration
+            self.evaluate(v + self.prediction * dt * f)
+            self.velocity = v + dt * (f + self.force) / 2

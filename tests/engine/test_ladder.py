@@ -1,0 +1,238 @@
+"""From one bead at rest to fifty beads beside the plain reference."""
+
+import numpy as np
+import pytest
+
+from tests.engine.build import (
+    BOX_2D,
+    BOX_3D,
+    assert_same_place,
+    by_identity,
+    chains,
+    make_simulation,
+    make_system,
+    random_beads,
+)
+from tests.engine.reference import Reference, pair_noise
+
+DIRECTION = np.array([2.0, -1.0, 2.0]) / 3
+SCHEMES = [
+    ("euler", 0.5),
+    ("gw-vv", 0.5),
+    ("gw-vv", 0.65),
+    ("verlet-no-acceleration", 0.5),
+    ("verlet-no-acceleration", 0.65),
+]
+
+
+def test_bead_at_rest_stays():
+    start = np.array([[0.0], [3.6], [2.5]])
+    simulation = make_simulation(make_system(BOX_3D), start, np.zeros((3, 1)))
+    simulation.advance(100)
+    np.testing.assert_array_equal(simulation.state.position, start)
+    np.testing.assert_array_equal(simulation.state.velocity, 0.0)
+
+
+def test_moving_bead_keeps_its_velocity_and_wraps():
+    """200 additions of numbers below 6, each rounded by 4.4e-16 at most, err below 1e-13."""
+    start, velocity = np.array([[0.3], [3.6], [2.5]]), np.array([[1.0], [-2.0], [0.5]])
+    simulation = make_simulation(make_system(BOX_3D), start, velocity)
+    for _ in range(200):
+        simulation.advance(1)
+        assert (simulation.state.position >= 0).all()
+        assert (simulation.state.position < np.array(BOX_3D)[:, None]).all()
+    assert_same_place(simulation.state.position, start + 200 * 0.04 * velocity, BOX_3D, 1e-12)
+    np.testing.assert_array_equal(simulation.state.velocity, velocity)
+
+
+def two_beads(distance, middle, velocity=(0.0, 0.0), **changes):
+    """Bead 0 ahead of bead 1 along `DIRECTION`, with velocities along it: forces on both."""
+    along = DIRECTION[:, None]
+    position = np.array(middle)[:, None] + along * np.array([[0.5, -0.5]]) * distance
+    position %= np.array(BOX_3D)[:, None]
+    system = make_system(BOX_3D, **changes)
+    return by_identity(make_simulation(system, position, along * np.array([velocity])), "force")
+
+
+CENTRE, CORNER = (1.1, 1.8, 2.5), (2.2, 0.0, 5.1)
+
+
+@pytest.mark.parametrize("middle", [CENTRE, CORNER], ids=["centre", "across the boundary"])
+@pytest.mark.parametrize("distance", [0.01, 0.3, 0.5, 0.9, 0.999])
+def test_repulsion_and_friction_of_two_beads(distance, middle):
+    """Eqs. 3 and 4 without noise; positions below 6 are rounded by 4.4e-16, a 25 times that."""
+    force = two_beads(distance, middle, velocity=(0.7, -0.4), kT=0.0)
+    w = 1 - distance
+    expected = (25 * w - 4.5 * w**2 * 1.1) * DIRECTION
+    np.testing.assert_allclose(force[:, 0], expected, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(force[:, 0], -force[:, 1])
+
+
+@pytest.mark.parametrize("gaussian", [False, True])
+def test_noise_of_two_beads(gaussian):
+    """Eq. 8 with sigma^2 = 2 gamma kT; the noise is alone without repulsion and motion."""
+    changes = {"repulsion": np.zeros((1, 1)), "kT": 2.0, "dt": 0.01, "seed": 7}
+    force = two_beads(0.4, CENTRE, gaussian=gaussian, **changes)
+    theta = pair_noise(np.array([0]), np.array([1]), 7, 0, gaussian)
+    expected = np.sqrt(2 * 4.5 * 2.0) * 0.6 * theta / np.sqrt(0.01) * DIRECTION
+    assert abs(theta[0]) > 0.01
+    np.testing.assert_allclose(force[:, 0], expected, rtol=1e-12)
+    np.testing.assert_array_equal(force[:, 0], -force[:, 1])
+
+
+@pytest.mark.parametrize("middle", [CENTRE, CORNER], ids=["centre", "across the boundary"])
+@pytest.mark.parametrize("distance", [1 + 1e-12, 1.05, 1.5])
+def test_no_force_beyond_the_cutoff(distance, middle):
+    force = two_beads(distance, middle, velocity=(0.7, -0.4))
+    np.testing.assert_array_equal(force, 0.0)
+
+
+def test_beads_at_the_same_place_stay_finite():
+    """Without a direction there is no force, neither from the pair nor from the bond."""
+    bonds = (chains(1, 2), 100.0, 0.95)
+    system = make_system(BOX_3D, bonds=bonds, repulsion=np.full((2, 2), 25.0))
+    place = np.full((3, 2), 1.5)
+    simulation = make_simulation(system, place, np.zeros((3, 2)), np.array([0, 1], np.uint8))
+    sums = simulation.advance(10, measure=True)
+    for array in (simulation.state.position, simulation.state.velocity, *sums):
+        assert np.isfinite(array).all()
+    np.testing.assert_array_equal(simulation.state.position, place)
+    assert sums.energy == pytest.approx([25 / 2, 100 * 0.95**2 / 2])
+
+
+def spring(dt, stiffness=100.0, length=0.95):
+    """Two beads on a spring alone, stretched by 0.2 along a diagonal across the boundary."""
+    system = make_system(
+        BOX_2D, dt=dt, friction=0.0, repulsion=np.zeros((1, 1)),
+        bonds=(chains(1, 2), stiffness, length),
+    )  # fmt: skip
+    along = np.array([[0.6], [0.8]]) * (length + 0.2)
+    position = np.hstack([np.array([[0.1], [0.2]]), np.array([[0.1], [0.2]]) - along])
+    position %= np.array(BOX_2D)[:, None]
+    return make_simulation(system, position, np.zeros((2, 2)), np.zeros(2, np.uint8))
+
+
+def stretch(simulation, length=0.95):
+    """Length of the bond of two beads beyond its rest length."""
+    position = by_identity(simulation, "position")
+    apart = position[:, 0] - position[:, 1]
+    apart -= np.array(BOX_2D) * np.round(apart / np.array(BOX_2D))
+    return np.linalg.norm(apart) - length
+
+
+def test_bonded_pair_swings_as_velocity_verlet_must():
+    """x_n = x_0 cos(n phi), cos phi = 1 - (omega dt)^2 / 2, with omega^2 = 2 C for two beads.
+
+    That is velocity Verlet's exact solution; it differs from the continuous period by
+    (omega dt)^2 / 24, 0.1 % here.
+    """
+    dt, omega = 0.01, np.sqrt(2 * 100.0)
+    phi = np.arccos(1 - (omega * dt) ** 2 / 2)
+    assert phi / dt == pytest.approx(omega, rel=1e-3)
+    simulation = spring(dt)
+    for n in range(1, 200):
+        simulation.advance(1)
+        assert stretch(simulation) == pytest.approx(0.2 * np.cos(n * phi), abs=1e-11)
+
+
+def test_energy_of_a_bonded_pair_stays_within_its_bound():
+    """Velocity Verlet keeps v^2 + omega^2 x^2 (1 - (omega dt)^2 / 4) of an oscillator.
+
+    So its energy lies between E and E (1 - (omega dt)^2 / 4), and reaches both.
+    """
+    dt, omega, energies = 0.01, np.sqrt(2 * 100.0), []
+    simulation = spring(dt)
+    for _ in range(200):
+        energy = simulation.advance(1, measure=True).energy
+        energies.append(energy.sum() + np.sum(simulation.state.velocity**2) / 2)
+    first, bound = 100 * 0.2**2 / 2, (omega * dt) ** 2 / 4
+    assert max(energies) < first * (1 + 1e-9)
+    assert min(energies) > first * (1 - bound - 1e-9)
+    assert min(energies) < first * (1 - 0.99 * bound)
+
+
+def energy_error(dt, seed):
+    """Root mean square change of the energy of a fluid without thermostat over one tau."""
+    position, velocity = random_beads(BOX_3D, 125, seed)
+    calm = make_simulation(make_system(BOX_3D, dt=0.01), position, velocity)
+    calm.advance(100)
+    simulation = make_simulation(
+        make_system(BOX_3D, friction=0.0, dt=dt),
+        by_identity(calm, "position"), by_identity(calm, "velocity"),
+    )  # fmt: skip
+    kinetic = np.sum(simulation.state.velocity**2) / 2
+    energies = [simulation.measure().energy.sum() + kinetic]
+    for _ in range(50):
+        potential = simulation.advance(round(0.02 / dt), measure=True).energy.sum()
+        energies.append(potential + np.sum(simulation.state.velocity**2) / 2)
+    return np.sqrt(np.mean((np.array(energies) - energies[0]) ** 2))
+
+
+def test_energy_error_of_a_fluid_is_of_second_order():
+    """Halving dt divides the error by 4; 16 fluids give the order to better than 0.15.
+
+    Single fluids scatter: the force has a kink at the cutoff.
+    """
+    orders = [np.log2(energy_error(0.02, s) / energy_error(0.005, s)) / 2 for s in range(16)]
+    error = np.std(orders, ddof=1) / np.sqrt(len(orders))
+    assert error < 0.15
+    assert abs(np.mean(orders) - 2) < 4 * error
+
+
+def fifty_beads(box, scheme, prediction, gaussian, mixed):
+    """The same 50 beads for the engine and for the reference."""
+    changes = {}
+    species = None
+    if mixed:
+        species = np.random.default_rng(5).integers(0, 3, 50).astype(np.uint8)
+        table = np.array([[25.0, 40.0, 10.0], [40.0, 30.0, 55.0], [10.0, 55.0, 15.0]])
+        changes = {"repulsion": table, "bonds": (chains(8, 5), 60.0, 0.7)}
+    system = make_system(box, scheme, prediction, gaussian=gaussian, seed=12, **changes)
+    position, velocity = random_beads(box, 50, seed=3)
+    if mixed:
+        for k in range(1, 40):
+            if k % 5:  # a bead next to the one before it in its chain
+                position[:, k] = position[:, k - 1] + 0.6 * np.sin(k + np.arange(len(box)))
+        position %= np.array(box)[:, None]
+    return (
+        make_simulation(system, position, velocity, species),
+        Reference(system, scheme, prediction, position, velocity, species),
+    )
+
+
+@pytest.mark.parametrize("mixed", [False, True], ids=["one species", "species and bonds"])
+@pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
+@pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
+@pytest.mark.parametrize("scheme, prediction", SCHEMES)
+def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, gaussian, mixed):
+    """Twenty steps: places, velocities, forces, virials and energies agree to 1e-9.
+
+    Sums in another order differ by 1e-14 of a force of 100, and the motion of a fluid
+    multiplies that by less than e^10 in 0.8 tau.
+    """
+    simulation, reference = fifty_beads(box, scheme, prediction, gaussian, mixed)
+    for _ in range(20):
+        sums = simulation.advance(1, measure=True)
+        reference.step()
+        assert_same_place(by_identity(simulation, "position"), reference.position, box, 1e-9)
+        for name in ("velocity", "force"):
+            found, expected = by_identity(simulation, name), getattr(reference, name)
+            assert np.abs(found - expected).max() < 1e-9 * max(1, np.abs(expected).max())
+        scale = np.abs(reference.virial).max()
+        assert np.abs(sums.virial - reference.virial).max() < 1e-9 * scale
+        np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-9)
+    assert simulation.state.step == reference.steps
+
+
+def test_measuring_leaves_the_state_alone():
+    """`measure` sees what the last step measured, up to the friction of another velocity."""
+    simulation, _ = fifty_beads(BOX_3D, "gw-vv", 0.5, False, False)
+    last = simulation.advance(5, measure=True)
+    kept = simulation.state
+    copies = {name: getattr(kept, name).copy() for name in ("position", "velocity", "force")}
+    found = simulation.measure()
+    assert simulation.state is kept
+    for name, copy in copies.items():
+        np.testing.assert_array_equal(getattr(kept, name), copy)
+    np.testing.assert_allclose(found.energy, last.energy, rtol=1e-12)
+    np.testing.assert_allclose(found.virial[0], last.virial[0], rtol=1e-12, atol=1e-11)

@@ -1,0 +1,179 @@
+"""The noise of the pairs: its distribution, and that nothing hangs together.
+
+Each statistic is held to 5 of its own standard errors, or to a probability of 1e-6: true
+noise fails any of these nearly two hundred checks once in about ten thousand times. The
+numbers drawn are always the same ones.
+"""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from dpd.engine.jit import kernel
+from dpd.engine.noise import gaussian_noise, pair_word, step_keys, uniform_noise
+from tests.engine.build import BOX_3D, by_identity, make_simulation, make_system
+from tests.engine.reference import pair_noise
+
+SIGMAS, CHANCE = 5.0, 1e-6
+# Name, whether Gaussian, fourth and eighth moment at unit variance.
+NOISES = [("uniform", False, 9 / 5, 9.0), ("gaussian", True, 3.0, 105.0)]
+noises = pytest.mark.parametrize("noise", NOISES, ids=lambda noise: noise[0])
+LOW, HIGH = np.triu_indices(1000, 1)  # half a million pairs
+
+
+def draw(noise, low=LOW, high=HIGH, seed=1, step=1):
+    """Noise of pairs at a step."""
+    return pair_noise(np.minimum(low, high), np.maximum(low, high), seed, step, noise[1])
+
+
+def assert_mean(values, expected, variance):
+    """The mean of independent values lies within its error of the expected one."""
+    error = np.sqrt(variance / len(values))
+    assert abs(np.mean(values) - expected) < SIGMAS * error
+
+
+def assert_independent(x, y, fourth):
+    """Neither the noises nor their squares are correlated."""
+    assert_mean(x * y, 0.0, 1.0)
+    assert_mean((x**2 - 1) * (y**2 - 1), 0.0, (fourth - 1) ** 2)
+
+
+@noises
+@pytest.mark.parametrize("seed, step", [(1, 1), (1, 2), (0, 0), (2**63, 10**7)])
+def test_moments(noise, seed, step):
+    """Mean 0, variance 1, no skew, and the fourth moment of the distribution."""
+    _, _, fourth, eighth = noise
+    theta = draw(noise, seed=seed, step=step)
+    sixth = 27 / 7 if fourth < 2 else 15.0
+    assert_mean(theta, 0.0, 1.0)
+    assert_mean(theta**2, 1.0, fourth - 1)
+    assert_mean(theta**3, 0.0, sixth)
+    assert_mean(theta**4, fourth, eighth - fourth**2)
+
+
+@noises
+def test_distribution(noise):
+    """Kolmogorov and Smirnov; a distance above 0.0038 is a probability below 1e-6 here."""
+    theta = draw(noise)
+    root = np.sqrt(3.0)
+    law = stats.norm() if noise[1] else stats.uniform(-root, 2 * root)
+    assert stats.kstest(theta, law.cdf).pvalue > CHANCE
+
+
+def test_uniform_noise_fills_its_bounds():
+    """Of half a million the last is within 1e-4 of a bound, but for a chance of 1e-6."""
+    theta, root = draw(NOISES[0]), np.sqrt(3.0)
+    assert root - 1e-4 < theta.max() < root
+    assert -root < theta.min() < -root + 1e-4
+
+
+OTHER = np.random.default_rng(2).permutation(1000)  # a third bead for each first one
+PARTNERS = {
+    "same first, next second": (LOW, HIGH, LOW, HIGH + 1),
+    "same first, second 64 on": (LOW, HIGH, LOW, HIGH + 64),
+    "same first, any second": (LOW, HIGH, LOW, 1000 + OTHER[HIGH]),
+    "same second, next first": (LOW, HIGH + 1, LOW + 1, HIGH + 1),
+    "same second, any first": (LOW, HIGH + 1000, OTHER[LOW], HIGH + 1000),
+    "second is the other's first": (LOW, HIGH, HIGH, HIGH + 1 + LOW),
+    "chain i, i+1, i+2": (np.arange(10**6), np.arange(10**6) + 1,
+                          np.arange(10**6) + 1, np.arange(10**6) + 2),
+    "both moved by one": (LOW, HIGH, LOW + 1, HIGH + 1),
+    "sum of identities kept": (LOW, HIGH + 1, LOW + 1, HIGH),
+}  # fmt: skip
+
+
+@noises
+@pytest.mark.parametrize("name", PARTNERS)
+def test_pairs_of_a_step_are_independent(noise, name):
+    """Above all those that share a bead, where known codes went wrong."""
+    i, j, k, m = PARTNERS[name]
+    apart = ((i != k) | (j != m)) & (i != j) & (k != m)
+    i, j, k, m = i[apart], j[apart], k[apart], m[apart]
+    assert len(i) > 400_000
+    assert_independent(draw(noise, i, j), draw(noise, k, m), noise[2])
+
+
+@noises
+@pytest.mark.parametrize("lag", [1, 2, 3, 10, 256, 2**32])
+def test_steps_of_a_pair_are_independent(noise, lag):
+    assert_independent(draw(noise, step=5), draw(noise, step=5 + lag), noise[2])
+
+
+@noises
+@pytest.mark.parametrize("seed, step", [(2, 5), (2, 4), (2**32 + 1, 5), (2**40, 6)])
+def test_seeds_are_independent(noise, seed, step):
+    """Also a seed and a step that have the sum of another seed and step."""
+    assert_independent(draw(noise, seed=1, step=5), draw(noise, seed=seed, step=step), noise[2])
+
+
+@kernel()
+def sums_of_steps(low, high, seed, steps, gaussian):
+    """Noise summed over all pairs, and over the pairs of bead 0, for each step."""
+    total, of_bead = np.zeros(steps), np.zeros(steps)
+    theta = np.empty(len(low))
+    for step in range(steps):
+        keys = step_keys(seed, step)
+        if gaussian:
+            gaussian_noise(theta, low, high, len(low), keys[0], keys[1])
+        else:
+            uniform_noise(theta, low, high, len(low), keys[0], keys[1])
+        for p in range(len(low)):
+            total[step] += theta[p]
+            if low[p] == 0:
+                of_bead[step] += theta[p]
+    return total, of_bead
+
+
+@noises
+def test_no_covariance_hides_in_sums(noise):
+    """The variance of a sum of n noises is n (1 + (n-1) c), c their mean covariance.
+
+    With 2000 steps the variance is known to 3.2 %, so c is below 0.16 / n: 8e-6 over all
+    pairs of 200 beads. The sums of neighbouring steps are as independent.
+    """
+    low, high = (a.astype(np.uint32) for a in np.triu_indices(200, 1))
+    steps = 2000
+    for sums, n in zip(sums_of_steps(low, high, np.uint64(3), steps, noise[1]), (19_900, 199)):
+        sums = sums / np.sqrt(n)
+        assert_mean(sums, 0.0, 1.0)
+        assert_mean(sums**2, 1.0, 2.0)
+        assert_mean(sums[1:] * sums[:-1], 0.0, 1.0)
+
+
+def words(low, high, seed=1, step=1):
+    """The 32 random bits of pairs."""
+    keys = [np.uint32(key) for key in step_keys(np.uint64(seed), step)]
+    pairs = zip(low.astype(np.uint32), high.astype(np.uint32))
+    return np.array([pair_word(i, j, *keys) for i, j in pairs], dtype=np.uint32)
+
+
+def assert_even(counts):
+    """Chi-square: the counts scatter about their mean, neither too much nor too little."""
+    chance = stats.chi2.cdf(np.sum((counts - counts.mean()) ** 2) / counts.mean(), counts.size - 1)
+    assert CHANCE < chance < 1 - CHANCE
+
+
+def test_bits_are_even():
+    """Low and high bytes, each bit, and the low bits of pairs that share a bead together."""
+    low, high = np.triu_indices(400, 1)
+    word, partner = words(low, high), words(low, high + 1)
+    assert_even(np.bincount(word & 255, minlength=256))
+    assert_even(np.bincount(word >> 24, minlength=256))
+    assert_even(np.bincount((word & 15) * 16 + (partner & 15), minlength=256))
+    for bit in range(32):
+        assert_mean((word >> bit) & 1, 0.5, 0.25)
+
+
+@noises
+def test_noise_is_symmetric_in_the_pair(noise):
+    """Whichever bead is stored first, the force on bead 3 from bead 8 is the same."""
+    place = np.array([[0.1, 0.6], [1.0, 1.2], [2.0, 2.1]])
+    system = make_system(BOX_3D, gaussian=noise[1], repulsion=np.zeros((1, 1)))
+    forces = []
+    for order in ([0, 1], [1, 0]):
+        simulation = make_simulation(
+            system, place[:, order], np.zeros((3, 2)), identity=np.array([0, 1])[order]
+        )
+        forces.append(by_identity(simulation, "force"))
+    assert np.abs(forces[0]).min() > 0.01
+    np.testing.assert_array_equal(forces[0], forces[1])

@@ -1,0 +1,111 @@
+"""The search by cells finds the pairs that looking at all of them finds."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from dpd.engine.advance import sort_by_cell
+from dpd.engine.cells import forward_rows, fullest_row, grid_shape, pair_buffers, row_pairs
+from dpd.engine.jit import kernel
+from dpd.engine.pairs import pair_histogram
+from tests.engine.build import BOX_3D, random_beads
+
+DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side
+
+
+@kernel()
+def pairs_by_cells(position, box, shape, ahead, cutoff):
+    """Identities and separations of all pairs, by the engine's sort and search."""
+    d, n = position.shape
+    cells = 1
+    for k in range(len(box)):
+        cells *= shape[k]
+    start = np.empty(cells + 1, np.uint32)
+    identity = np.arange(n).astype(np.uint32)
+    ordered, spare, number = np.empty((d, n)), np.empty((d, n)), np.empty(n, np.uint32)
+    source = (position, position, position, identity, None)
+    fullest = sort_by_cell(source, (ordered, spare, spare, number, None), box, shape, start)
+    cells_in_row = shape[len(box) - 1]
+    pairs = pair_buffers(len(box), len(ahead), fullest_row(start, cells_in_row), fullest)
+    found = [(number[0], number[0], position[:, 0]) for _ in range(0)]
+    for row in range(cells // cells_in_row):
+        m = row_pairs(row, ordered, start, box, shape, ahead, cutoff, fullest, pairs)
+        for p in range(m):
+            apart = pairs.separation[:, p].copy()
+            found.append((number[pairs.i[p]], number[pairs.j[p]], apart))
+    return found
+
+
+def pairs_by_looking(position, box):
+    """Identities i < j, separations at the nearest image, and distances of all pairs."""
+    i, j = np.triu_indices(position.shape[1], 1)
+    edges = np.array(box)[:, None]
+    apart = position[:, i] - position[:, j]
+    apart -= edges * np.round(apart / edges)
+    return i, j, apart, np.sqrt((apart**2).sum(axis=0))
+
+
+@st.composite
+def boxes_of_beads(draw, most=60):
+    """A box, beads in it and a cutoff; beads on the faces, in clusters and at one place."""
+    dimension = draw(st.sampled_from([2, 3]))
+    box = tuple(draw(st.lists(st.floats(2.0, 6.0), min_size=dimension, max_size=dimension)))
+    count = draw(st.one_of(st.sampled_from([0, 1, 2]), st.integers(3, most)))
+    anywhere = st.floats(0.0, 1.0, exclude_max=True)
+    special = st.sampled_from([0.0, 0.5, np.nextafter(1.0, 0.0)])
+    spread = draw(st.sampled_from([1.0, 0.2, 0.0]))
+    fraction = draw(
+        arrays.arrays(float, (dimension, count), elements=st.one_of(anywhere, special))
+    )
+    corner = draw(arrays.arrays(float, (dimension, 1), elements=anywhere))
+    edges = np.array(box)[:, None]
+    if spread < 1.0:
+        fraction = (corner + spread * fraction) % 1.0
+    position = np.minimum(fraction * edges, np.nextafter(edges, 0.0))
+    half = min(box) / 2
+    cutoff = draw(st.one_of(st.just(1.0), st.just(half), st.floats(0.3, half)))
+    return position, box, cutoff
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(boxes_of_beads())
+def test_cells_find_every_pair_once(case):
+    """The pairs within the cutoff, each once, with r_i - r_j at the nearest image."""
+    position, box, cutoff = case
+    found = pairs_by_cells(
+        position, box, grid_shape(box, cutoff), forward_rows(len(box)), cutoff
+    )
+    i, j, apart, distance = pairs_by_looking(position, box)
+    expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
+    sure = {pair for pair, r in zip(zip(i, j), distance) if r < cutoff - DOUBTFUL}
+    seen = []
+    for a, b, separation in found:
+        pair, sign = ((a, b), 1) if a < b else ((b, a), -1)
+        r = np.linalg.norm(separation)
+        assert r < cutoff + DOUBTFUL
+        if r < cutoff - DOUBTFUL:
+            seen.append(pair)
+            np.testing.assert_allclose(sign * separation, expected[pair], rtol=0, atol=1e-14)
+    assert len(seen) == len(set(seen))
+    assert set(seen) == sure
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(boxes_of_beads(), st.integers(1, 20))
+def test_histogram_counts_every_pair(case, bins):
+    """Below each edge of a bin lie as many pairs as looking at all of them counts."""
+    position, box, farthest = case
+    counts = pair_histogram(position, box, farthest, bins)
+    distance = pairs_by_looking(position, box)[3]
+    for k, edge in enumerate(np.linspace(0, farthest, bins + 1)):
+        below = counts[:k].sum()
+        assert (distance < edge - DOUBTFUL).sum() <= below
+        assert below <= (distance < edge + DOUBTFUL).sum()
+
+
+def test_crowded_cells():
+    """A hundred beads to a cell, as when chains collapse: the buffers hold all their pairs."""
+    position, _ = random_beads(BOX_3D, 3000)
+    distance = pairs_by_looking(position, BOX_3D)[3]
+    assert pair_histogram(position, BOX_3D, 1.0, 1)[0] == (distance < 1.0).sum()
