@@ -13,14 +13,12 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from dpd.digest import ROOT, files_digest, stage_digest
 from dpd.errors import UserError
-from dpd.schema import read_yaml
 from dpd.simulate import start_digest
 from dpd.study import read_config, read_paper
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
-os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-os.environ["PYTHONPATH"] = str(ROOT / "src")
-os.environ["MPLBACKEND"] = "Agg"
+here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
+os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
 
 
 configfile: "config/config.yaml"
@@ -33,7 +31,6 @@ try:
 except UserError as problem:
     raise WorkflowError(str(problem)) from None
 
-PAPER_NAMES = " ".join(PAPERS)
 OUT = f"results/{STUDY}"
 LOGS = f"{OUT}/logs"
 
@@ -55,6 +52,7 @@ rule all:
         f"{OUT}/verdicts.csv",
 
 
+include: "rules/common.smk"
 include: "rules/start.smk"
 include: "rules/simulate.smk"
 include: "rules/analyse.smk"

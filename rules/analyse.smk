@@ -3,15 +3,14 @@
 
 rule collect:
     input:
-        lambda wildcards: [
-            f"{OUT}/{wildcards.paper}/runs/{wildcards.sweep}/{point.name}/run.nc"
-            for point in PAPERS[wildcards.paper].sweeps[wildcards.sweep].points
-        ],
+        sweep_runs,
     output:
         f"{OUT}/{{paper}}/sweeps/{{sweep}}.nc",
     log:
         f"{LOGS}/{{paper}}/sweeps/{{sweep}}.log",
     params:
+        study=STUDY,
         sources=stage_digest("collect"),
     shell:
-        "python -m dpd collect {STUDY} {wildcards.paper} {wildcards.sweep} -o {output} > {log} 2>&1"
+        "python -m dpd collect {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
+        " 2>&1 | tee {log}"

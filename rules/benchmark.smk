@@ -12,4 +12,4 @@ rule benchmark:
         sources=stage_digest("engine"),
     threads: workflow.cores
     shell:
-        "python -m dpd bench -o {output} > {log} 2>&1"
+        "python -m dpd bench -o {output} 2>&1 | tee {log}"

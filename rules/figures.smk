@@ -1,12 +1,9 @@
-# One figure a job: picture, PDF, the plotted numbers, and its rows of the verdict table.
+# One figure a job: picture, PDF, the plotted numbers, its rows of the verdict table, caption.
 
 
 rule draw_figure:
     input:
-        lambda wildcards: [
-            f"{OUT}/{wildcards.paper}/sweeps/{sweep}.nc"
-            for sweep in PAPERS[wildcards.paper].figures[wildcards.figure]
-        ],
+        figure_sweeps,
     output:
         png=report(
             f"{OUT}/{{paper}}/figures/{{figure}}.png",
@@ -20,11 +17,8 @@ rule draw_figure:
     log:
         f"{LOGS}/{{paper}}/figures/{{figure}}.log",
     params:
-        sources=stage_digest("figure"),
-        code=lambda wildcards: files_digest(
-            ROOT / "paper_figures" / wildcards.paper / f"{wildcards.figure}.py"
-        ),
-        published=lambda wildcards: files_digest(ROOT / "paper_figures" / "published.yaml"),
+        study=STUDY,
+        sources=figure_sources,
     shell:
-        "python -m dpd figure {STUDY} {wildcards.paper} {wildcards.figure}"
-        " -o $(dirname {output.png}) > {log} 2>&1"
+        "python -m dpd figure {params.study} {wildcards.paper} {wildcards.figure}"
+        " -o $(dirname {output.png}) 2>&1 | tee {log}"

@@ -10,13 +10,16 @@ rule join_verdicts:
         report(f"{OUT}/verdicts.csv", category="verdicts"),
     log:
         f"{LOGS}/verdicts.log",
+    params:
+        study=STUDY,
+        papers=" ".join(PAPERS),
     shell:
-        "python -m dpd verdicts {STUDY} {PAPER_NAMES} -o {output} > {log} 2>&1"
+        "python -m dpd verdicts {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
 
 
 rule write_report:
     input:
-        f"{OUT}/verdicts.csv",
+        rules.join_verdicts.output,
         expand("{figure}.{kind}", figure=FIGURES, kind=["png", "md", "nc"]),
         [f"{OUT}/{name}/sweeps/{sweep}.nc" for name, p in PAPERS.items() for sweep in p.sweeps],
     output:
@@ -24,6 +27,8 @@ rule write_report:
     log:
         f"{LOGS}/report.log",
     params:
+        study=STUDY,
+        papers=" ".join(PAPERS),
         sources=stage_digest("report"),
     shell:
-        "python -m dpd report {STUDY} {PAPER_NAMES} -o {output} > {log} 2>&1"
+        "python -m dpd report {params.study} {params.papers} -o {output} 2>&1 | tee {log}"

@@ -2,20 +2,17 @@
 # edited sweep reruns the points that changed and an edited kernel reruns all.
 
 
-def scene_of(wildcards):
-    return PAPERS[wildcards.paper].sweeps[wildcards.sweep].point(wildcards.point).scene
-
-
 rule simulate:
     input:
-        lambda wildcards: f"{OUT}/{wildcards.paper}/starts/{start_digest(scene_of(wildcards))}.nc",
+        start_of,
     output:
         f"{OUT}/{{paper}}/runs/{{sweep}}/{{point}}/run.nc",
     log:
         f"{LOGS}/{{paper}}/runs/{{sweep}}/{{point}}.log",
     params:
+        study=STUDY,
         sources=stage_digest("simulate"),
         scene=lambda wildcards: scene_of(wildcards).digest,
     shell:
-        "python -m dpd simulate {STUDY} {wildcards.paper} {wildcards.sweep} {wildcards.point}"
-        " --start {input} -o {output} > {log} 2>&1"
+        "python -m dpd simulate {params.study} {wildcards.paper} {wildcards.sweep}"
+        " {wildcards.point} --start {input} -o {output} 2>&1 | tee {log}"

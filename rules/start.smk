@@ -1,13 +1,5 @@
-# First configurations. Points that differ in nothing that matters there share one.
-
-
-def first_with_start(wildcards):
-    """Sweep and point that a start is made for: the first that needs it."""
-    for sweep in PAPERS[wildcards.paper].sweeps.values():
-        for point in sweep.points:
-            if start_digest(point.scene) == wildcards.start:
-                return sweep.name, point.name
-    raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
+# Compiled kernels, and first configurations: points that differ in nothing that matters
+# there share one.
 
 
 rule compile_kernels:
@@ -15,8 +7,11 @@ rule compile_kernels:
         f"{OUT}/compiled-{stage_digest('engine')}.txt",
     log:
         f"{LOGS}/compile.log",
+    params:
+        study=STUDY,
+        papers=" ".join(PAPERS),
     shell:
-        "python -m dpd compile {STUDY} {PAPER_NAMES} -o {output} > {log} 2>&1"
+        "python -m dpd compile {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
 
 
 rule make_start:
@@ -27,7 +22,9 @@ rule make_start:
     log:
         f"{LOGS}/{{paper}}/starts/{{start}}.log",
     params:
+        study=STUDY,
         sources=stage_digest("start"),
-        point=lambda wildcards: " ".join(first_with_start(wildcards)),
+        point=first_with_start,
     shell:
-        "python -m dpd start {STUDY} {wildcards.paper} {params.point} -o {output} > {log} 2>&1"
+        "python -m dpd start {params.study} {wildcards.paper} {params.point} -o {output}"
+        " 2>&1 | tee {log}"

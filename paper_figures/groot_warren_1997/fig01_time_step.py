@@ -108,5 +108,9 @@ def draw(data):
              ylabel=r"kinetic temperature $k_BT$")  # fmt: skip
     right.set(xscale="log", yscale="log", xlabel=r"time step $\Delta t$ / $\tau$",
               ylabel=r"$|k_BT - 1|$, points clear of zero")  # fmt: skip
+    for axes in (left, right):
+        axes.set_xticks([0.001, 0.01, 0.1], ["0.001", "0.01", "0.1"])
+        axes.set_xticks([], minor=True)
+        axes.set_xlim(0.0008, 0.13)
     left.legend(loc="upper left")
     return figure

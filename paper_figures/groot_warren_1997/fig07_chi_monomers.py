@@ -12,7 +12,8 @@ TITLE = "chi against excess repulsion for monomers."
 PAPER_SHOWS = (
     "The paper shows chi by Eq. 18 from the minority fraction in the bulk of both phases at rho 3 "
     "(a 25) and rho 5 (a 15), and fits chi = s Delta a through the origin where chi > 3: s = 0.286 "
-    "+- 0.002 and 0.689 +- 0.002 (dashed). Open points, nearer the critical point, are not fitted."
+    "+- 0.002 and 0.689 +- 0.002 (dashed). Open points are not fitted: chi below 3, or a "
+    "composition that drifted by more than 2 standard errors between the halves of the run."
 )
 DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
 MEAN_FIELD_RANGE = 3.0
@@ -23,7 +24,7 @@ def compute(sweeps):
     parts = []
     for rho, (name, *_) in DENSITIES.items():
         data = sweep_chi(sweeps[name], "excess")
-        fitted = (data.chi > MEAN_FIELD_RANGE).values
+        fitted = ((data.chi > MEAN_FIELD_RANGE) & (data.settled == 1)).values
         data["fitted"] = ("excess", fitted)
         slope, error, quality, degrees = np.nan, np.nan, np.nan, 0
         if fitted.sum() >= 1:
@@ -45,11 +46,13 @@ def measured(data):
     for rho in DENSITIES:
         at = data.sel(density=rho)
         count = int(at.fitted.sum())
+        quality = float(at.reduced_chi_square)
         found[f"chi_slope_rho_{rho}"] = Measured(
-            float(at.slope), float(at.slope_error),
-            f"{count} points with chi > 3, reduced chi-square {float(at.reduced_chi_square):.2f}",
-            "" if count >= 2 else "fewer than two points with chi > 3",
-        )  # fmt: skip
+            float(at.slope),
+            float(at.slope_error),
+            f"{count} settled points with chi > 3, reduced chi-square {quality:.2f}",
+            "" if count >= 2 else "fewer than two settled points with chi > 3",
+        )
     return found
 
 

@@ -27,9 +27,7 @@ def make_simulation(system, position, velocity, species=None, identity=None):
     """Beads in motion, numbered in the order given unless ``identity`` says otherwise."""
     if identity is None:
         identity = np.arange(position.shape[1])
-    state = State(
-        position.copy(), velocity.copy(), None, identity.astype(np.uint32), species, 0
-    )
+    state = State(position.copy(), velocity.copy(), None, identity.astype(np.uint32), species, 0)
     return Simulation(system, state)
 
 

@@ -55,9 +55,7 @@ def boxes_of_beads(draw, most=60):
     anywhere = st.floats(0.0, 1.0, exclude_max=True)
     special = st.sampled_from([0.0, 0.5, np.nextafter(1.0, 0.0)])
     spread = draw(st.sampled_from([1.0, 0.2, 0.0]))
-    fraction = draw(
-        arrays.arrays(float, (dimension, count), elements=st.one_of(anywhere, special))
-    )
+    fraction = draw(arrays.arrays(float, (dimension, count), elements=st.one_of(anywhere, special)))
     corner = draw(arrays.arrays(float, (dimension, 1), elements=anywhere))
     edges = np.array(box)[:, None]
     if spread < 1.0:
@@ -73,9 +71,7 @@ def boxes_of_beads(draw, most=60):
 def test_cells_find_every_pair_once(case):
     """The pairs within the cutoff, each once, with r_i - r_j at the nearest image."""
     position, box, cutoff = case
-    found = pairs_by_cells(
-        position, box, grid_shape(box, cutoff), forward_rows(len(box)), cutoff
-    )
+    found = pairs_by_cells(position, box, grid_shape(box, cutoff), forward_rows(len(box)), cutoff)
     i, j, apart, distance = pairs_by_looking(position, box)
     expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
     sure = {pair for pair, r in zip(zip(i, j), distance) if r < cutoff - DOUBTFUL}

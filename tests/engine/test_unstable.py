@@ -50,24 +50,19 @@ def test_not_a_number_is_noticed():
         fast_bead(np.nan).advance(5)
 
 
-@pytest.fixture
 def doomed():
-    """A fluid that goes well for 10 steps at dt 0.04, and then on at a huge step."""
-
-    def build(dt):
-        position, velocity = random_beads(BOX_2D, 40)
-        simulation = make_simulation(make_system(BOX_2D, dt=0.04), position, velocity)
-        simulation.advance(10)
-        broken = make_simulation(make_system(BOX_2D, dt=dt), position, velocity)
-        broken.state = deepcopy(simulation.state)
-        return broken
-
-    return build
+    """A fluid after 10 good steps at dt 0.04 whose step is 0.12 from now on."""
+    position, velocity = random_beads(BOX_2D, 40, seed=1)
+    calm = make_simulation(make_system(BOX_2D, dt=0.04), position, velocity)
+    calm.advance(10)
+    simulation = make_simulation(make_system(BOX_2D, dt=0.12), position, velocity)
+    simulation.state = calm.state
+    return simulation
 
 
-def test_state_stays_as_it_was(doomed):
-    """All that a checkpoint holds, even when some steps went well before the bad one."""
-    simulation = doomed(DT)
+def test_state_stays_as_it_was():
+    """All that a checkpoint holds, though some steps went well before the bad one."""
+    simulation = doomed()
     before = deepcopy(simulation.state)
     with pytest.raises(Unstable) as caught:
         simulation.advance(1000)
@@ -75,20 +70,26 @@ def test_state_stays_as_it_was(doomed):
     assert_same_state(simulation.state, before)
 
 
-def test_huge_step_breaks_in_the_loop_and_leaves_the_last_checkpoint(doomed, tmp_path):
-    """Progress was seen for every stretch but the last, the file holds the last of them."""
-    simulation, seen = doomed(DT), []
+class Watch:
+    """An observer that keeps the states it saw."""
+
+    every, needs_forces = 2, False
+
+    def __init__(self):
+        self.arrays, self.seen = {}, []
+
+    def sample(self, simulation, sums):
+        self.seen.append(deepcopy(simulation.state))
+
+
+def test_run_that_breaks_leaves_its_last_checkpoint(tmp_path):
+    """The file holds the state after the last stretch of steps that went well."""
+    simulation, watch = doomed(), Watch()
     keeper = Checkpoint(tmp_path / "run.checkpoint", {})
-
-    class Often:
-        every, needs_forces, arrays = 2, False, {}  # noqa: RUF012
-
-        def sample(self, simulation, sums):
-            seen.append(deepcopy(simulation.state))
-
     with pytest.raises(Unstable) as caught:
-        run(simulation, (0, 1000), [Often()], keeper, every_seconds=0.0)
-    assert seen[-1].step < caught.value.step <= seen[-1].step + 2
-    revived = doomed(DT)
+        run(simulation, (0, 1000), [watch], keeper, every_seconds=0.0)
+    last = watch.seen[-1]
+    assert last.step < caught.value.step <= last.step + watch.every
+    revived = doomed()
     keeper.resume(revived, [])
-    assert_same_state(revived.state, seen[-1])
+    assert_same_state(revived.state, last)

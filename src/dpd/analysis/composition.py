@@ -10,6 +10,8 @@ from dpd.analysis.statistics import block_mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
+STEADY = 2.0  # standard errors by which the halves of a run may differ
+PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
 
 
 class Composition(NamedTuple):
@@ -24,6 +26,11 @@ class Composition(NamedTuple):
     error: float
     drift: float
     counted: float
+
+    @property
+    def settled(self):
+        """Whether the run was in equilibrium and long enough to give chi an error."""
+        return abs(self.drift) <= STEADY and self.error < PRECISE * self.fraction
 
 
 def bulk_windows(z, length):
@@ -64,12 +71,10 @@ def composition(density, z, length, slice_volume):
     total = density[:, :, in_a | in_b].sum(axis=(1, 2))
     fraction = minority / total
     mean, error = block_mean_and_error(fraction)
+    # Each half's mean has sqrt(2) times the error of the whole run's, their difference twice.
     half = len(fraction) // 2
-    (early, early_error), (late, late_error) = map(
-        block_mean_and_error, (fraction[:half], fraction[half:])
-    )
-    spread = np.hypot(early_error, late_error)
-    drift = (late - early) / spread if spread > 0 else 0.0
+    change = fraction[half:].mean() - fraction[:half].mean()
+    drift = change / (2 * error) if error > 0 else 0.0
     counted = float(minority.mean() * slice_volume)
     return Composition(float(mean), float(error), float(drift), counted)
 
@@ -102,7 +107,7 @@ def sweep_chi(sweep, axis):
     -------
     xarray.Dataset
         ``chi`` and ``chi_error`` (standard error), per segment, ``fraction``, ``drift``,
-        ``counted``, and ``excess_repulsion`` a_AB - a_AA, over the axis.
+        ``counted``, ``settled`` (1 or 0), and ``excess_repulsion`` a_AB - a_AA, over the axis.
     """
     table = []
     for place in range(sweep.sizes[axis]):
@@ -120,11 +125,13 @@ def sweep_chi(sweep, axis):
         drift = max((part.drift for part in parts), key=abs)
         counted = float(np.mean([part.counted for part in parts]))
         excess = scene["repulsion"]["A B"] - scene["repulsion"]["A A"]
-        table.append((*chi_and_error(fraction, error, length), fraction, drift, counted, excess))
+        settled = Composition(fraction, error, drift, counted).settled
+        chi = chi_and_error(fraction, error, length)
+        table.append((*chi, fraction, drift, counted, float(settled), excess))
     columns = np.array(table).T
     units = {
         "chi": "1", "chi_error": "1", "fraction": "1", "drift": "standard errors",
-        "counted": "beads", "excess_repulsion": "kT / r_c",
+        "counted": "beads", "settled": "1", "excess_repulsion": "kT / r_c",
     }  # fmt: skip
     variables = {
         name: (axis, column, {"units": unit, "long_name": name.replace("_", " ")})

@@ -1,0 +1,18 @@
+# make        set up, and run the quick study
+# make test   set up, and pass the tests
+PYTHON ?= python3
+
+quick: .venv/ready
+	.venv/bin/snakemake --cores 2
+
+test: .venv/ready
+	.venv/bin/python -m pytest
+
+.venv/ready: requirements.txt pyproject.toml
+	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'Python 3.11 or newer is needed: make PYTHON=python3.11')"
+	$(PYTHON) -m venv .venv
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	touch $@
+
+.PHONY: quick test

@@ -1,0 +1,42 @@
+# What rules look up: the scene of a point, and a point for a start.
+
+
+def sweep_runs(wildcards):
+    """Runs of a sweep, in the order of its points."""
+    folder = f"{OUT}/{wildcards.paper}/runs/{wildcards.sweep}"
+    points = PAPERS[wildcards.paper].sweeps[wildcards.sweep].points
+    return [f"{folder}/{point.name}/run.nc" for point in points]
+
+
+def figure_sweeps(wildcards):
+    """Sweeps that feed a figure."""
+    names = PAPERS[wildcards.paper].figures[wildcards.figure]
+    return [f"{OUT}/{wildcards.paper}/sweeps/{name}.nc" for name in names]
+
+
+def scene_of(wildcards):
+    """Scene of a run."""
+    return PAPERS[wildcards.paper].sweeps[wildcards.sweep].point(wildcards.point).scene
+
+
+def start_of(wildcards):
+    """First configuration of a run."""
+    return f"{OUT}/{wildcards.paper}/starts/{start_digest(scene_of(wildcards))}.nc"
+
+
+def first_with_start(wildcards):
+    """Sweep and point that a start is made for: the first that needs it."""
+    for sweep in PAPERS[wildcards.paper].sweeps.values():
+        for point in sweep.points:
+            if start_digest(point.scene) == wildcards.start:
+                return f"{sweep.name} {point.name}"
+    raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
+
+
+def figure_sources(wildcards):
+    """Digest of all that a figure's numbers and looks depend on."""
+    pages = ROOT / "paper_figures"
+    own = files_digest(
+        pages / wildcards.paper / f"{wildcards.figure}.py", pages / "published.yaml"
+    )
+    return f"{stage_digest('figure')} {own}"

@@ -1,0 +1,157 @@
+"""Errors that know about correlation, fits, compositions, verdicts."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from dpd.analysis import verdicts
+from dpd.analysis.composition import bulk_windows, chi_and_error, composition
+from dpd.analysis.statistics import (
+    block_mean_and_error,
+    correlation_time,
+    linear_fit,
+    mean_and_error,
+    over_replicas,
+)
+from dpd.analysis.verdicts import Measured, judge
+from dpd.theory.flory_huggins import chi_of_composition
+
+MEMORY = 0.9  # of the autoregressive series below
+
+
+def correlated(rng, runs, length):
+    """Stationary AR(1) series of unit variance and zero mean."""
+    noise = rng.normal(size=(runs, length + 200)) * np.sqrt(1 - MEMORY**2)
+    return lfilter([1], [1, -MEMORY], noise, axis=1)[:, 200:]
+
+
+def test_correlation_time_of_a_known_series():
+    """An AR(1) series has tau = (1 + m) / (1 - m) / 2 = 9.5."""
+    rng = np.random.default_rng(1)
+    found = np.mean([correlation_time(x) for x in correlated(rng, 50, 4000)])
+    assert found == pytest.approx(0.5 * (1 + MEMORY) / (1 - MEMORY), rel=0.1)
+
+
+@pytest.mark.parametrize("estimate", ["series", "blocks"])
+def test_intervals_cover_as_often_as_they_say(estimate):
+    """Of 400 runs 95 % of the intervals hold the true mean; a white-noise error would not.
+
+    The count is binomial: 380 +- 4.4; estimated errors cover a little less, hence 0.91.
+    """
+    runs = correlated(np.random.default_rng(2), 400, 2000)
+    if estimate == "series":
+        found = [mean_and_error(x)[:2] for x in runs]
+    else:
+        found = [block_mean_and_error(x.reshape(50, -1).mean(axis=1)) for x in runs]
+    mean, error = np.array(found).T
+    covered = np.mean(np.abs(mean) < 1.96 * error)
+    assert 0.91 < covered < 0.985
+    naive = runs.std(axis=1) / np.sqrt(runs.shape[1])
+    assert np.mean(np.abs(mean) < 1.96 * naive) < 0.5
+
+
+def test_short_series_do_not_claim_an_error():
+    """One sample has a mean and no error; a constant has error 0."""
+    assert np.isnan(mean_and_error([3.0])[1])
+    assert mean_and_error([3.0] * 10)[:2] == (3.0, 0.0)
+    assert np.isnan(block_mean_and_error([[1.0, 2.0]])[1]).all()
+
+
+def test_replicas_average_their_errors():
+    """n equal errors shrink by sqrt(n)."""
+    mean, error = over_replicas(np.array([[1.0, 3.0]]), np.array([[0.1, 0.1]]), 1)
+    assert mean == pytest.approx([2.0])
+    assert error == pytest.approx([0.1 / np.sqrt(2)])
+
+
+def test_linear_fit_recovers_and_widens():
+    """True coefficients within their errors; scatter beyond the errors widens them."""
+    rng = np.random.default_rng(3)
+    x = np.linspace(1, 5, 40)
+    basis = np.stack([x, x**2])
+    y = 2 * x - 0.3 * x**2 + rng.normal(scale=0.1, size=40)
+    right = linear_fit(basis, y, np.full(40, 0.1))
+    assert np.all(np.abs(right.values - [2, -0.3]) < 4 * right.errors)
+    assert 0.5 < right.reduced_chi_square < 1.6
+    assert 1e-3 < right.p_value < 0.999
+    small = linear_fit(basis, y, np.full(40, 0.01))
+    np.testing.assert_allclose(small.errors, right.errors, rtol=0.35)
+    scatter = linear_fit(basis, y)
+    np.testing.assert_allclose(scatter.errors, right.errors, rtol=0.35)
+    with pytest.raises(ValueError, match="do not fix"):
+        linear_fit(basis[:, :1], y[:1], [0.1])
+
+
+def slab_profile(phi, blocks=40, bins=100, seed=4):
+    """Counts of two slabs with a known minority fraction, Poisson like beads."""
+    rng = np.random.default_rng(seed)
+    z = (np.arange(bins) + 0.5) * 20 / bins
+    in_a = z < 10
+    mean = np.where(in_a, 1 - phi, phi)
+    counts = np.stack(
+        [rng.poisson(300 * mean, (blocks, bins)), rng.poisson(300 * (1 - mean), (blocks, bins))], 1
+    )
+    return counts / 100.0, z
+
+
+def test_composition_of_known_slabs():
+    """The fraction comes back within its error, without drift, with the beads counted."""
+    density, z = slab_profile(0.02)
+    found = composition(density, z, 20.0, 1.0)
+    assert abs(found.fraction - 0.02) < 4 * found.error
+    assert found.settled
+    bins = sum(w.sum() for w in bulk_windows(z, 20.0))
+    assert found.counted == pytest.approx(3 * 0.02 * bins, rel=0.1)
+
+
+def test_drifting_composition_is_not_settled():
+    """A fraction that still rises is seen; the same blocks without a trend have settled."""
+    steps = [slab_profile(phi, 10, seed=s)[0] for s, phi in enumerate((0.01, 0.02, 0.03, 0.04))]
+    z = slab_profile(0.01)[1]
+    assert not composition(np.concatenate(steps), z, 20.0, 1.0).settled
+    assert composition(slab_profile(0.02)[0], z, 20.0, 1.0).settled
+
+
+def test_bulk_windows_clear_both_interfaces():
+    """Nothing nearer than 3.5 to z = 0, 10 or 20."""
+    z = np.linspace(0.05, 19.95, 200)
+    in_a, in_b = bulk_windows(z, 20.0)
+    assert z[in_a].min() >= 3.5 and z[in_a].max() <= 6.5
+    assert z[in_b].min() >= 13.5 and z[in_b].max() <= 16.5
+
+
+def test_chi_carries_the_error():
+    """The error of chi is that of the fraction times the slope; no minority, no chi."""
+    chi, error = chi_and_error(0.02, 0.001, 2)
+    spread = [chi_of_composition(0.02 + s, 2) for s in (-0.001, 0.001)]
+    assert chi == pytest.approx(chi_of_composition(0.02, 2))
+    assert error == pytest.approx((spread[0] - spread[1]) / 2, rel=0.01)
+    assert np.isnan(chi_and_error(0.0, 0.0)[0])
+    assert np.isnan(chi_and_error(0.6, 0.1)[0])
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "error", "verdict"),
+    [
+        ({"value": 1.0, "error": 0.1}, 1.15, 0.1, verdicts.REPLICATED),
+        ({"value": 1.0, "error": 0.1}, 1.4, 0.1, verdicts.DEVIATES),
+        ({"value": 1.0, "rounding": 0.05}, 1.04, 0.0, verdicts.REPLICATED),
+        ({"value": 1.0, "rounding": 0.05}, 1.07, 0.001, verdicts.DEVIATES),
+        ({"value": 0.1, "error": 0.01}, 0.2, 0.3, verdicts.NOT_REACHED),
+        ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
+        ({"value": 0}, 2.5, 1.0, verdicts.DEVIATES),
+        ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),
+        ({"range": [None, 0]}, 0.1, 0.01, verdicts.DEVIATES),
+        ({"range": [0, 1]}, 1.01, 0.01, verdicts.REPLICATED),
+        ({"value": 1.0, "error": 0.1}, np.nan, np.nan, verdicts.NOT_REACHED),
+    ],
+)
+def test_verdicts(entry, value, error, verdict):
+    """Two combined standard errors, or the rounding, or the range."""
+    assert judge(entry, Measured(value, error))[0] == verdict
+
+
+def test_undecided_runs_get_no_verdict():
+    """A stated reason overrides the number."""
+    entry = {"value": 1.0, "error": 0.1}
+    assert judge(entry, Measured(1.0, 0.1, undecided="too short"))[0] == verdicts.NOT_REACHED

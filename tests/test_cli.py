@@ -1,0 +1,120 @@
+"""The command line as a user meets it: in a process of its own."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+from dpd.digest import ROOT
+from dpd.files import read
+
+SCENE = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 20, "sample": 200},
+    "observe": ["thermo", {"rdf": {"range": 2}}],
+}
+
+
+def dpd(*arguments, cwd):
+    """Run ``python -m dpd``."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    return subprocess.run(
+        [sys.executable, "-m", "dpd", *map(str, arguments)],
+        cwd=cwd, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def write(path, scene):
+    path.write_text(yaml.safe_dump(scene))
+    return path
+
+
+def test_run_a_scene(tmp_path):
+    """A summary on the screen, a file with the observables, nothing else left behind."""
+    done = dpd(
+        "run", write(tmp_path / "scene.yaml", SCENE), "-o", tmp_path / "run.nc", cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    for word in ("kT", "pressure (conservative forces)", "bead-steps per second"):
+        assert word in done.stdout
+    variables, attributes = read(tmp_path / "run.nc")
+    assert variables["kT"].shape == (100,)
+    assert {"scene", "scene_digest", "sources", "seed", "numba"} <= set(attributes)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml"]
+
+
+BROKEN = {
+    "unknown key": (SCENE | {"boxx": 3}, "boxx"),
+    "negative density": (SCENE | {"molecules": [{"architecture": "A", "density": -1}]}, "-1"),
+    "no integrator": (SCENE | {"integrator": {"scheme": "rk4", "dt": 0.1}}, "rk4"),
+    "list": ([1, 2], "expected keys and values"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_bad_scene_files(tmp_path, name):
+    """Exit code 1, one line that names the file, no traceback, nothing written."""
+    scene, word = BROKEN[name]
+    path = write(tmp_path / "bad.yaml", scene)
+    done = dpd("run", path, "-o", tmp_path / "out" / "run.nc", cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"error: {path}: ") and word in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["bad.yaml"]
+
+
+@pytest.mark.parametrize(("text", "word"), [(None, "no such file"), ("a: [1, 2", "not YAML")])
+def test_files_that_are_not_scenes(tmp_path, text, word):
+    """Missing, or not YAML."""
+    path = tmp_path / "scene.yaml"
+    if text is not None:
+        path.write_text(text)
+    done = dpd("run", path, "-o", tmp_path / "run.nc", cwd=tmp_path)
+    assert done.returncode == 1
+    assert word in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_run_that_blows_up_says_when_and_why(tmp_path):
+    """Step, bead, distance, remedy; exit code 1; no result."""
+    wild = SCENE | {"integrator": {"scheme": "euler", "dt": 0.5}}
+    done = dpd("run", write(tmp_path / "wild.yaml", wild), "-o", tmp_path / "run.nc", cwd=tmp_path)
+    assert done.returncode == 1
+    for word in ("blew up", "bead", "step", "dt 0.5 is too large"):
+        assert word in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "run.nc").exists()
+
+
+def test_misspelt_names_of_stages(tmp_path):
+    """Study, paper, sweep, point, figure: what there is instead."""
+    paper = "groot_warren_1997"
+    cases = [
+        (["simulate", "quik", paper, "fluid", "replica=0"], "did you mean 'quick'"),
+        (["simulate", "quick", "groot", "fluid", "replica=0"], paper),
+        (["simulate", "quick", paper, "fluids", "replica=0"], "did you mean 'fluid'"),
+        (["simulate", "quick", paper, "fluid", "replica=7"], "replica=0"),
+    ]
+    for names, word in cases:
+        done = dpd(*names, "--start", "none.nc", "-o", "run.nc", cwd=tmp_path)
+        assert done.returncode == 1 and word in done.stderr, done.stderr
+        assert "Traceback" not in done.stderr
+    done = dpd("figure", "quick", paper, "fig99", "-o", "figures", cwd=tmp_path)
+    assert done.returncode == 1 and "fig01_time_step" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_start_of_another_system_is_refused(tmp_path):
+    """simulate reads only the start that belongs to its scene and sources."""
+    names = ("smoke", "groot_warren_1997", "fluid", "replica=0")
+    other = ("smoke", "groot_warren_1997", "virials", "replica=0")
+    assert dpd("start", *other, "-o", "start.nc", cwd=tmp_path).returncode == 0
+    done = dpd("simulate", *names, "--start", "start.nc", "-o", "run.nc", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "start_digest" in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "run.nc").exists()

@@ -1,0 +1,223 @@
+"""The pipeline as a reader runs it, on a copy of the repository."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+import xarray as xr
+
+from dpd.analysis.verdicts import COLUMNS, published
+from dpd.digest import ROOT
+from dpd.study import read_paper
+
+PAPER = "groot_warren_1997"
+KEPT_OUT = {".git", ".venv", ".snakemake", "results", "__pycache__", ".pytest_cache", ".ruff_cache"}
+
+
+def copy_repository(to):
+    """The sources without what they generate."""
+    shutil.copytree(
+        ROOT, to, ignore=lambda folder, names: KEPT_OUT & set(names), dirs_exist_ok=True
+    )
+    return to
+
+
+def snakemake(folder, *arguments):
+    """Run snakemake there."""
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    return subprocess.run(
+        [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+        cwd=folder, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def planned(folder, *arguments):
+    """Jobs that a dry run would do, by rule."""
+    done = snakemake(folder, "-n", *arguments)
+    assert done.returncode == 0, done.stdout + done.stderr
+    text = done.stdout + done.stderr
+    table = re.search(r"Job stats:\njob +count\n[- ]+\n(.*?)\ntotal", text, re.S)
+    if table is None:
+        assert "Nothing to be done" in text, text
+        return {}
+    jobs = dict(line.split() for line in table[1].splitlines())
+    return {rule: int(count) for rule, count in jobs.items() if rule != "all"}
+
+
+SMOKE = ("--config", "study=smoke")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """A copy in which the smoke study has run."""
+    folder = copy_repository(tmp_path_factory.mktemp("smoke"))
+    done = snakemake(folder, *SMOKE)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-5000:]
+    return folder
+
+
+def edit(path, old, new):
+    """Replace a piece of a file, which has to be there."""
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+@pytest.mark.parametrize("name", ["smoke", "quick", "paper"])
+def test_dry_run_of_every_study(tmp_path, name):
+    """Every study can be planned; it has one job per distinct run, start, sweep and figure."""
+    folder = copy_repository(tmp_path / "copy")
+    jobs = planned(folder, "--config", f"study={name}")
+    paper = read_paper(PAPER, name)
+    assert jobs["simulate"] == sum(len(sweep.points) for sweep in paper.sweeps.values())
+    assert jobs["collect"] == len(paper.sweeps)
+    assert jobs["draw_figure"] == len(paper.figures)
+    assert not (folder / "results").exists()
+
+
+def test_lint():
+    """Snakemake's own lint has nothing to say but that no rule names a conda environment."""
+    done = snakemake(ROOT, "--lint", *SMOKE)
+    complaints = re.findall(r"^    \* (.+)$", done.stdout + done.stderr, re.M)
+    assert {c for c in complaints if "conda environment" not in c} == set()
+
+
+def test_sources_are_clean():
+    """ruff finds nothing in sources, figures and tests."""
+    for check in (["check"], ["format", "--check"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "ruff", *check, "src", "paper_figures", "tests"],
+            cwd=ROOT, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout
+
+
+def test_a_misspelt_study_is_refused(tmp_path):
+    """The message names the studies; no traceback, no results."""
+    folder = copy_repository(tmp_path / "copy")
+    done = snakemake(folder, "--config", "study=smoek")
+    assert done.returncode != 0
+    assert "did you mean 'smoke'" in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    assert not (folder / "results").exists()
+
+
+def test_all_figures_are_made(study):
+    """Picture, PDF and plotted numbers with units for each figure."""
+    folder = study / "results" / "smoke" / PAPER / "figures"
+    for figure in read_paper(PAPER, "smoke").figures:
+        assert (folder / f"{figure}.png").read_bytes().startswith(b"\x89PNG")
+        assert (folder / f"{figure}.pdf").read_bytes().startswith(b"%PDF")
+        numbers = xr.load_dataset(folder / f"{figure}.nc")
+        assert numbers.attrs["figure"] == figure
+        lacking = [
+            n
+            for n, v in numbers.data_vars.items()
+            if v.dtype.kind == "f" and "units" not in v.attrs
+        ]
+        assert not lacking, f"{figure}: {lacking}"
+
+
+def test_every_published_number_has_a_verdict(study):
+    """One row each, in the columns that are promised, with a reason where undecided."""
+    table = pd.read_csv(study / "results" / "smoke" / "verdicts.csv")
+    assert list(table.columns) == COLUMNS
+    assert sorted(table.quantity) == sorted(e["quantity"] for e in published(PAPER).values())
+    assert set(table.verdict) <= {"replicated", "deviates", "not reached at this scale"}
+    undecided = table[table.verdict == "not reached at this scale"]
+    assert undecided.note.notna().all()
+    by_name = table.set_index("quantity")
+    exact = by_name.loc["B2 / a at a = 25"]
+    assert exact.verdict == "replicated" and exact.value == pytest.approx(0.03836, abs=1e-5)
+
+
+def test_the_short_runs_have_the_right_pressure(study):
+    """Within 1 % of Monte Carlo at dt 0.01 even here; the quick study asks for 0.3 %."""
+    table = pd.read_csv(study / "results" / "smoke" / "verdicts.csv").set_index("quantity")
+    row = table.loc["pressure at rho 3, a 25 (Monte Carlo reference)"]
+    assert row.value == pytest.approx(23.653, rel=0.01)
+    assert 0 < row.error < 0.1
+
+
+def test_the_report_is_one_page(study):
+    """Every figure inside, captions with system and seeds, verdicts, checks; nothing fetched."""
+    page = (study / "results" / "smoke" / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == len(read_paper(PAPER, "smoke").figures)
+    assert not re.search(r"""(src|href)=["']?(https?:)?//""", page)
+    for word in ("noise seeds", "replica", "momentum per bead", "numba", "standard errors"):
+        assert word in page
+    for entry in published(PAPER).values():
+        assert entry["quantity"].split("(")[0].replace(">", "&gt;").replace("<", "&lt;") in page
+
+
+def test_runs_conserve_momentum_and_fit_in_memory(study):
+    """What the report shows of each sweep: rounding, and less than 1 GiB a job."""
+    for path in (study / "results" / "smoke" / PAPER / "sweeps").glob("*.nc"):
+        sweep = xr.load_dataset(path)
+        assert float(sweep.momentum_per_bead.max()) < 1e-12
+        assert float(sweep.peak_memory_MiB.max()) < 1024
+
+
+def test_a_second_run_does_nothing(study):
+    """All is made, nothing has changed."""
+    assert planned(study, *SMOKE) == {}
+
+
+def test_an_edited_plot_reruns_plots(study):
+    """One figure, and the pages that hold it."""
+    path = study / "paper_figures" / PAPER / "fig06_interface.py"
+    path.write_text(path.read_text() + "# edited\n")
+    assert planned(study, *SMOKE) == {"draw_figure": 1, "join_verdicts": 1, "write_report": 1}
+    done = snakemake(study, *SMOKE)
+    assert done.returncode == 0
+    assert planned(study, *SMOKE) == {}
+
+
+def test_an_edited_sweep_runs_only_its_new_point(study):
+    """A density added in the study: one start, one run, and what follows from them."""
+    runs = study / "results" / "smoke" / PAPER / "runs" / "equation_of_state_15"
+    before = {path: path.stat().st_mtime_ns for path in runs.glob("*/run.nc")}
+    edit(
+        study / "config" / "studies" / "smoke.yaml",
+        "density: [1, 2, 3, 5, 8]",
+        "density: [1, 2, 3, 4, 5, 8]",
+    )
+    expected = {
+        "make_start": 1, "simulate": 1, "collect": 1, "draw_figure": 2, "join_verdicts": 1,
+        "write_report": 1,
+    }  # fmt: skip
+    assert planned(study, *SMOKE) == expected
+    done = snakemake(study, *SMOKE)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    after = {path: path.stat().st_mtime_ns for path in runs.glob("*/run.nc")}
+    assert {path: after[path] for path in before} == before
+    assert len(after) == len(before) + 1
+    sweep = xr.load_dataset(
+        study / "results" / "smoke" / PAPER / "sweeps" / "equation_of_state_15.nc"
+    )
+    assert 4 in sweep.density
+
+
+def test_an_edited_kernel_reruns_simulations(study):
+    """All runs; and a stage that is called by hand refuses what the old kernel made."""
+    path = study / "src" / "dpd" / "engine" / "forces.py"
+    kept = path.read_text()
+    path.write_text(kept + "# edited\n")
+    try:
+        jobs = planned(study, *SMOKE)
+        runs = sum(len(s.points) for s in read_paper(PAPER, "smoke").sweeps.values())
+        assert jobs["simulate"] >= runs
+        done = subprocess.run(
+            [sys.executable, "-m", "dpd", "collect", "smoke", PAPER, "fluid", "-o", "x.nc"],
+            cwd=study, env=os.environ | {"PYTHONPATH": str(study / "src")},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 1
+        assert "made by other sources" in done.stderr and "Traceback" not in done.stderr
+        assert not (study / "x.nc").exists()
+    finally:
+        path.write_text(kept)

@@ -1,0 +1,212 @@
+"""Scenes and studies: what they mean, and what they refuse."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.report.document import config_readme
+from dpd.scene import Scene
+from dpd.schema import read_yaml
+from dpd.start import make_start
+from dpd.study import merge, read_paper, read_study
+
+GOOD = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 10},
+}
+CHAINS = GOOD | {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 2}}
+
+# What is changed in GOOD, and what the message has to name: key, value, what is allowed.
+BAD = [
+    ({"boxx": 4}, ["boxx", "did you mean 'box'"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": 0.04, "lamda": 1}}, ["lamda", "lambda"]),
+    ({"box": "large"}, ["box", "'large'", "number"]),
+    ({"dimension": 4}, ["dimension", "4", "2, 3"]),
+    ({"molecules": [{"architecture": "A", "density": -3}]}, ["molecules.0.density", "-3", "> 0"]),
+    ({"molecules": [{"architecture": "A", "density": "3"}]}, ["density", "'3'", "number"]),
+    ({"molecules": [{"architecture": "A"}]}, ["molecules.0", "density", "count"]),
+    ({"molecules": [{"architecture": "a 3", "density": 3}]}, ["architecture", "a 3"]),
+    ({"molecules": [{"architecture": "A", "density": 0.001}]}, ["0.001", "one molecule"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": 0}}, ["integrator.dt", "0", "> 0"]),
+    ({"integrator": {"scheme": "leapfrog", "dt": 0.1}}, ["integrator.scheme", "leapfrog", "euler"]),
+    ({"box": 1.9}, ["box", "1.9", ">= 2"]),
+    ({"box": [4, 4]}, ["box", "2 edges"]),
+    ({"molecules": [{"architecture": "A", "density": 1}, {"architecture": "B", "density": 1}]},
+     ["repulsion", "'A B'"]),
+    ({"repulsion": {"A A": 25, "A C": 3}}, ["repulsion.A C", "'C'", "allowed: A"]),
+    ({"bond": {"stiffness": 2}}, ["bond", "single bead"]),
+    ({"molecules": [{"architecture": "A 2", "density": 3}]}, ["bond", "several beads"]),
+    ({"observe": ["thermo", "bonds"]}, ["observe", "single bead"]),
+    ({"observe": ["viscosity"]}, ["observe.0", "viscosity", "thermo"]),
+    ({"observe": [{"rdf": {"range": 3}}]}, ["observe.rdf.range", "3", "<= 2"]),
+    ({"observe": [{"thermo": {"every": 100}}]}, ["observe.thermo.every", "100", "1 to 10"]),
+    ({"steps": {}}, ["steps.sample", "nothing to sample"]),
+    ({"thermostat": {"noise": "pink"}}, ["thermostat.noise", "pink", "uniform"]),
+    ({"thermostat": {"gamma": -1}}, ["thermostat.gamma", "-1", ">= 0"]),
+    ({"seed": 1.5}, ["seed", "1.5", "integer"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "named"), BAD, ids=lambda part: str(part)[:40])
+def test_bad_scenes_are_refused(change, named):
+    """One sentence with file, key, value and what is allowed."""
+    with pytest.raises(UserError) as refusal:
+        Scene(GOOD | change, "my.yaml")
+    message = str(refusal.value)
+    assert message.startswith("my.yaml: ")
+    assert "\n" not in message
+    for part in named:
+        assert part in message, message
+
+
+def test_a_scene_knows_its_system():
+    """Beads, species, bonds and table follow from molecules and repulsion."""
+    scene = Scene(
+        GOOD
+        | {
+            "molecules": [
+                {"architecture": "B 2 A", "count": 3},
+                {"architecture": "A", "density": 1},
+            ],
+            "repulsion": {"A A": 25, "B A": 30, "B B": 20},
+            "bond": {"stiffness": 2},
+        }
+    )
+    assert scene.beads == 3 * 3 + 64
+    assert scene.species == ("A", "B")
+    np.testing.assert_array_equal(scene.repulsion, [[25, 30], [30, 20]])
+    np.testing.assert_array_equal(scene.bonded, [[0, 1], [1, 2], [3, 4], [4, 5], [6, 7], [7, 8]])
+    state = make_start(scene)
+    assert state.position.shape == (3, 73)
+    np.testing.assert_array_equal(state.species[:6], [1, 1, 0, 1, 1, 0])
+
+
+def test_the_longer_of_steps_and_duration_counts():
+    """duration / dt against steps."""
+    scene = Scene(
+        GOOD
+        | {"steps": {"sample": 10, "equilibrate": 50}, "duration": {"sample": 1, "equilibrate": 1}}
+    )
+    assert scene.steps == (50, 25)
+
+
+def test_digest_follows_the_content():
+    """Written-out defaults change nothing, a changed value does."""
+    plain = Scene(GOOD).digest
+    assert Scene(GOOD | {"seed": 1, "thermostat": {"gamma": 4.5}}).digest == plain
+    assert Scene(GOOD | {"seed": 2}).digest != plain
+
+
+def test_starts_are_inside_and_at_rest():
+    """Positions in the box, momentum zero, temperature near the asked one."""
+    for change in ({}, {"start": {"method": "slabs"}}):
+        scene = Scene(CHAINS | {"box": [4, 5, 9]} | change)
+        state = make_start(scene)
+        box = np.array(scene.box)[:, None]
+        assert (state.position >= 0).all() and (state.position < box).all()
+        assert np.abs(state.velocity.sum(axis=1)).max() < 1e-9
+        spread = np.sqrt(2 / state.velocity.size)
+        assert abs((state.velocity**2).mean() - 1) < 5 * spread
+
+
+def test_slabs_are_apart():
+    """The first molecules fill the first part of the longest axis."""
+    kinds = [{"architecture": "A 3", "density": 1.5}, {"architecture": "B 3", "density": 1.5}]
+    table = {"A A": 25, "B B": 25, "A B": 40}
+    scene = Scene(
+        CHAINS
+        | {"box": [4, 4, 10], "molecules": kinds, "repulsion": table, "start": {"method": "slabs"}}
+    )
+    state = make_start(scene)
+    z, species = state.position[2], state.species
+    assert z[species == 0].max() < 5 <= z[species == 1].min()
+
+
+@pytest.mark.parametrize("study", ["smoke", "quick", "paper"])
+def test_every_study_unfolds(study):
+    """Names and scenes of all points are distinct; figures name sweeps that exist."""
+    assert read_study(study)["description"]
+    paper = read_paper("groot_warren_1997", study)
+    for sweep in paper.sweeps.values():
+        names = [point.name for point in sweep.points]
+        digests = [point.scene.digest for point in sweep.points]
+        assert len(set(names)) == len(names)
+        assert len(set(digests)) == len(digests)
+        count = np.prod([len(axis.labels) for axis in sweep.axes])
+        assert len(sweep.points) == count
+
+
+def test_points_keep_their_scenes_when_others_come(monkeypatch):
+    """An added density leaves the digests of the other points as they were."""
+    import dpd.study as module
+
+    before = {
+        p.name: p.scene.digest
+        for p in read_paper("groot_warren_1997", "smoke").sweeps["equation_of_state_15"].points
+    }
+
+    def edited(path):
+        data = read_yaml(path)
+        if path.stem == "smoke":
+            data = copy.deepcopy(data)
+            data["papers"]["groot_warren_1997"]["equation_of_state_15"]["axes"]["density"].append(
+                4.25
+            )
+        return data
+
+    monkeypatch.setattr(module, "read_yaml", edited)
+    after = {
+        p.name: p.scene.digest
+        for p in read_paper("groot_warren_1997", "smoke").sweeps["equation_of_state_15"].points
+    }
+    assert {name: after[name] for name in before} == before
+    assert set(after) - set(before) == {"repulsion=15,density=4.25,replica=0"}
+
+
+BAD_STUDIES = [
+    ({"fluidd": {}}, ["fluidd", "did you mean 'fluid'"]),
+    ({"fluid": {"replicas": 0}}, ["replicas", "0", ">= 1"]),
+    ({"fluid": {"sampling": 0}}, ["sampling", "0", "> 0"]),
+    ({"springs": {"axes": {"stifness": [2]}}}, ["stifness", "did you mean 'stiffness'"]),
+    ({"springs": {"axes": {"stiffness": [2, 2]}}}, ["stiffness", "twice"]),
+    ({"chains": {"axes": {"length": [7]}}}, ["7", "allowed: 2"]),
+]
+
+
+@pytest.mark.parametrize(("sweeps", "named"), BAD_STUDIES)
+def test_bad_studies_are_refused(monkeypatch, sweeps, named):
+    """A study that names what is not there says so, and what is."""
+    import dpd.study as module
+
+    def edited(path):
+        if path.stem != "smoke":
+            return read_yaml(path)
+        return {"description": "x", "papers": {"groot_warren_1997": sweeps}}
+
+    monkeypatch.setattr(module, "read_yaml", edited)
+    with pytest.raises(UserError) as refusal:
+        read_paper("groot_warren_1997", "smoke")
+    for part in named:
+        assert part in str(refusal.value), refusal.value
+
+
+def test_merge_keeps_what_is_not_named():
+    """Dicts key by key, list items by number, all else replaced; nothing shared."""
+    base = {"a": {"b": 1, "c": 2}, "list": [{"x": 1}, {"x": 2}]}
+    merged = merge(base, {"a": {"b": 5}, "list": {"1": {"x": 9}}})
+    assert merged == {"a": {"b": 5, "c": 2}, "list": [{"x": 1}, {"x": 9}]}
+    assert base["list"][1]["x"] == 2
+    with pytest.raises(UserError, match="count from 0"):
+        merge(base, {"list": {"2": {}}})
+
+
+def test_config_readme_is_written_from_the_schemas():
+    """python -m dpd document -o config/README.md"""
+    assert (ROOT / "config" / "README.md").read_text() == config_readme()
