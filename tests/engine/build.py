@@ -6,7 +6,7 @@ from dpd.engine.integrators import coefficients
 from dpd.engine.simulation import Simulation, State, System
 
 BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
-BOX_2D = (2.2, 5.1)
+BOX_2D = (5.1, 2.2)  # the rows of cells run along the last axis
 
 
 def make_system(box, scheme="gw-vv", prediction=0.5, **changes):

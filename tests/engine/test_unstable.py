@@ -46,7 +46,7 @@ def test_limit_is_the_cutoff():
 
 
 def test_not_a_number_is_noticed():
-    with pytest.raises(Unstable, match="bead 13 is nowhere"):
+    with pytest.raises(Unstable, match="bead 13 moved nan"):
         fast_bead(np.nan).advance(5)
 
 

@@ -108,5 +108,9 @@ def scene_of(data):
 
 
 def save(data, path):
-    """Write a dataset whole or not at all."""
-    files.replace_whole(path, lambda draft: data.to_netcdf(draft, engine="netcdf4"))
+    """Write a dataset whole or not at all, in the types that it has in memory.
+
+    A type remembered from a file that was read would be forced on values put in since.
+    """
+    plain = data.drop_encoding()
+    files.replace_whole(path, lambda draft: plain.to_netcdf(draft, engine="netcdf4"))

@@ -5,11 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import minimize_scalar
 
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
+TAIL = 2.5  # r_c from either interface beyond which its tail is an exponential
+DECAY = (0.2, 1.5)  # r_c, lengths that the tail may have
+GROUPS = 10  # of blocks, left out in turn
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
 
@@ -55,6 +59,11 @@ def bulk_windows(z, length):
 def composition(density, z, length, slice_volume):
     """Minority fraction from a density profile, both phases taken together.
 
+    Interfaces between chains reach far: where a tail is left in the middle of the slabs,
+    an average there is no bulk value. So the folded profile beyond `TAIL` is fitted by
+    phi + A cosh((L/4 - d) / xi), d the distance from the nearer interface, which is the
+    form of two small tails, and phi is the fraction.
+
     Parameters
     ----------
     density : (block, 2, n) array
@@ -65,18 +74,61 @@ def composition(density, z, length, slice_volume):
     Returns
     -------
     Composition
+        The error is that of an average over the bulk, by blocking, or that of the fit, by
+        leaving out groups of blocks in turn, whichever is larger.
     """
     in_a, in_b = bulk_windows(z, length)
     minority = density[:, 1, in_a].sum(axis=1) + density[:, 0, in_b].sum(axis=1)
-    total = density[:, :, in_a | in_b].sum(axis=(1, 2))
-    fraction = minority / total
-    mean, error = block_mean_and_error(fraction)
+    series = minority / density[:, :, in_a | in_b].sum(axis=(1, 2))
+    mean, error = (float(part) for part in block_mean_and_error(series))
+    fraction = bulk_fraction(density.mean(axis=0), z, length)
+    groups = np.array_split(np.arange(len(density)), min(GROUPS, len(density)))
+    left_out = np.array(
+        [
+            bulk_fraction(np.delete(density, group, axis=0).mean(axis=0), z, length)
+            for group in groups
+        ]
+    )
+    count = len(groups)
+    fitted = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2))
     # Each half's mean has sqrt(2) times the error of the whole run's, their difference twice.
-    half = len(fraction) // 2
-    change = fraction[half:].mean() - fraction[:half].mean()
-    drift = change / (2 * error) if error > 0 else 0.0
-    counted = float(minority.mean() * slice_volume)
-    return Composition(float(mean), float(error), float(drift), counted)
+    half = len(series) // 2
+    change = series[half:].mean() - series[:half].mean()
+    drift = float(change / (2 * error)) if error > 0 else 0.0
+    relative = error / mean if mean > 0 else 0.0
+    error = max(relative * fraction, float(fitted))
+    return Composition(fraction, error, drift, float(minority.mean() * slice_volume))
+
+
+def bulk_fraction(profile, z, length):
+    """Minority fraction far from interfaces, their tails fitted and taken off.
+
+    Parameters
+    ----------
+    profile : (2, n) array
+        Densities of A and B; slab A fills the first half.
+    z : (n,) array
+    length : float
+
+    Returns
+    -------
+    float
+        Not below 0.
+    """
+    apart = np.minimum.reduce([np.abs(z), np.abs(z - length / 2), np.abs(z - length)])
+    fraction = np.where(z < length / 2, profile[1], profile[0]) / profile.sum(axis=0)
+    use = apart > min(TAIL, 0.6 * length / 4)
+    y, inward = fraction[use], length / 4 - apart[use]
+
+    def fit(decay):
+        basis = np.stack([np.ones_like(y), np.cosh(inward / decay) / np.cosh(inward.max() / decay)])
+        coefficients = np.linalg.lstsq(basis.T, y, rcond=None)[0]
+        if coefficients[1] < 0:  # a tail of the other phase cannot be negative
+            coefficients = np.array([y.mean(), 0.0])
+        return coefficients, np.sum((y - coefficients @ basis) ** 2)
+
+    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=DECAY, method="bounded").x
+    return max(0.0, float(fit(best)[0][0]))
 
 
 def chi_and_error(fraction, error, length=1):

@@ -12,7 +12,8 @@ def correlation_time(series, window=5.0):
     """Integrated autocorrelation time in samples, at least 1/2.
 
     tau = 1/2 + sum of the normalised autocorrelation up to the first lag that exceeds
-    ``window`` times tau (Sokal's self-consistent window).
+    ``window`` times tau (Sokal's self-consistent window), times 1 + (2 lags + 1) / n for
+    the autocorrelation that subtracting the sample's own mean has cost (Wolff 2004).
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def correlation_time(series, window=5.0):
     tau = 0.5 + np.cumsum(covariance[1:] / covariance[0])
     beyond = np.arange(1, n) >= window * tau
     last = np.argmax(beyond) if beyond.any() else n - 2
-    return max(0.5, float(tau[last]))
+    return max(0.5, float(tau[last]) * (1 + (2 * last + 3) / n))
 
 
 def mean_and_error(series):

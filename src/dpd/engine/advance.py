@@ -7,12 +7,12 @@ from dpd.engine.forces import add_bond_forces, add_pair_forces, measure_pairs
 from dpd.engine.jit import kernel, part
 from dpd.engine.noise import step_keys
 
-FARTHEST = 1.0  # a bead that moves further than the cutoff in one step has lost its way
+FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 
 
 @part()
 def drift(position, velocity, predicted, force, box, dt, scheme):
-    """Move beads, predict velocities; return the first bead that moved too far, or -1.
+    """Move beads, predict velocities; return a bead that moved too far, or -1.
 
     On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f.
     """
@@ -23,7 +23,7 @@ def drift(position, velocity, predicted, force, box, dt, scheme):
         for i in range(position.shape[1]):
             f, v = force[k, i], velocity[k, i]
             move = dt * v + acceleration * dt * dt * f
-            if not abs(move) <= FARTHEST:  # also true for NaN
+            if lost < 0 and not abs(move) <= FARTHEST:  # also true for NaN
                 lost, distance = i, abs(move)
             x = position[k, i] + move
             x -= edge * np.floor(x / edge)

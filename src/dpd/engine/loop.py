@@ -4,6 +4,7 @@ import json
 import os
 import time
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -91,29 +92,36 @@ class Checkpoint:
         for i, observer in enumerate(observers):
             arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        draft = self.path.with_suffix(".writing")
+        draft = self.path.with_name(self.path.name + ".writing")
         with open(draft, "wb") as file:
             np.savez(file, **arrays)
         os.replace(draft, self.path)
 
     def resume(self, simulation, observers):
-        """Put simulation and observers where the file left them; do nothing without one."""
-        if not self.path.exists():
+        """Put simulation and observers where the file left them.
+
+        Without a file, with one of another run, or with a damaged one, do nothing.
+        """
+        try:
+            with np.load(self.path) as file:
+                stored = dict(file)
+        except (OSError, ValueError, EOFError, BadZipFile):
             return
-        with np.load(self.path) as stored:
-            if str(stored["key"]) != self.key:
-                return
-            simulation.state = State(
-                stored["position"],
-                stored["velocity"],
-                stored["force"],
-                stored["identity"],
-                stored.get("species"),
-                int(stored["step"]),
-            )
-            for i, observer in enumerate(observers):
-                for name, array in observer.arrays.items():
-                    array[...] = stored[f"{i}/{name}"]
+        if str(stored.get("key")) == self.key:
+            self._restore(stored, simulation, observers)
+
+    def _restore(self, stored, simulation, observers):
+        simulation.state = State(
+            stored["position"],
+            stored["velocity"],
+            stored["force"],
+            stored["identity"],
+            stored.get("species"),
+            int(stored["step"]),
+        )
+        for i, observer in enumerate(observers):
+            for name, array in observer.arrays.items():
+                array[...] = stored[f"{i}/{name}"]
 
     def discard(self):
         """Remove the file once the run's result is written."""

@@ -56,6 +56,6 @@ def gaussian_noise(theta, low, high, n, key0, key1):
     """Fill ``theta[:n]`` with normal noise of zero mean and unit variance (Box-Muller)."""
     for p in range(n):
         word = pair_word(low[p], high[p], key0, key1)
-        angle = mix32(uint32(word ^ uint32(0x5BF03635)) + key0)
+        angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + key0))
         radius = np.sqrt(-2.0 * np.log((word + 0.5) * (0.5 * PER_WORD)))
         theta[p] = radius * np.cos(np.pi * (np.int32(angle) * PER_WORD))

@@ -6,6 +6,8 @@ from dpd.engine.advance import sort_by_cell
 from dpd.engine.cells import forward_rows, fullest_row, grid_shape, pair_buffers, row_pairs
 from dpd.engine.jit import kernel
 
+SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
+
 
 def pair_histogram(position, box, farthest, bins):
     """Count pairs by distance.
@@ -26,7 +28,7 @@ def pair_histogram(position, box, farthest, bins):
     (bins,) array
         Pairs at their nearest images, each counted once.
     """
-    shape = grid_shape(box, farthest)
+    shape = grid_shape(box, max(farthest, SMALLEST_CELL))
     return _histogram(position, box, shape, forward_rows(len(box)), farthest, bins)
 
 

@@ -14,13 +14,13 @@ CUTOFF = 1.0
 
 
 class Unstable(UserError):
-    """A bead moved further than the cutoff in one step, or its force was not a number."""
+    """A bead moved further than the cutoff along an axis in one step, or to no number."""
 
     def __init__(self, bead, step, distance, dt):
         self.bead, self.step, self.distance = bead, step, distance
-        moved = f"moved {distance:.3g} r_c" if np.isfinite(distance) else "is nowhere (NaN)"
         super().__init__(
-            f"the run blew up: bead {bead} {moved} in one step at step {step} (limit: 1 r_c). "
+            f"the run blew up: bead {bead} moved {distance:.3g} r_c along an axis in one step at "
+            f"step {step} (limit: 1 r_c). "
             f"dt {dt:g} is too large for this scene: lower integrator.dt, or the friction, "
             "repulsion or bond stiffness that asks for it (Groot and Warren use dt 0.04 with "
             "repulsion 25 and gamma 4.5)."
@@ -173,12 +173,9 @@ class Simulation:
 
     def _call(self, steps, measure):
         system, state = self.system, self.state
-        beads = (
-            state.position.copy(),
-            state.velocity.copy(),
-            state.identity,
-            state.species,
-        )
+        # Copies: the loop swaps these with its own, and a former state must stay as it was.
+        species = None if state.species is None else state.species.copy()
+        beads = (state.position.copy(), state.velocity.copy(), state.identity.copy(), species)
         beads, force, sums, (bead, step, distance) = advance(
             beads, state.force.copy(), self._fields, system.box, self._shape, self._ahead,
             system.dt, system.scheme, np.uint64(system.seed), state.step, steps, measure,

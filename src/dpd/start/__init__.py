@@ -7,6 +7,8 @@ from dpd.engine.simulation import Simulation, State, System
 
 FLIGHT = 0.8  # r_c, a step of a random flight: about the distance of neighbours at density 3
 
+NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
+
 
 def system_of(scene):
     """The engine's view of a scene.
@@ -130,7 +132,7 @@ def _relax(scene, state, relax, progress):
     run = system_of(scene)
     system = System(
         run.box, run.repulsion, run.kT, run.friction, False, run.bonds, float(relax["dt"]),
-        coefficients("gw-vv"), start_description(scene)["seed"],
+        coefficients("gw-vv"), start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
     )  # fmt: skip
     simulation = Simulation(system, state)
     while (left := relax["steps"] - simulation.state.step) > 0:
