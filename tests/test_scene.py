@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from dpd.digest import ROOT
+from dpd.engine.integrators import SCHEMES
 from dpd.errors import UserError
 from dpd.report.document import config_readme
 from dpd.scene import Scene
-from dpd.schema import read_yaml
+from dpd.schema import read_yaml, schema
 from dpd.start import make_start
 from dpd.study import merge, read_paper, read_study
 
@@ -41,6 +42,8 @@ BAD = [
     ({"molecules": [{"architecture": "A", "density": 1}, {"architecture": "B", "density": 1}]},
      ["repulsion", "'A B'"]),
     ({"repulsion": {"A A": 25, "A C": 3}}, ["repulsion.A C", "'C'", "allowed: A"]),
+    ({"repulsion": {"A A": float("nan")}}, ["repulsion.A A", "nan", "finite"]),
+    ({"box": 1e4}, ["box", "1e+12", "too large"]),
     ({"bond": {"stiffness": 2}}, ["bond", "single bead"]),
     ({"molecules": [{"architecture": "A 2", "density": 3}]}, ["bond", "several beads"]),
     ({"observe": ["thermo", "bonds"]}, ["observe", "single bead"]),
@@ -64,6 +67,20 @@ def test_bad_scenes_are_refused(change, named):
     assert "\n" not in message
     for part in named:
         assert part in message, message
+
+
+def test_two_values_for_a_pair_are_refused():
+    """A B and B A are one pair."""
+    kinds = [{"architecture": "A", "density": 1}, {"architecture": "B", "density": 1}]
+    table = {"A A": 25, "B B": 25, "A B": 30, "B A": 31}
+    with pytest.raises(UserError, match="30, but 31 in the other order"):
+        Scene(GOOD | {"molecules": kinds, "repulsion": table})
+
+
+def test_schema_and_table_name_the_same_schemes():
+    """What a scene may ask for is what the engine has."""
+    allowed = schema("scene")["properties"]["integrator"]["properties"]["scheme"]["enum"]
+    assert sorted(allowed) == sorted(SCHEMES)
 
 
 def test_a_scene_knows_its_system():

@@ -11,6 +11,7 @@ from dpd.errors import UserError
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
+MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 
 
@@ -179,6 +180,9 @@ class Scene:
                     f"another one twice; allowed: >= {2 * CUTOFF:g}",
                 )
 
+        if self.volume > MOST_CELLS:
+            self._fail("box", f"a volume of {self.volume:g} is too large; allowed: <= {MOST_CELLS}")
+
     def _check_molecules(self):
         for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
             if kind.count < 1:
@@ -189,8 +193,12 @@ class Scene:
                 )
 
     def _check_repulsion(self):
-        for pair in self.data["repulsion"]:
-            for name in pair.split():
+        for pair, value in self.data["repulsion"].items():
+            names = pair.split()
+            other = self.data["repulsion"].get(f"{names[1]} {names[0]}", value)
+            if other != value:
+                self._fail(f"repulsion.{pair}", f"{value:g}, but {other:g} in the other order")
+            for name in names:
                 if name not in self.species:
                     self._fail(
                         f"repulsion.{pair}",

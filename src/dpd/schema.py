@@ -1,6 +1,7 @@
 """Read YAML, check it against a schema, and say what is wrong in one sentence."""
 
 import difflib
+import math
 from functools import cache
 from pathlib import Path
 
@@ -57,6 +58,9 @@ def validate(data, name, where):
     UserError
         Naming file, key, value and what is allowed.
     """
+    for key, value in _leaves(data):
+        if isinstance(value, float) and not math.isfinite(value):
+            raise UserError(f"{where}: {key}: {value!r} is not a finite number")
     errors = list(Draft202012Validator(schema(name)).iter_errors(data))
     if errors:
         raise UserError(f"{where}: {_sentence(_deepest(min(errors, key=_depth)))}")
@@ -78,6 +82,16 @@ def suggestion(name, allowed):
     near = difflib.get_close_matches(str(name), [str(a) for a in allowed], 1)
     guess = f"; did you mean {near[0]!r}?" if near else ""
     return f"allowed: {', '.join(map(str, allowed))}{guess}"
+
+
+def _leaves(data, key=""):
+    """Every value that is not a dict or list, with its dotted key."""
+    if isinstance(data, dict | list):
+        items = data.items() if isinstance(data, dict) else enumerate(data)
+        for part, value in items:
+            yield from _leaves(value, f"{key}.{part}" if key else str(part))
+    else:
+        yield key, data
 
 
 def _depth(error):

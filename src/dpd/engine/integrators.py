@@ -27,7 +27,6 @@ SCHEMES = {
     "gw-vv": lambda prediction: Coefficients(0.5, prediction, 0.5),
     "verlet-no-acceleration": lambda prediction: Coefficients(0.0, prediction, 0.5),
 }
-USES_LAMBDA = {"gw-vv", "verlet-no-acceleration"}
 
 
 def coefficients(scheme, prediction=0.5):

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import time
 
 import pandas as pd
 import xarray as xr
@@ -42,6 +43,7 @@ def make_figure(paper, figure, sweeps, folder):
         Collected sweeps.
     folder : path
     """
+    begun = time.perf_counter()
     module = load_module(paper, figure)
     data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sweeps.items()}
     numbers = module.compute(data)
@@ -52,13 +54,14 @@ def make_figure(paper, figure, sweeps, folder):
     def path(kind):
         return folder / f"{figure}.{kind}"
 
-    save(numbers, path("nc"))
     replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
     replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data)))
     replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png"))
     undated = {"CreationDate": None}
     replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=undated))
     plt.close(drawn)
+    numbers.attrs["seconds"] = time.perf_counter() - begun
+    save(numbers, path("nc"))
 
 
 def join_verdicts(papers, results, path):

@@ -16,6 +16,7 @@ from markupsafe import Markup, escape
 
 from dpd.digest import ROOT, stage_digest
 from dpd.files import replace_whole
+from dpd.simulate import start_digest
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
@@ -45,7 +46,7 @@ def write_page(study, description, papers, results, path):
         verdicts=table.to_dict("records"),
         counts=table.verdict.value_counts().to_dict(),
         checks=checks.to_dict("records"),
-        total_seconds=float(checks.seconds.sum()),
+        costs=[cost for paper in papers for cost in _costs(paper, results)],
         versions={name: version(name) for name in LIBRARIES}
         | {"Python": platform.python_version()},
         sources={
@@ -100,6 +101,32 @@ def _checks(paper, results):
             "seconds": float(data.seconds.sum()),
         })  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def _costs(paper, results):
+    """Jobs and seconds of each stage, from what its files say of themselves."""
+    folder = results / paper.name
+    points = [point for sweep in paper.sweeps.values() for point in sweep.points]
+    starts = sorted({start_digest(point.scene) for point in points})
+    sweeps = [folder / "sweeps" / f"{name}.nc" for name in paper.sweeps]
+    stages = {
+        "first configurations": [folder / "starts" / f"{digest}.nc" for digest in starts],
+        "simulations": [
+            folder / "runs" / sweep.name / point.name / "run.nc"
+            for sweep in paper.sweeps.values()
+            for point in sweep.points
+        ],
+        "sweeps": sweeps,
+        "figures": [folder / "figures" / f"{name}.nc" for name in paper.figures],
+    }
+    for stage, paths in stages.items():
+        seconds = sum(_seconds(path) for path in paths)
+        yield {"paper": paper.name, "stage": stage, "jobs": len(paths), "seconds": seconds}
+
+
+def _seconds(path):
+    with xr.open_dataset(path, engine="netcdf4") as file:
+        return float(file.attrs["seconds"])
 
 
 def _span(values, pattern):
