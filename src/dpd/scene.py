@@ -11,6 +11,7 @@ from dpd.errors import UserError
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
+SMALL_STEP = 0.01  # dt sqrt(kT) in r_c, a thermal step up to which a pair list pays
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 
@@ -127,6 +128,16 @@ class Scene:
         )
 
     @cached_property
+    def skin(self):
+        """Skin of the pair list in r_c; 0 for cells."""
+        chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
+        if chosen == "auto":
+            thermal = self.data["integrator"]["dt"] * self.data["thermostat"]["kT"] ** 0.5
+            room = min(self.box) >= 2 * (CUTOFF + skin)
+            chosen = "list" if room and thermal <= SMALL_STEP else "cells"
+        return float(skin) if chosen == "list" else 0.0
+
+    @cached_property
     def observe(self):
         """Settings of each observable by name, with ``every`` filled in."""
         rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
@@ -180,6 +191,12 @@ class Scene:
                     f"another one twice; allowed: >= {2 * CUTOFF:g}",
                 )
 
+            if edge < 2 * (CUTOFF + self.skin):
+                self._fail(
+                    "pairs.skin",
+                    f"{self.skin:g} needs a box of at least {2 * (CUTOFF + self.skin):g}, an edge "
+                    f"is {edge:g}; use search: cells",
+                )
         if self.volume > MOST_CELLS:
             self._fail("box", f"a volume of {self.volume:g} is too large; allowed: <= {MOST_CELLS}")
 

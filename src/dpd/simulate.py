@@ -177,9 +177,12 @@ def compile_for(scenes):
     for scene in scenes:
         species = "several species" if len(scene.species) > 1 else "one species"
         bonds = "bonds" if "bond" in scene.data else "no bonds"
-        smallest = variants.setdefault((scene.dimension, species, bonds, *scene.observe), scene)
+        core = "core" if "core" in scene.data else "no core"
+        search = "list" if scene.skin else "cells"
+        variant = (scene.dimension, species, bonds, core, search, *scene.observe)
+        smallest = variants.setdefault(variant, scene)
         if scene.beads < smallest.beads:
-            variants[scene.dimension, species, bonds, *scene.observe] = scene
+            variants[variant] = scene
     for scene in variants.values():
         system = system_of(scene)
         simulation = Simulation(system, make_start(scene))

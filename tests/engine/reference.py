@@ -45,7 +45,7 @@ class Reference:
         return r_ij, r, r_ij / r
 
     def evaluate_pairs(self, velocity):
-        """Eqs. 3 to 6 and 8."""
+        """Eqs. 3 to 6 and 8; with a core, Liu et al. 2008, Eq. 5."""
         system = self.system
         i, j = np.triu_indices(self.position.shape[1], 1)
         near = self.separation(i, j)[1] < 1
@@ -55,10 +55,15 @@ class Reference:
         sigma = np.sqrt(2 * system.friction * system.kT)
         zeta = pair_noise(i, j, system.seed, self.steps, system.gaussian)
         approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
-        conservative = a * (1 - r) * e
+        push, energy = a * (1 - r), a * (1 - r) ** 2 / 2
+        if system.core is not None:
+            d, most = system.core
+            energy = np.where(r < d, most * (d - r) + a * (1 - d) ** 2 / 2, energy)
+            push = np.where(r < d, most, push)
+        conservative = push * e
         drag = -system.friction * (1 - r) ** 2 * approach * e
         random = sigma * (1 - r) * zeta * system.dt**-0.5 * e
-        self.energy[0] = (a * (1 - r) ** 2 / 2).sum()
+        self.energy[0] = energy.sum()
         self.add(i, j, r_ij, conservative, conservative + drag + random)
 
     def evaluate_bonds(self):

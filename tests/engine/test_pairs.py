@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from dpd.engine.advance import sort_by_cell
-from dpd.engine.cells import forward_rows, fullest_row, grid_shape, pair_buffers, row_pairs
+from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
 from dpd.engine.jit import kernel
 from dpd.engine.pairs import pair_histogram
 from tests.engine.build import BOX_3D, random_beads
@@ -27,7 +27,7 @@ def pairs_by_cells(position, box, shape, ahead, cutoff):
     source = (position, position, position, identity, None)
     fullest = sort_by_cell(source, (ordered, spare, spare, number, None), box, shape, start)
     cells_in_row = shape[len(box) - 1]
-    pairs = pair_buffers(len(box), len(ahead), fullest_row(start, cells_in_row), fullest)
+    pairs = row_buffers(start, box, shape, ahead, fullest)
     found = [(number[0], number[0], position[:, 0]) for _ in range(0)]
     for row in range(cells // cells_in_row):
         m = row_pairs(row, ordered, start, box, shape, ahead, cutoff, fullest, pairs)

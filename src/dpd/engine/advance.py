@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.cells import cell_of, fullest_row, pair_buffers, row_pairs, starts_from_counts
+from dpd.engine.cells import cell_of, row_buffers, row_pairs, starts_from_counts
 from dpd.engine.forces import add_bond_forces, add_pair_forces, measure_pairs
 from dpd.engine.jit import kernel, part
 from dpd.engine.noise import step_keys
@@ -34,6 +34,15 @@ def drift(position, velocity, predicted, force, box, dt, scheme):
 
 
 @part()
+def count_cells(position, box, shape, start):
+    """Fill ``start`` with the first slot of each cell; return the fullest cell's count."""
+    start[:] = 0
+    for i in range(position.shape[1]):
+        start[cell_of(position, i, box, shape) + 1] += np.uint32(1)
+    return starts_from_counts(start)
+
+
+@part()
 def sort_by_cell(source, target, box, shape, start):
     """Copy (position, velocity, predicted, identity, species) sorted by cell.
 
@@ -47,16 +56,12 @@ def sort_by_cell(source, target, box, shape, start):
     """
     position, velocity, predicted, identity, species = source
     n = position.shape[1]
-    start[:] = 0
-    cell = np.empty(n, np.uint32)
-    for i in range(n):
-        cell[i] = cell_of(position, i, box, shape)
-        start[cell[i] + 1] += np.uint32(1)
-    fullest = starts_from_counts(start)
+    fullest = count_cells(position, box, shape, start)
     free = start.copy()
     for i in range(n):
-        s = free[cell[i]]
-        free[cell[i]] += np.uint32(1)
+        cell = cell_of(position, i, box, shape)
+        s = free[cell]
+        free[cell] += np.uint32(1)
         for k in range(len(box)):
             target[0][k, s] = position[k, i]
             target[1][k, s] = velocity[k, i]
@@ -85,20 +90,25 @@ def like(array):
 def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, measure, sums):
     """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked."""
     position, _, predicted, identity, species = beads
-    repulsion, thermostat, gaussian, bonds = fields
     virial, energy = sums
-    cells_in_row = shape[len(box) - 1]
-    pairs = pair_buffers(len(box), len(ahead), fullest_row(start, cells_in_row), fullest)
+    bonds, core = fields[3], fields[4]
+    pairs = row_buffers(start, box, shape, ahead, fullest)
     force[:] = 0.0
-    for row in range((len(start) - 1) // cells_in_row):
+    for row in range((len(start) - 1) // shape[len(box) - 1]):
         n = row_pairs(row, position, start, box, shape, ahead, 1.0, fullest, pairs)
-        add_pair_forces(
-            force, pairs, n, predicted, identity, species, box, repulsion, thermostat, gaussian,
-            keys,
-        )  # fmt: skip
+        add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
         if measure:
-            measure_pairs(virial, energy, pairs, n, box)
+            measure_pairs(virial, energy, pairs, n, box, core)
     add_bond_forces(force, position, identity, bonds, box, measure, virial, energy)
+
+
+@part()
+def cells_in(shape):
+    """Number of cells."""
+    cells = 1
+    for k in range(len(shape)):
+        cells *= shape[k]
+    return cells
 
 
 @kernel()
@@ -111,7 +121,7 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
         (dimension, n) arrays, (n,) uint32 and (n,) uint8 or None.
     force : (dimension, n) array
         The force on the beads as they are; ignored for 0 steps.
-    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds)
+    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core)
         See `dpd.engine.forces`.
     step : int
         Steps done so far: the key of the noise.
@@ -135,10 +145,7 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
         np.empty_like(position), np.empty_like(position), np.empty_like(position),
         np.empty_like(identity), like(species),
     )  # fmt: skip
-    cells = 1
-    for k in range(len(box)):
-        cells *= shape[k]
-    start = np.empty(cells + 1, np.uint32)
+    start = np.empty(cells_in(shape) + 1, np.uint32)
     sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
     correction = scheme[2]
     lost = (-1, step, 0.0)

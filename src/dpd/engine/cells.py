@@ -17,7 +17,7 @@ U0, U1 = np.uint64(0), np.uint64(1)
 
 
 class Pairs(NamedTuple):
-    """Buffers for the pairs of one row of cells.
+    """Buffers for some pairs.
 
     ``separation[:, p]`` is r_i - r_j of pair p at its nearest image, ``scratch`` holds
     four numbers a pair, ``low`` and ``high`` the sorted identities.
@@ -63,9 +63,8 @@ def starts_from_counts(start):
 
 
 @part()
-def pair_buffers(dimension, rows_ahead, beads_in_row, fullest):
-    """Buffers large enough for all pairs of a row of cells."""
-    size = beads_in_row * (3 * rows_ahead + 2) * fullest
+def pair_buffers(dimension, size):
+    """Buffers for ``size`` pairs."""
     return Pairs(
         np.empty(size, np.uint32),
         np.empty(size, np.uint32),
@@ -83,6 +82,13 @@ def fullest_row(start, cells_in_row):
     for first in range(0, len(start) - 1, cells_in_row):
         most = max(most, int64(start[first + cells_in_row]) - int64(start[first]))
     return most
+
+
+@part()
+def row_buffers(start, box, shape, ahead, fullest):
+    """Buffers large enough for all pairs of any row of cells."""
+    beads = fullest_row(start, shape[len(box) - 1])
+    return pair_buffers(len(box), beads * (3 * len(ahead) + 2) * fullest)
 
 
 @part()

@@ -9,7 +9,30 @@ import numpy as np
 from dpd.engine.jit import part
 from dpd.engine.noise import gaussian_noise, uniform_noise
 
+# A rigid core (diameter d, force F) replaces the soft repulsion below d: a constant push F,
+# F_max and 2 r_s of Liu et al. 2008, Eq. 5. The force jumps at d.
+
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
+
+
+@part()
+def conservative_force(strength, r, w, core):
+    """Repulsion at distance r, with w = max(0, 1 - r)."""
+    if core is None:
+        return strength * w
+    diameter, push = core
+    return push if r < diameter else strength * w
+
+
+@part()
+def conservative_energy(strength, r, w, core):
+    """Potential of `conservative_force`, continuous at the core, zero from r = 1 on."""
+    if core is None:
+        return 0.5 * strength * w * w
+    diameter, push = core
+    if r < diameter:
+        return push * (diameter - r) + 0.5 * strength * (1.0 - diameter) ** 2
+    return 0.5 * strength * w * w
 
 
 @part()
@@ -43,24 +66,23 @@ def pair_identities(pairs, n, identity):
 
 
 @part()
-def add_pair_forces(
-    force, pairs, n, velocity, identity, species, box, repulsion, thermostat, gaussian, keys
-):
+def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, keys):
     """Add the forces of ``n`` pairs; leave each force over its distance in scratch[3].
 
     Parameters
     ----------
     force, velocity : (dimension, n) arrays
         In storage order; the velocity is the one that the friction sees.
-    thermostat : (float, float)
-        Friction gamma, and sigma / sqrt(dt). With gamma 0 no random number is drawn.
+    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core)
+        A table of a_ij; with gamma 0 no random number is drawn; ``core`` is None or its
+        diameter and force.
 
     Notes
     -----
     Loops over axes count to ``len(box)``, the length of a tuple, which the compiler knows;
     an array's shape it does not, and the loops over pairs would not vectorise.
     """
-    friction, noise = thermostat
+    repulsion, (friction, noise), gaussian, _, core = fields
     strength, approach, theta, over_r = pairs.scratch
     pair_repulsion(strength, pairs, n, species, repulsion)
     if friction > 0.0:
@@ -78,9 +100,11 @@ def add_pair_forces(
         for k in range(len(box)):
             r2 += pairs.separation[k, p] * pairs.separation[k, p]
         inverse = 1.0 / np.sqrt(r2)
-        w = max(0.0, 1.0 - r2 * inverse)
+        r = r2 * inverse
+        w = max(0.0, 1.0 - r)
+        push = conservative_force(strength[p], r, w, core)
         drag = friction * w * approach[p] * inverse
-        over_r[p] = inverse * w * (strength[p] - drag + noise * theta[p])
+        over_r[p] = inverse * (push + w * (noise * theta[p] - drag))
     for p in range(n):
         i, j = pairs.i[p], pairs.j[p]
         for k in range(len(box)):
@@ -90,8 +114,8 @@ def add_pair_forces(
 
 
 @part()
-def measure_pairs(virial, energy, pairs, n, box):
-    """Add the virials sum r_ij F_ij and the energy sum a w^2 / 2 of ``n`` pairs.
+def measure_pairs(virial, energy, pairs, n, box, core):
+    """Add the virials sum r_ij F_ij and the energy of ``n`` pairs.
 
     ``virial[0]`` takes the conservative force, ``virial[1]`` all three.
     """
@@ -102,9 +126,10 @@ def measure_pairs(virial, energy, pairs, n, box):
         for k in range(dimension):
             r2 += pairs.separation[k, p] * pairs.separation[k, p]
         inverse = 1.0 / np.sqrt(r2)
-        w = max(0.0, 1.0 - r2 * inverse)
-        conservative = strength[p] * w * inverse
-        energy[0] += 0.5 * strength[p] * w * w
+        r = r2 * inverse
+        w = max(0.0, 1.0 - r)
+        conservative = conservative_force(strength[p], r, w, core) * inverse
+        energy[0] += conservative_energy(strength[p], r, w, core)
         for k in range(dimension):
             for m in range(dimension):
                 moment = pairs.separation[k, p] * pairs.separation[m, p]

@@ -87,8 +87,9 @@ class Checkpoint:
             "force": state.force,
             "identity": state.identity,
         }
-        if state.species is not None:
-            arrays["species"] = state.species
+        for name in ("species", "reference"):
+            if getattr(state, name) is not None:
+                arrays[name] = getattr(state, name)
         for i, observer in enumerate(observers):
             arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -118,6 +119,7 @@ class Checkpoint:
             stored["identity"],
             stored.get("species"),
             int(stored["step"]),
+            stored.get("reference"),
         )
         for i, observer in enumerate(observers):
             for name, array in observer.arrays.items():

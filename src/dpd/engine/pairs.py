@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dpd.engine.advance import sort_by_cell
-from dpd.engine.cells import forward_rows, fullest_row, grid_shape, pair_buffers, row_pairs
+from dpd.engine.advance import cells_in, sort_by_cell
+from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
 from dpd.engine.jit import kernel
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
@@ -34,9 +34,7 @@ def pair_histogram(position, box, farthest, bins):
 
 @kernel()
 def _histogram(position, box, shape, ahead, farthest, bins):
-    cells = 1
-    for k in range(len(box)):
-        cells *= shape[k]
+    cells = cells_in(shape)
     start = np.empty(cells + 1, np.uint32)
     identity = np.empty(position.shape[1], np.uint32)
     source = (position, position, position, identity, None)
@@ -45,7 +43,7 @@ def _histogram(position, box, shape, ahead, farthest, bins):
     fullest = sort_by_cell(
         source, (ordered, spare, spare, np.empty_like(identity), None), box, shape, start
     )
-    pairs = pair_buffers(len(box), len(ahead), fullest_row(start, shape[len(box) - 1]), fullest)
+    pairs = row_buffers(start, box, shape, ahead, fullest)
     counts = np.zeros(bins)
     scale = bins / farthest
     for row in range(cells // shape[len(box) - 1]):

@@ -1,6 +1,6 @@
 """A system in motion: its parameters, its state, and the steps between."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from dpd.engine.advance import advance
 from dpd.engine.cells import forward_rows, grid_shape
 from dpd.engine.integrators import Coefficients
+from dpd.engine.lists import advance_with_list
 from dpd.errors import UserError
 
 CUTOFF = 1.0
@@ -49,6 +50,11 @@ class System:
         From `dpd.engine.integrators.coefficients`.
     seed : int
         Seed of the noise.
+    core : None or (diameter, force)
+        Rigid core: below the diameter (2 r_s, in r_c) the repulsion is the force F_max.
+    skin : float
+        0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
+        list is kept until a bead has moved half the skin.
     """
 
     box: tuple
@@ -60,6 +66,8 @@ class System:
     dt: float
     scheme: Coefficients
     seed: int
+    core: tuple | None = None
+    skin: float = 0.0
 
     @property
     def dimension(self):
@@ -82,6 +90,8 @@ class State:
     species : (n,) uint8 array or None
         None where there is one species.
     step : int
+    reference : (dimension, n) array or None
+        Positions when the pair list was made; None without a list.
     """
 
     position: np.ndarray
@@ -90,6 +100,7 @@ class State:
     identity: np.ndarray
     species: np.ndarray | None
     step: int
+    reference: np.ndarray | None = None
 
     def by_identity(self, array):
         """An array in storage order (last axis beads) reordered by bead identity."""
@@ -126,7 +137,7 @@ class Simulation:
     def __init__(self, system, state):
         self.system = system
         self.state = state
-        self._shape = grid_shape(system.box, CUTOFF)
+        self._shape = grid_shape(system.box, CUTOFF + system.skin)
         self._ahead = forward_rows(system.dimension)
         noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
         self._fields = (
@@ -134,6 +145,7 @@ class Simulation:
             (float(system.friction), float(noise)),
             bool(system.gaussian),
             system.bonds,
+            system.core,
         )
         if state.force is None:
             state.force = np.zeros_like(state.position)
@@ -163,9 +175,7 @@ class Simulation:
     def measure(self):
         """Virials and energies where the beads are, leaving the state alone."""
         kept = self.state
-        self.state = State(
-            kept.position, kept.velocity, kept.force.copy(), kept.identity, kept.species, kept.step
-        )
+        self.state = replace(kept)
         try:
             return self._call(0, measure=True)
         finally:
@@ -176,12 +186,20 @@ class Simulation:
         # Copies: the loop swaps these with its own, and a former state must stay as it was.
         species = None if state.species is None else state.species.copy()
         beads = (state.position.copy(), state.velocity.copy(), state.identity.copy(), species)
-        beads, force, sums, (bead, step, distance) = advance(
-            beads, state.force.copy(), self._fields, system.box, self._shape, self._ahead,
-            system.dt, system.scheme, np.uint64(system.seed), state.step, steps, measure,
-        )  # fmt: skip
+        rest = (system.dt, system.scheme, np.uint64(system.seed), state.step, steps, measure)
+        place = (self._fields, system.box, self._shape, self._ahead)
+        reference = None
+        if system.skin > 0:
+            before = state.position if state.reference is None else state.reference
+            beads, reference, force, sums, lost = advance_with_list(
+                beads, before, state.force.copy(), *place, float(system.skin), *rest
+            )
+        else:
+            beads, force, sums, lost = advance(beads, state.force.copy(), *place, *rest)
+        bead, step, distance = lost
         if bead >= 0:
             raise Unstable(bead, step, distance, system.dt)
         position, velocity, identity, species = beads
-        self.state = State(position, velocity, force, identity, species, state.step + steps)
+        step = state.step + steps
+        self.state = State(position, velocity, force, identity, species, step, reference)
         return Sums(*sums)

@@ -1,5 +1,7 @@
 """First configurations, and the steps that relax them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dpd.engine.integrators import coefficients
@@ -27,6 +29,9 @@ def system_of(scene):
     if "bond" in data:
         bond = data["bond"]
         bonds = (scene.bonded, float(bond["stiffness"]), float(bond["length"]))
+    core = None
+    if "core" in data:
+        core = (2.0 * data["core"]["radius"], float(data["core"]["force"]))
     return System(
         box=scene.box,
         repulsion=scene.repulsion,
@@ -37,6 +42,8 @@ def system_of(scene):
         dt=float(integrator["dt"]),
         scheme=coefficients(integrator["scheme"], float(integrator["lambda"])),
         seed=data["seed"],
+        core=core,
+        skin=scene.skin,
     )
 
 
@@ -56,7 +63,7 @@ def start_description(scene):
     }
     if "relax" in start:
         kept["relax"] = start["relax"]
-        kept["forces"] = {key: data.get(key) for key in ("repulsion", "bond")}
+        kept["forces"] = {key: data.get(key) for key in ("repulsion", "bond", "core")}
         kept["gamma"] = data["thermostat"]["gamma"]
     return kept
 
@@ -129,11 +136,14 @@ def _species(scene):
 
 def _relax(scene, state, relax, progress):
     """Steps with gw-vv, lambda 1/2; back to the order of identities and to step 0."""
-    run = system_of(scene)
-    system = System(
-        run.box, run.repulsion, run.kT, run.friction, False, run.bonds, float(relax["dt"]),
-        coefficients("gw-vv"), start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
-    )  # fmt: skip
+    system = replace(
+        system_of(scene),
+        gaussian=False,
+        dt=float(relax["dt"]),
+        scheme=coefficients("gw-vv"),
+        seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
+        skin=0.0,
+    )
     simulation = Simulation(system, state)
     while (left := relax["steps"] - simulation.state.step) > 0:
         simulation.advance(min(left, 500))
