@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.jit import part
+from dpd.engine.jit import exact_part, part
 
 U0, U1 = np.uint64(0), np.uint64(1)
 
@@ -42,9 +42,13 @@ def forward_rows(dimension):
     return np.array([o for o in product((-1, 0, 1), repeat=dimension - 1) if o > here])
 
 
-@part()
+@exact_part()
 def cell_of(position, i, box, shape):
-    """Number of the cell that holds bead i."""
+    """Number of the cell that holds bead i.
+
+    Counting and sorting both ask, and a resumed list asks again, so it is rounded as
+    written: left free, two copies of the code put a bead on a boundary in two cells.
+    """
     cell = 0
     for k in range(len(box)):
         along = int(position[k, i] * (shape[k] / box[k]))

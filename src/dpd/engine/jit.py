@@ -19,3 +19,5 @@ kernel = partial(
     fastmath={"contract", "reassoc", "nsz", "arcp"},
 )
 part = partial(kernel, forceinline=True)
+# For what two places must agree on to the last bit: rounded as written.
+exact_part = partial(part, fastmath=False)
