@@ -107,6 +107,12 @@ def test_a_scene_knows_its_system():
     np.testing.assert_array_equal(state.species[:6], [1, 1, 0, 1, 1, 0])
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "config" / "scenes").glob("*.yaml")))
+def test_example_scenes_are_scenes(path):
+    """What the README shows can be run."""
+    assert Scene.read(path).beads > 0
+
+
 def test_the_longer_of_steps_and_duration_counts():
     """duration / dt against steps."""
     scene = Scene(

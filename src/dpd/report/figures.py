@@ -15,6 +15,12 @@ from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
 
+ERRORS = (
+    "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
+    "autocorrelation time into account, those of profiles come from blocks of the run, and both "
+    "are carried through to what is derived from them."
+)
+
 
 def load_module(paper, figure):
     """The file of a figure: ``compute(sweeps)``, ``draw(numbers)``, ``measured(numbers)``.
@@ -87,7 +93,7 @@ def caption(module, data):
     """Title, what the paper shows, then system, parameters, samples, seeds, errors."""
     parts = [f"**{module.TITLE}** {module.PAPER_SHOWS}"]
     parts += [f"*{name}*: {_sweep_line(sweep)}" for name, sweep in data.items()]
-    parts.append(getattr(module, "ERRORS", "Error bars: 95 % intervals (1.96 standard errors)."))
+    parts.append(getattr(module, "ERRORS", ERRORS))
     return "\n\n".join(parts) + "\n"
 
 
@@ -106,9 +112,13 @@ def _sweep_line(sweep):
     text = (
         f"{beads} beads in {' x '.join(f'{e:g}' for e in edges)} r_c, "
         f"a {', '.join(f'{pair} {a:g}' for pair, a in scene['repulsion'].items())}, "
-        f"gamma {thermostat['gamma']:g}, {thermostat['noise']} noise, {integrator['scheme']}"
-        f" (lambda {integrator['lambda']:g}), dt {integrator['dt']:g}"
+        f"gamma {thermostat['gamma']:g}, {thermostat['noise']} noise, {integrator['scheme']}, "
+        f"dt {integrator['dt']:g}"
     )
+    if integrator["scheme"] != "euler":
+        text += f", lambda {integrator['lambda']:g}"
+    if "core" in scene:
+        text += f", core radius {scene['core']['radius']:g}, force {scene['core']['force']:g}"
     if "bond" in scene:
         text += f", bonds C {scene['bond']['stiffness']:g}, rest length {scene['bond']['length']:g}"
     text += f", {steps} steps with equilibration, {sweep.sizes['replica']} replica(s)"
