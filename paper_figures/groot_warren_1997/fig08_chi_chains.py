@@ -13,7 +13,8 @@ PAPER_SHOWS = (
     "The paper shows chi N kT / Delta a against N and fits (0.306 +- 0.003) N for 2 <= N <= 10 "
     "(dashed), N = 1 lying about 7 % below. N = 1 here is the slope of the monomer runs with "
     "chi > 3. Open points are not fitted: the composition drifted by more than 2 standard errors "
-    "between the halves of the run, or its relative error is above 30 %."
+    "between the halves of the run, its relative error is above 30 %, or the run is worth fewer "
+    "than 5 independent samples."
 )
 SLOPE = 0.306
 

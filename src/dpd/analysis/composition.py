@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.statistics import block_mean_and_error, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
@@ -15,6 +15,7 @@ TAIL = 2.5  # r_c from either interface beyond which its tail is an exponential
 DECAY = (0.2, 1.5)  # r_c, lengths that the tail may have
 GROUPS = 10  # of blocks, left out in turn
 STEADY = 2.0  # standard errors by which the halves of a run may differ
+ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
 
 
@@ -22,19 +23,21 @@ class Composition(NamedTuple):
     """Minority fraction of a pair of coexisting phases.
 
     ``drift`` is the change of the fraction from the first to the second half of the run,
-    in standard errors of that change; ``counted`` the mean number of minority beads in
-    the windows.
+    in standard errors of that change; ``samples`` how many independent ones the run is
+    worth; ``counted`` the mean number of minority beads in the windows.
     """
 
     fraction: float
     error: float
     drift: float
+    samples: float
     counted: float
 
     @property
     def settled(self):
         """Whether the run was in equilibrium and long enough to give chi an error."""
-        return abs(self.drift) <= STEADY and self.error < PRECISE * self.fraction
+        steady = abs(self.drift) <= STEADY and self.samples >= ENOUGH
+        return steady and self.error < PRECISE * self.fraction
 
 
 def bulk_windows(z, length):
@@ -74,13 +77,14 @@ def composition(density, z, length, slice_volume):
     Returns
     -------
     Composition
-        The error is that of an average over the bulk, by blocking, or that of the fit, by
-        leaving out groups of blocks in turn, whichever is larger.
+        The error is that of an average over the bulk, by blocking or from the correlation
+        time, or that of the fit, by leaving out groups of blocks in turn: the largest.
     """
     in_a, in_b = bulk_windows(z, length)
     minority = density[:, 1, in_a].sum(axis=1) + density[:, 0, in_b].sum(axis=1)
     series = minority / density[:, :, in_a | in_b].sum(axis=(1, 2))
-    mean, error = (float(part) for part in block_mean_and_error(series))
+    mean, error, tau = mean_and_error(series)
+    error = max(error, float(block_mean_and_error(series)[1]))
     fraction = bulk_fraction(density.mean(axis=0), z, length)
     groups = np.array_split(np.arange(len(density)), min(GROUPS, len(density)))
     left_out = np.array(
@@ -97,7 +101,8 @@ def composition(density, z, length, slice_volume):
     drift = float(change / (2 * error)) if error > 0 else 0.0
     relative = error / mean if mean > 0 else 0.0
     error = max(relative * fraction, float(fitted))
-    return Composition(fraction, error, drift, float(minority.mean() * slice_volume))
+    samples = len(series) / (2 * tau)
+    return Composition(fraction, error, drift, samples, float(minority.mean() * slice_volume))
 
 
 def bulk_fraction(profile, z, length):
@@ -159,7 +164,7 @@ def sweep_chi(sweep, axis):
     -------
     xarray.Dataset
         ``chi`` and ``chi_error`` (standard error), per segment, ``fraction``, ``drift``,
-        ``counted``, ``settled`` (1 or 0), and ``excess_repulsion`` a_AB - a_AA, over the axis.
+        ``samples``, ``counted``, ``settled`` (1 or 0), and ``excess_repulsion`` a_AB - a_AA, over the axis.
     """
     table = []
     for place in range(sweep.sizes[axis]):
@@ -177,13 +182,14 @@ def sweep_chi(sweep, axis):
         drift = max((part.drift for part in parts), key=abs)
         counted = float(np.mean([part.counted for part in parts]))
         excess = scene["repulsion"]["A B"] - scene["repulsion"]["A A"]
-        settled = Composition(fraction, error, drift, counted).settled
+        samples = float(sum(part.samples for part in parts))
+        settled = Composition(fraction, error, drift, samples, counted).settled
         chi = chi_and_error(fraction, error, length)
-        table.append((*chi, fraction, drift, counted, float(settled), excess))
+        table.append((*chi, fraction, drift, samples, counted, float(settled), excess))
     columns = np.array(table).T
     units = {
         "chi": "1", "chi_error": "1", "fraction": "1", "drift": "standard errors",
-        "counted": "beads", "settled": "1", "excess_repulsion": "kT / r_c",
+        "samples": "1", "counted": "beads", "settled": "1", "excess_repulsion": "kT / r_c",
     }  # fmt: skip
     variables = {
         name: (axis, column, {"units": unit, "long_name": name.replace("_", " ")})

@@ -1,6 +1,6 @@
 """A system in motion: its parameters, its state, and the steps between."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -131,7 +131,8 @@ class Simulation:
     ----------
     system : System
     state : State
-        With a force of None the force is evaluated where the beads are.
+        With a force of None, or for a list without a reference, the force is evaluated
+        where the beads are.
     """
 
     def __init__(self, system, state):
@@ -147,7 +148,8 @@ class Simulation:
             system.bonds,
             system.core,
         )
-        if state.force is None:
+        unlisted = system.skin > 0 and state.reference is None
+        if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
 
@@ -175,7 +177,6 @@ class Simulation:
     def measure(self):
         """Virials and energies where the beads are, leaving the state alone."""
         kept = self.state
-        self.state = replace(kept)
         try:
             return self._call(0, measure=True)
         finally:
@@ -190,9 +191,9 @@ class Simulation:
         place = (self._fields, system.box, self._shape, self._ahead)
         reference = None
         if system.skin > 0:
-            before = state.position if state.reference is None else state.reference
+            listed_at = state.position if state.reference is None else state.reference
             beads, reference, force, sums, lost = advance_with_list(
-                beads, before, state.force.copy(), *place, float(system.skin), *rest
+                beads, listed_at, state.force.copy(), *place, float(system.skin), *rest
             )
         else:
             beads, force, sums, lost = advance(beads, state.force.copy(), *place, *rest)
