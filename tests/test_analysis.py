@@ -151,6 +151,7 @@ def test_chi_carries_the_error():
         ({"value": 1.0, "rounding": 0.05}, 1.04, 0.0, verdicts.REPLICATED),
         ({"value": 1.0, "rounding": 0.05}, 1.07, 0.001, verdicts.DEVIATES),
         ({"value": 0.1, "error": 0.01}, 0.2, 0.3, verdicts.NOT_REACHED),
+        ({"value": -0.002, "error": 0.2}, -0.18, 0.1, verdicts.REPLICATED),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
         ({"value": 0}, 2.5, 1.0, verdicts.DEVIATES),
         ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),

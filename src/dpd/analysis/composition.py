@@ -164,7 +164,8 @@ def sweep_chi(sweep, axis):
     -------
     xarray.Dataset
         ``chi`` and ``chi_error`` (standard error), per segment, ``fraction``, ``drift``,
-        ``samples``, ``counted``, ``settled`` (1 or 0), and ``excess_repulsion`` a_AB - a_AA, over the axis.
+        ``samples``, ``counted``, ``settled`` (1 or 0), and ``excess_repulsion``
+        a_AB - a_AA, over the axis.
     """
     table = []
     for place in range(sweep.sizes[axis]):
@@ -187,10 +188,8 @@ def sweep_chi(sweep, axis):
         chi = chi_and_error(fraction, error, length)
         table.append((*chi, fraction, drift, samples, counted, float(settled), excess))
     columns = np.array(table).T
-    units = {
-        "chi": "1", "chi_error": "1", "fraction": "1", "drift": "standard errors",
-        "samples": "1", "counted": "beads", "settled": "1", "excess_repulsion": "kT / r_c",
-    }  # fmt: skip
+    names = ("chi", "chi_error", "fraction", "drift", "samples", "counted", "settled")
+    units = dict.fromkeys(names, "1") | {"excess_repulsion": "kT / r_c"}
     variables = {
         name: (axis, column, {"units": unit, "long_name": name.replace("_", " ")})
         for (name, unit), column in zip(units.items(), columns)

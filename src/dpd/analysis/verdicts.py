@@ -48,7 +48,8 @@ def judge(entry, measured):
 
     Replicated is within two standard errors of the combined errors, or within the rounding
     of the published value, or inside the range that the paper states. A measurement whose
-    error is larger than the published value itself decides nothing (unless that is zero).
+    error is larger than both the published value and its error decides nothing, unless the
+    value is zero.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def judge(entry, measured):
     own = entry.get("error", entry.get("rounding", 0.0) / np.sqrt(3.0))
     combined = np.hypot(own, measured.error)
     deviation = difference / combined if combined > 0 else np.inf * np.sign(difference)
-    if 0 < abs(entry["value"]) < measured.error:
+    if entry["value"] != 0 and measured.error > max(abs(entry["value"]), own):
         return NOT_REACHED, deviation
     rounded = abs(difference) <= entry.get("rounding", 0.0)
     return (REPLICATED if rounded or abs(deviation) <= AGREE else DEVIATES), deviation
@@ -110,7 +111,9 @@ def rows(paper, figure, measured):
             raise UserError(f"{PUBLISHED}: {paper}.{name}: {figure} does not measure it")
         ours = measured.get(name) or Measured(np.nan, np.nan, "", entry["pending"])
         verdict, deviation = judge(entry, ours)
-        notes = [entry.get("note"), ours.note, ours.undecided]
+        wide = verdict == NOT_REACHED and not ours.undecided
+        reason = "the error is larger than what is published" if wide else ours.undecided
+        notes = [entry.get("note"), ours.note, reason]
         table.append({
             "paper": paper,
             "figure": figure,

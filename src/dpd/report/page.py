@@ -152,9 +152,8 @@ def _pulled(row):
         value = float(row["published"])
     except ValueError:
         return row["published"]
-    return _number(value) + (
-        f" ± {row['published_error']:.2g}" if np.isfinite(row["published_error"]) else ""
-    )
+    error = row["published_error"]
+    return f"{value:g}" + (f" ± {error:.2g}" if np.isfinite(error) else "")
 
 
 def _commit():
