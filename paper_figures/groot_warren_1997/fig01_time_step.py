@@ -46,7 +46,9 @@ def compute(sweeps):
 
 
 def both_noises(data, scheme, dt):
-    """Mean of the two noises' kT - 1, and its standard error."""
+    """Mean of the two noises' kT - 1, and its standard error; NaN where no run was made."""
+    if scheme not in data.scheme or dt not in data.dt:
+        return np.nan, np.nan
     at = data.sel(scheme=scheme, dt=dt)
     return float(at.excess.mean()), float(np.sqrt((at.error**2).sum()) / 2)
 

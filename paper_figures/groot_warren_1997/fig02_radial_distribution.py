@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error, mean_and_error
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, RED, panels
 
@@ -68,18 +68,18 @@ def measured(data):
             ratio, ratio * float(np.hypot(error / bond, data.peak_error / peak)),
             f"mean bond {bond:.4f} r_c, maximum of g(r) at {peak:.3f} r_c",
         )  # fmt: skip
+    missing = Measured(np.nan, np.nan)
     return {
-        "bond_over_peak": found["bond_over_peak_C2"],
-        "bond_over_peak_C4": found["bond_over_peak_C4"],
+        "bond_over_peak": found.get("bond_over_peak_C2", missing),
+        "bond_over_peak_C4": found.get("bond_over_peak_C4", missing),
     }
 
 
 def draw(data):
     """g(r), the paper's axes."""
     figure, axes = panels(1)
-    axes.fill_between(
-        data.r, data.g - 1.96 * data.g_error, data.g + 1.96 * data.g_error, color=BLUE, alpha=0.3
-    )
+    reach = COVERAGE * data.g_error
+    axes.fill_between(data.r, data.g - reach, data.g + reach, color=BLUE, alpha=0.3)
     axes.plot(data.r, data.g, color=BLUE, label="g(r), this work")
     axes.axhline(1, color=BLACK, linewidth=0.5)
     axes.axvline(

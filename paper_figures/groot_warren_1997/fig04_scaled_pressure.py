@@ -3,7 +3,7 @@
 import numpy as np
 
 from dpd.analysis.pressure import dense, excess_pressure
-from dpd.analysis.statistics import linear_fit, over_replicas
+from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, RED, panels, points
 from dpd.theory.virial import MEAN_FIELD, second_virial
@@ -108,7 +108,7 @@ def draw(data):
                       label=r"published $\alpha$ = 0.101 ± 0.001")  # fmt: skip
     alpha, error = float(data.alpha), float(data.alpha_error)
     axes.plot([2, end], [alpha, alpha], color=BLACK, linewidth=0.9,
-              label=rf"fit for $\rho$ > 2: {alpha:.4f} ± {1.96 * error:.4f}")  # fmt: skip
+              label=rf"fit for $\rho$ > 2: {alpha:.4f} ± {COVERAGE * error:.4f}")  # fmt: skip
     axes.plot(
         [0, end], [MEAN_FIELD[3]] * 2, color=BLACK, linestyle=":", label=r"mean field $\pi/30$"
     )

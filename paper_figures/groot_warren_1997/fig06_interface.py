@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.composition import bulk_windows
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
 
@@ -58,7 +58,8 @@ def draw(data):
     figure, axes = panels(1)
 
     def band(y, error, color, label):
-        axes.fill_between(data.z, y - 1.96 * error, y + 1.96 * error, color=color, alpha=0.3, lw=0)
+        reach = COVERAGE * error
+        axes.fill_between(data.z, y - reach, y + reach, color=color, alpha=0.3, lw=0)
         axes.plot(data.z, y, color=color, label=label)
 
     for name, color in zip(data.species.values, (BLUE, RED)):

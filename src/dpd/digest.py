@@ -12,7 +12,6 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent.parent
-PINS = ROOT / "requirements.txt"
 
 _SIMULATION = ("errors.py", "files.py", "scene.py", "simulate.py", "engine", "observe", "start")
 _STAGES = {

@@ -111,8 +111,12 @@ def rows(paper, figure, measured):
             raise UserError(f"{PUBLISHED}: {paper}.{name}: {figure} does not measure it")
         ours = measured.get(name) or Measured(np.nan, np.nan, "", entry["pending"])
         verdict, deviation = judge(entry, ours)
-        wide = verdict == NOT_REACHED and not ours.undecided
-        reason = "the error is larger than what is published" if wide else ours.undecided
+        reason = ours.undecided
+        if verdict == NOT_REACHED and not reason:
+            made = np.isfinite(ours.value)
+            reason = (
+                "the error is larger than what is published" if made else "no run in this study"
+            )
         notes = [entry.get("note"), ours.note, reason]
         table.append({
             "paper": paper,
