@@ -49,6 +49,21 @@ def test_run_a_scene(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml"]
 
 
+def test_run_keeps_and_takes_a_start(tmp_path):
+    """--start makes the file once, and the same run follows from it; another scene's is refused."""
+    scene = write(tmp_path / "scene.yaml", SCENE)
+    arguments = ("run", scene, "--start", tmp_path / "start.nc")
+    for name in ("made", "read"):
+        done = dpd(*arguments, "-o", tmp_path / f"{name}.nc", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    made, read_again = (read(tmp_path / f"{name}.nc")[0] for name in ("made", "read"))
+    assert (made["kT"] == read_again["kT"]).all()
+    write(scene, SCENE | {"box": 5})
+    done = dpd(*arguments, "-o", tmp_path / "other.nc", cwd=tmp_path)
+    assert done.returncode == 1 and "start.nc" in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "other.nc").exists()
+
+
 BROKEN = {
     "unknown key": (SCENE | {"boxx": 3}, "boxx"),
     "negative density": (SCENE | {"molecules": [{"architecture": "A", "density": -1}]}, "-1"),

@@ -11,6 +11,7 @@ from dpd.errors import UserError
 from dpd.report.document import config_readme
 from dpd.scene import Scene
 from dpd.schema import read_yaml, schema
+from dpd.simulate import start_digest
 from dpd.start import make_start
 from dpd.study import merge, read_paper, read_study
 
@@ -154,11 +155,12 @@ def test_slabs_are_apart():
     assert z[species == 0].max() < 5 <= z[species == 1].min()
 
 
+@pytest.mark.parametrize("name", ["groot_warren_1997", "liu_2008"])
 @pytest.mark.parametrize("study", ["smoke", "quick", "paper"])
-def test_every_study_unfolds(study):
+def test_every_study_unfolds(study, name):
     """Names and scenes of all points are distinct; figures name sweeps that exist."""
     assert read_study(study)["description"]
-    paper = read_paper("groot_warren_1997", study)
+    paper = read_paper(name, study)
     for sweep in paper.sweeps.values():
         names = [point.name for point in sweep.points]
         digests = [point.scene.digest for point in sweep.points]
@@ -195,6 +197,38 @@ def test_points_keep_their_scenes_when_others_come(monkeypatch):
     assert set(after) - set(before) == {"repulsion=15,density=4.25,replica=0"}
 
 
+def test_chain_lengths_are_numbers_on_an_axis():
+    """An axis with a text puts its numbers into it: N becomes an architecture."""
+    sweep = read_paper("liu_2008", "paper", only="melts").sweeps["melts"]
+    assert sweep.axes[0].labels == (20, 50, 100, 200)
+    assert [len(point.scene.molecules[0].beads) for point in sweep.points] == [20, 50, 100, 200]
+    assert all(point.scene.density == 2 for point in sweep.points)
+
+
+def test_sweeps_share_a_melt():
+    """Points that differ in nothing that the start sees have one start; others their own."""
+    sweeps = read_paper("liu_2008", "paper").sweeps
+    starts = {
+        name: {start_digest(point.scene) for point in sweeps[name].points}
+        for name in ("rigidity", "stability", "sets", "melts", "langevin")
+    }
+    assert [len(found) for found in starts.values()] == [1, 1, 1, 4, 4]
+
+
+@pytest.mark.parametrize("key", ["radius", "force", "stiffness", "length", "gamma"])
+def test_a_start_knows_its_forces(key):
+    """A polymerized start depends on the forces it grows with, and on nothing of the run."""
+    point = read_paper("liu_2008", "paper", only="rigidity").sweeps["rigidity"].points[0]
+    data = point.scene.data
+    part = {"radius": "core", "force": "core", "stiffness": "bond", "length": "bond"}.get(key)
+    value = data["start"]["forces"][part][key] if part else data["start"]["forces"][key]
+    change = {part: {key: 0.9 * value}} if part else {key: 0.9 * value}
+    changed = Scene(merge(data, {"start": {"forces": change}}))
+    assert start_digest(changed) != start_digest(point.scene)
+    longer = Scene(merge(data, {"integrator": {"dt": 0.004}, "duration": {"sample": 9}}))
+    assert start_digest(longer) == start_digest(point.scene)
+
+
 BAD_STUDIES = [
     ({"fluidd": {}}, ["fluidd", "did you mean 'fluid'"]),
     ({"fluid": {"replicas": 0}}, ["replicas", "0", ">= 1"]),
@@ -228,6 +262,7 @@ def test_merge_keeps_what_is_not_named():
     merged = merge(base, {"a": {"b": 5}, "list": {"1": {"x": 9}}})
     assert merged == {"a": {"b": 5, "c": 2}, "list": [{"x": 1}, {"x": 9}]}
     assert base["list"][1]["x"] == 2
+    assert merge(base, {"list": {1: {"x": 9}}}) == merge(base, {"list": {"1": {"x": 9}}})
     with pytest.raises(UserError, match="count from 0"):
         merge(base, {"list": {"2": {}}})
 

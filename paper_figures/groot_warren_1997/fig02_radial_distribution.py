@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import COVERAGE, block_mean_and_error, mean_and_error
+from dpd.analysis.statistics import COVERAGE, mean_and_error
+from dpd.analysis.structure import jackknife, peak, radial_distribution
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, RED, panels
 
@@ -14,32 +15,14 @@ PAPER_SHOWS = (
     "for two spring constants, with bonded beads repelling each other like any others."
 )
 ERRORS = "Band (narrower than the line where not visible): 95 % interval from blocks of the run."
-AROUND = 0.15  # r_c on either side of the highest bin, for the parabola through the maximum
-
-
-def maximum(r, g):
-    """Distance of the maximum of g(r): a parabola through the bins around the highest."""
-    near = np.abs(r - r[np.argmax(g)]) <= AROUND
-    curvature, slope, _ = np.polyfit(r[near], g[near], 2)
-    return -slope / (2 * curvature)
 
 
 def compute(sweeps):
     """g(r) with its error, its maximum, and mean bond lengths."""
     fluid, springs = sweeps["fluid"], sweeps["springs"]
-    blocks = fluid.rdf.stack(part=("replica", "block")).transpose("part", "r").values
-    g, error = block_mean_and_error(blocks)
+    g, error, blocks = radial_distribution(fluid)
     r = fluid.r.values
-    # Maxima of single blocks are noisy and the parabola is not linear: leave-one-out.
-    count = min(10, len(blocks))
-    groups = np.array_split(blocks, count)
-    left_out = [
-        maximum(
-            r, np.concatenate([part for other, part in enumerate(groups) if other != k]).mean(0)
-        )
-        for k in range(count)
-    ]
-    jackknife = np.sqrt((count - 1) / count * np.sum((left_out - np.mean(left_out)) ** 2))
+    highest, highest_error = jackknife(blocks, lambda mean: peak(r, mean))
     bonds = [
         mean_and_error(springs.bond_mean.sel(stiffness=c).values.ravel())[:2]
         for c in springs.stiffness.values
@@ -48,8 +31,8 @@ def compute(sweeps):
         {
             "g": ("r", g, {"units": "1", "long_name": "g(r)"}),
             "g_error": ("r", error, {"units": "1", "long_name": "standard error"}),
-            "peak": ((), maximum(r, g), {"units": "r_c", "long_name": "maximum of g(r)"}),
-            "peak_error": ((), float(jackknife), {"units": "r_c"}),
+            "peak": ((), highest, {"units": "r_c", "long_name": "maximum of g(r)"}),
+            "peak_error": ((), highest_error, {"units": "r_c"}),
             "bond": ("stiffness", [b for b, _ in bonds], {"units": "r_c"}),
             "bond_error": ("stiffness", [e for _, e in bonds], {"units": "r_c"}),
         },

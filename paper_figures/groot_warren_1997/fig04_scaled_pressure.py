@@ -27,14 +27,14 @@ def compute(sweeps):
     data = excess_pressure([sweeps[name] for name in SWEEPS])
     a, rho, scaled, _ = dense(data)
     fit = linear_fit([a * rho**2], scaled * a * rho**2)
-    data["alpha"] = ((), fit.values[0], {"units": "r_c^4 / kT", "long_name": "fit for rho > 2"})
-    data["alpha_error"] = ((), fit.errors[0], {"units": "r_c^4 / kT"})
+    data["alpha"] = ((), fit.values[0], {"units": "r_c^4", "long_name": "fit for rho > 2"})
+    data["alpha_error"] = ((), fit.errors[0], {"units": "r_c^4"})
     data["plateau"] = (
         (),
         float(scaled.mean()),
-        {"units": "r_c^4 / kT", "long_name": "mean, rho > 2"},
+        {"units": "r_c^4", "long_name": "mean, rho > 2"},
     )
-    data["plateau_spread"] = ((), float(scaled.std(ddof=1)), {"units": "r_c^4 / kT"})
+    data["plateau_spread"] = ((), float(scaled.std(ddof=1)), {"units": "r_c^4"})
     at = dict(zip(zip(a, rho), scaled))
     together = [
         [at[other, r] for other in sorted(set(a)) if (other, r) in at] for r in sorted(set(rho))
@@ -42,7 +42,7 @@ def compute(sweeps):
     spread = [np.ptp(group) / np.mean(group) for group in together if len(group) > 1]
     data["scaling_spread"] = ((), max(spread), {"units": "1", "long_name": "largest, rho > 2"})
     b2 = [float(second_virial(value)) / value for value in data.repulsion.values]
-    data["zero_density"] = ("repulsion", b2, {"units": "r_c^4 / kT", "long_name": "B2 / a, exact"})
+    data["zero_density"] = ("repulsion", b2, {"units": "r_c^4", "long_name": "B2 / a, exact"})
     reference, virials = sweeps["reference_pressure"], sweeps["virials"]
     for name in ("conservative", "all"):
         p, error = over_replicas(
@@ -116,6 +116,6 @@ def draw(data):
         3, (MONTE_CARLO - 3) / (25 * 9), "*", color=BLACK, markersize=7, label="Monte Carlo, a = 25"
     )
     axes.set(xlim=(0, end), ylim=(0.03, 0.11), xlabel=r"density $\rho$ $r_c^3$",
-             ylabel=r"$(p - \rho k_BT) / (a \rho^2)$ / ($r_c^4$ / $k_BT$)")  # fmt: skip
+             ylabel=r"$(p - \rho k_BT) / (a \rho^2)$ / $r_c^4$")  # fmt: skip
     axes.legend(loc="lower right")
     return figure

@@ -43,6 +43,10 @@ def _parser():
         "--checkpoint-every", type=float, default=60.0, metavar="SECONDS",
         help="wall clock between checkpoints (default 60); the same command resumes from one",
     )  # fmt: skip
+    run.add_argument(
+        "--start", type=Path, metavar="FILE",
+        help="first configuration: read if the file is there, otherwise made and kept in it",
+    )  # fmt: skip
     bench = stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
     bench.add_argument("-o", "--output", type=Path, help="also write the figures here")
     stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
@@ -71,7 +75,8 @@ def run_folder(study, paper, sweep):
 def _run(options):
     from dpd.progress import Progress
     from dpd.scene import Scene
-    from dpd.simulate import checkpoint_path, simulate
+    from dpd.simulate import checkpoint_path, read_start, simulate, write_start
+    from dpd.start import make_start, start_work
 
     if options.output.is_dir():
         raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
@@ -79,10 +84,15 @@ def _run(options):
     checkpoint = checkpoint_path(options.output)
     if checkpoint.exists():
         print(f"looking for a run to resume in {checkpoint}", file=sys.stderr)
+    with Progress(start_work(scene), f"{options.scene}: start") as progress:
+        if options.start and not options.start.exists():
+            write_start(scene, options.start, progress)
+        state = read_start(scene, options.start) if options.start else make_start(scene, progress)
     with Progress(sum(scene.steps), options.scene) as progress:
         found = simulate(
             scene,
             options.output,
+            state,
             checkpoint=checkpoint,
             progress=progress,
             every_seconds=options.checkpoint_every,
@@ -124,22 +134,21 @@ def _point(options):
 def _start(options):
     from dpd.progress import Progress
     from dpd.simulate import write_start
+    from dpd.start import start_work
 
     scene = _point(options).scene
-    steps = scene.data["start"].get("relax", {}).get("steps", 1)
-    with Progress(steps, f"{options.sweep} start") as progress:
+    with Progress(start_work(scene), f"{options.sweep} start") as progress:
         write_start(scene, options.output, progress)
 
 
 def _simulate(options):
     from dpd.progress import Progress
-    from dpd.simulate import checkpoint_path, simulate
+    from dpd.simulate import checkpoint_path, read_start, simulate
 
     scene = _point(options).scene
+    state = read_start(scene, options.start)
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
-        found = simulate(
-            scene, options.output, options.start, checkpoint_path(options.output), progress
-        )
+        found = simulate(scene, options.output, state, checkpoint_path(options.output), progress)
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
 
 

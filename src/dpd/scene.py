@@ -14,6 +14,10 @@ CUTOFF = 1.0
 SMALL_STEP = 0.01  # dt sqrt(kT) in r_c, a thermal step up to which a pair list pays
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
+# tau between samples where the scene does not say: about the memory of the momenta, a
+# fraction of the time in which a bead moves its own size, and what moves slower.
+INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2}
+SLOWER = 0.8
 
 
 @dataclass(frozen=True)
@@ -127,12 +131,16 @@ class Scene:
             for part in ("equilibrate", "sample")
         )
 
-    @cached_property
+    @property
     def skin(self):
         """Skin of the pair list in r_c; 0 for cells."""
+        return self.skin_at(self.data["integrator"]["dt"])
+
+    def skin_at(self, dt):
+        """The same for steps of another length."""
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
-            thermal = self.data["integrator"]["dt"] * self.data["thermostat"]["kT"] ** 0.5
+            thermal = dt * self.data["thermostat"]["kT"] ** 0.5
             room = min(self.box) >= 2 * (CUTOFF + skin)
             chosen = "list" if room and thermal <= SMALL_STEP else "cells"
         return float(skin) if chosen == "list" else 0.0
@@ -149,10 +157,13 @@ class Scene:
         return chosen
 
     def _every(self, name):
-        """Thermo every 0.1 tau, which is about its memory; what moves slower every 0.8 tau."""
-        interval = 0.1 if name == "thermo" else 0.8
+        """Steps between samples where the scene does not say."""
         sample = self.steps[1]
-        every = max(round(interval / self.data["integrator"]["dt"]), -(-sample // MOST_SAMPLES))
+        if name == "configuration":
+            return sample
+        every = round(INTERVALS.get(name, SLOWER) / self.data["integrator"]["dt"])
+        if name == "thermo":
+            every = max(every, -(-sample // MOST_SAMPLES))
         return max(1, min(every, sample))
 
     def _fail(self, key, problem):
@@ -172,6 +183,13 @@ class Scene:
                     f"{settings['every']} steps is longer than the run; allowed: 1 to "
                     f"{self.steps[1]}",
                 )
+        if "crossings" in self.observe and self.dimension != 2:
+            self._fail("observe", "'crossings' of bonds are counted in two dimensions only")
+        if self.data["start"]["method"] == "polymerize":
+            if self.dimension != 2:
+                self._fail("start.method", "'polymerize' grows chains in two dimensions only")
+            if "bond" not in self.data:
+                self._fail("start.method", "'polymerize' has nothing to grow: no chains, no bond")
         half = min(self.box) / 2
         if "rdf" in self.observe and self.observe["rdf"]["range"] > half:
             self._fail(
@@ -236,8 +254,11 @@ class Scene:
                 "every molecule is a single bead; remove the key, or give an architecture "
                 "of several beads, as 'A 10'",
             )
-        if not chains and "bonds" in self.observe:
-            self._fail("observe", "'bonds' has nothing to measure: every molecule is a single bead")
+        for name in ("bonds", "crossings"):
+            if not chains and name in self.observe:
+                self._fail(
+                    "observe", f"{name!r} has nothing to measure: every molecule is a single bead"
+                )
 
 
 def _beads(architecture):

@@ -10,10 +10,12 @@ import numpy as np
 from dpd import files
 from dpd.digest import stage_digest, value_digest
 from dpd.engine.loop import Checkpoint, run
-from dpd.engine.simulation import Simulation, State
+from dpd.engine.simulation import Simulation, State, Unstable
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.start import make_start, start_description, system_of
+from dpd.scene import Scene
+from dpd.start import make_start, make_start_and_record, start_description, system_of
+from dpd.start.polymerize import RECORD
 
 RERUN = "let snakemake make it again, or delete it"
 
@@ -33,13 +35,20 @@ def write_start(scene, path, progress=None):
     progress : callable or None
     """
     begun = time.perf_counter()
-    state = make_start(scene, progress)
+    state, record = make_start_and_record(scene, progress)
     variables = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
     }
     if state.species is not None:
         variables["species"] = (("bead",), state.species, "1", "number of the species")
+    for name, (units, long_name) in RECORD.items():
+        if name in record:
+            variables[name] = (("round",), record[name], units, long_name)
+    if "relax_crossings" in record:
+        crossings = record["relax_crossings"]
+        text = "pairs of crossing bonds while the melt relaxed"
+        variables["relax_crossings"] = (("look",), crossings, "1", text)
     attributes = {
         "start": json.dumps(start_description(scene)),
         "start_digest": start_digest(scene),
@@ -69,7 +78,7 @@ def read_start(scene, path):
     return State(variables["position"], variables["velocity"], None, identity, species, 0)
 
 
-def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seconds=60.0):
+def simulate(scene, path, state, checkpoint=None, progress=None, every_seconds=60.0):
     """Run a scene and write what it observed.
 
     Parameters
@@ -77,8 +86,8 @@ def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seco
     scene : Scene
     path : path
         The NetCDF file; written at the end, whole.
-    start : path or None
-        A file of `write_start`; without one the start is made here.
+    state : State
+        From `read_start` or `dpd.start.make_start`.
     checkpoint : path or None
         Where the state is kept while it runs; an interrupted run of the same scene and
         sources goes on from there, to the same bits.
@@ -98,7 +107,6 @@ def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seco
         If the run blows up; the last checkpoint stays.
     """
     begun = time.perf_counter()
-    state = read_start(scene, start) if start else make_start(scene)
     system = system_of(scene)
     simulation = Simulation(system, state)
     observers = observables(scene, system)
@@ -106,13 +114,14 @@ def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seco
     if checkpoint:
         key = {"scene": scene.digest, "sources": stage_digest("simulate")}
         keeper = Checkpoint(checkpoint, key)
-    running = time.perf_counter()
+    running, lost = time.perf_counter(), -1
     try:
         done = run(simulation, scene.steps, observers, keeper, progress, every_seconds)
     except UserError as problem:
-        kept = keeper is not None and keeper.path.exists()
-        last = f" Its last good state is in {checkpoint}." if kept else ""
-        raise UserError(f"{scene.where}: {problem}{last}") from None
+        recorded = isinstance(problem, Unstable) and scene.data["unstable"] == "record"
+        done, lost = (problem.step, problem.step) if recorded else (0, -1)
+        if not recorded:
+            raise _with_place(problem, scene, keeper) from None
     now = time.perf_counter()
     variables = {}
     for observer in observers:
@@ -125,6 +134,7 @@ def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seco
         "number_density": scene.density,
         "seed": scene.data["seed"],
         "steps": sum(scene.steps),
+        "lost_step": lost,
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
@@ -133,6 +143,13 @@ def simulate(scene, path, start=None, checkpoint=None, progress=None, every_seco
     if keeper:
         keeper.discard()
     return summary(scene, variables, attributes)
+
+
+def _with_place(problem, scene, keeper):
+    """A problem of a run, with the scene's file and where the last good state is."""
+    kept = keeper is not None and keeper.path.exists()
+    last = f" Its last good state is in {keeper.path}." if kept else ""
+    return UserError(f"{scene.where}: {problem}{last}")
 
 
 def summary(scene, variables, attributes):
@@ -177,18 +194,34 @@ def compile_for(scenes):
     for scene in scenes:
         species = "several species" if len(scene.species) > 1 else "one species"
         bonds = "bonds" if "bond" in scene.data else "no bonds"
-        core = "core" if "core" in scene.data else "no core"
+        core = "core" if system_of(scene).core else "no core"
         search = "list" if scene.skin else "cells"
-        variant = (scene.dimension, species, bonds, core, search, *scene.observe)
+        thermostat = scene.data["thermostat"]["kind"]
+        variant = (scene.dimension, species, bonds, core, thermostat, search, *scene.observe)
         smallest = variants.setdefault(variant, scene)
         if scene.beads < smallest.beads:
             variants[variant] = scene
     for scene in variants.values():
         system = system_of(scene)
-        simulation = Simulation(system, make_start(scene))
+        simulation = Simulation(system, make_start(_quick_to_start(scene)))
         for observer in observables(scene, system):
             observer.sample(simulation, simulation.measure())
     return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
+
+
+def _quick_to_start(scene):
+    """A scene with a start that needs no growth; where there is one, grow a small melt apart."""
+    start = scene.data["start"]
+    if start["method"] != "polymerize":
+        return scene
+    kinds = [
+        {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 8}
+        for kind in scene.molecules
+    ]
+    small = {"box": 4, "molecules": kinds, "observe": ["thermo"]}
+    make_start(Scene(scene.data | small, scene.where))
+    random = {"method": "random", "seed": start.get("seed", 1)}
+    return Scene(scene.data | {"start": random}, scene.where)
 
 
 def checkpoint_path(path):

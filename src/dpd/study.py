@@ -205,6 +205,7 @@ def _changes(rule, label):
     if isinstance(rule["values"], dict):
         return rule["values"][label]
     value = label + rule["offset"] if rule.get("offset") else label
+    value = rule["text"].format(value) if "text" in rule else value
     targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
     change = {}
     for target in targets:
@@ -222,7 +223,7 @@ def merge(base, change):
     if isinstance(base, list):
         merged = copy.deepcopy(base)
         for place, value in change.items():
-            if not place.isdigit() or int(place) >= len(merged):
+            if not str(place).isdigit() or int(place) >= len(merged):
                 raise UserError(f"no item {place!r} in a list of {len(merged)}; they count from 0")
             merged[int(place)] = merge(merged[int(place)], value)
         return merged

@@ -182,9 +182,11 @@ PROGRAM = """
 import json, sys
 from dpd.scene import Scene
 from dpd.simulate import simulate
-scene, result, checkpoint = sys.argv[1:]
+from dpd.start import make_start
+text, result, checkpoint = sys.argv[1:]
+scene = Scene(json.loads(text))
 simulate(
-    Scene(json.loads(scene)), result, checkpoint=checkpoint, every_seconds=0.0,
+    scene, result, make_start(scene), checkpoint=checkpoint, every_seconds=0.0,
     progress=lambda step: print(step, flush=True),
 )
 """

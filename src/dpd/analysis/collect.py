@@ -1,5 +1,6 @@
 """The runs of a sweep as one labelled dataset."""
 
+import json
 import time
 from pathlib import Path
 
@@ -10,11 +11,13 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.digest import stage_digest
 from dpd.errors import UserError
+from dpd.scene import Scene
 
 RECORDED = {
     "number_density": ("1 / r_c^dimension", "number density"),
     "beads": ("1", "number of beads"),
     "steps": ("1", "steps"),
+    "lost_step": ("1", "step at which the run blew up; -1 if it did not"),
     "seed": ("1", "seed of the noise"),
     "seconds": ("s", "wall clock of the run"),
     "bead_steps_per_second": ("1 / s", "bead-steps per second"),
@@ -26,8 +29,8 @@ def collect(sweep, paths):
     """Put the runs of a sweep on its axes.
 
     A series becomes its mean, ``_error`` (standard error) and ``_correlation_time`` in
-    tau. Blocks and tables are kept whole; the kT series too where all runs share one
-    time axis.
+    tau. Blocks and tables are kept whole, filled up with NaN where runs have fewer
+    molecules or lags than others; the kT series too where all runs share one time axis.
 
     Parameters
     ----------
@@ -77,8 +80,8 @@ def collect(sweep, paths):
                 [tau * dt for (_, _, tau), dt in zip(found, step)],
                 "tau", f"integrated autocorrelation time of {long_name}",
             )  # fmt: skip
-        elif "sample" not in variable.dims and len({part.shape for part in parts}) == 1:
-            put(name, [part.values for part in parts], units, long_name, variable.dims)
+        elif "sample" not in variable.dims and _alike(parts):
+            put(name, _padded([part.values for part in parts]), units, long_name, variable.dims)
             data = data.assign_coords(
                 {c: runs[0][c] for c in variable.dims if c in runs[0].coords and c not in data}
             )
@@ -90,6 +93,33 @@ def collect(sweep, paths):
     data.attrs["collect_sources"] = stage_digest("collect")
     data.attrs["seconds"] = time.perf_counter() - begun
     return data
+
+
+def samples_of(runs, observable):
+    """Bead-samples that an observable of one point has taken, all replicas together."""
+    scene = Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+    configurations = scene.steps[1] // scene.observe[observable]["every"]
+    return scene.beads * configurations * runs.scene.size
+
+
+def _alike(parts):
+    """Whether arrays of several runs stand on the same coordinates, where they have any."""
+    return all(
+        coordinate.equals(part.coords[name])
+        for part in parts[1:]
+        for name, coordinate in parts[0].coords.items()
+    )
+
+
+def _padded(arrays):
+    """Arrays of one shape: shorter ones, as of fewer molecules, are filled up with NaN."""
+    shape = np.max([array.shape for array in arrays], axis=0)
+    if all((array.shape == shape).all() for array in arrays):
+        return arrays
+    padded = [np.full(shape, np.nan) for _ in arrays]
+    for array, whole in zip(arrays, padded):
+        whole[tuple(slice(n) for n in array.shape)] = array
+    return padded
 
 
 def _read(path, scene):

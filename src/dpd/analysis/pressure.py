@@ -39,7 +39,7 @@ def excess_pressure(sweeps):
     scale = data.repulsion * data.density**2
     data["scaled"] = data.excess / scale
     data["scaled_error"] = data.excess_error / scale
-    units = {"excess": "kT / r_c^3", "scaled": "r_c^3"}
+    units = {"excess": "kT / r_c^3", "scaled": "r_c^4"}
     for name, unit in units.items():
         data[name].attrs = {"units": unit, "long_name": f"{name} pressure, conservative virial"}
         data[f"{name}_error"].attrs = {"units": unit, "long_name": "standard error"}

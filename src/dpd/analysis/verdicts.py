@@ -76,7 +76,9 @@ def judge(entry, measured):
     # Rounding is a uniform error of half a last digit either way.
     own = entry.get("error", entry.get("rounding", 0.0) / np.sqrt(3.0))
     combined = np.hypot(own, measured.error)
-    deviation = difference / combined if combined > 0 else np.inf * np.sign(difference)
+    deviation = (
+        difference / combined if combined > 0 else np.inf * difference if difference else 0.0
+    )
     if entry["value"] != 0 and measured.error > max(abs(entry["value"]), own):
         return NOT_REACHED, deviation
     rounded = abs(difference) <= entry.get("rounding", 0.0)

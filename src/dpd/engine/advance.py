@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from dpd.engine.bath import add_bath_forces
+from dpd.engine.bonds import add_bond_forces, bonded_slots
 from dpd.engine.cells import cell_of, row_buffers, row_pairs, starts_from_counts
-from dpd.engine.forces import add_bond_forces, add_pair_forces, measure_pairs
+from dpd.engine.forces import add_pair_forces, measure_pairs
 from dpd.engine.jit import kernel, part
 from dpd.engine.noise import step_keys
 
@@ -92,6 +94,7 @@ def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, m
     position, _, predicted, identity, species = beads
     virial, energy = sums
     bonds, core = fields[3], fields[4]
+    slots = bonded_slots(bonds, identity)
     pairs = row_buffers(start, box, shape, ahead, fullest)
     force[:] = 0.0
     for row in range((len(start) - 1) // shape[len(box) - 1]):
@@ -99,7 +102,8 @@ def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, m
         add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
         if measure:
             measure_pairs(virial, energy, pairs, n, box, core)
-    add_bond_forces(force, position, identity, bonds, box, measure, virial, energy)
+    add_bond_forces(force, position, slots, bonds, box, measure, sums)
+    add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
 
 
 @part()
@@ -121,8 +125,8 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
         (dimension, n) arrays, (n,) uint32 and (n,) uint8 or None.
     force : (dimension, n) array
         The force on the beads as they are; ignored for 0 steps.
-    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core)
-        See `dpd.engine.forces`.
+    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
+        See `dpd.engine.forces`, `dpd.engine.bonds`, `dpd.engine.bath`.
     step : int
         Steps done so far: the key of the noise.
     measure : bool

@@ -1,4 +1,4 @@
-"""Pair forces of dissipative particle dynamics, and springs between bonded beads.
+"""Pair forces of dissipative particle dynamics.
 
 F_ij = [ a_ij w - gamma w^2 (e . v_ij) + sigma w theta dt^(-1/2) ] e, with
 w = max(0, 1 - r) and e = r_ij / r (Groot and Warren 1997, Eqs. 3 to 8).
@@ -73,16 +73,16 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
     ----------
     force, velocity : (dimension, n) arrays
         In storage order; the velocity is the one that the friction sees.
-    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core)
+    fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         A table of a_ij; with gamma 0 no random number is drawn; ``core`` is None or its
-        diameter and force.
+        diameter and force. The rest belongs to `dpd.engine.bonds` and `dpd.engine.bath`.
 
     Notes
     -----
     Loops over axes count to ``len(box)``, the length of a tuple, which the compiler knows;
     an array's shape it does not, and the loops over pairs would not vectorise.
     """
-    repulsion, (friction, noise), gaussian, _, core = fields
+    repulsion, (friction, noise), gaussian, _, core, _ = fields
     strength, approach, theta, over_r = pairs.scratch
     pair_repulsion(strength, pairs, n, species, repulsion)
     if friction > 0.0:
@@ -135,40 +135,3 @@ def measure_pairs(virial, energy, pairs, n, box, core):
                 moment = pairs.separation[k, p] * pairs.separation[m, p]
                 virial[0, k, m] += conservative * moment
                 virial[1, k, m] += over_r[p] * moment
-
-
-@part()
-def add_bond_forces(force, position, identity, bonds, box, measure, virial, energy):
-    """Add harmonic bonds: a pull of C (r - length) along each (G&W 1997, Eq. 25).
-
-    Parameters
-    ----------
-    bonds : None or (members, stiffness, length)
-        ``members`` is an (n, 2) array of identities.
-    """
-    if bonds is None:
-        return
-    members, stiffness, length = bonds
-    dimension = len(box)
-    slot = np.empty(len(identity), np.uint32)
-    for s in range(len(identity)):
-        slot[identity[s]] = s
-    d = np.empty(dimension)
-    for b in range(len(members)):
-        i, j = slot[members[b, 0]], slot[members[b, 1]]
-        r2 = CLOSEST
-        for k in range(dimension):
-            d[k] = position[k, i] - position[k, j]
-            d[k] -= box[k] * np.rint(d[k] / box[k])
-            r2 += d[k] * d[k]
-        r = np.sqrt(r2)
-        over_r = -stiffness * (1.0 - length / r)
-        for k in range(dimension):
-            force[k, i] += over_r * d[k]
-            force[k, j] -= over_r * d[k]
-        if measure:
-            energy[1] += 0.5 * stiffness * (r - length) ** 2
-            for k in range(dimension):
-                for m in range(dimension):
-                    virial[0, k, m] += over_r * d[k] * d[m]
-                    virial[1, k, m] += over_r * d[k] * d[m]

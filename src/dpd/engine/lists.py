@@ -10,8 +10,10 @@ import numpy as np
 from numba import uint64
 
 from dpd.engine.advance import cells_in, count_cells, drift, like, sort_by_cell
+from dpd.engine.bath import add_bath_forces
+from dpd.engine.bonds import add_bond_forces, bonded_slots
 from dpd.engine.cells import pair_buffers, row_buffers, row_pairs
-from dpd.engine.forces import add_bond_forces, add_pair_forces, measure_pairs
+from dpd.engine.forces import add_pair_forces, measure_pairs
 from dpd.engine.jit import kernel, part
 from dpd.engine.noise import step_keys
 
@@ -51,7 +53,7 @@ def moved_too_far(position, reference, box, limit):
 
 
 @part()
-def list_force(beads, force, listed, pairs, fields, box, keys, measure, sums):
+def list_force(beads, force, listed, slots, pairs, fields, box, keys, measure, sums):
     """Evaluate all forces; pairs in the skin have w = 0 and feel none."""
     position, _, predicted, identity, species = beads
     virial, energy = sums
@@ -71,7 +73,8 @@ def list_force(beads, force, listed, pairs, fields, box, keys, measure, sums):
         add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
         if measure:
             measure_pairs(virial, energy, pairs, n, box, core)
-    add_bond_forces(force, position, identity, bonds, box, measure, virial, energy)
+    add_bond_forces(force, position, slots, bonds, box, measure, sums)
+    add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
 
 
 @kernel()
@@ -113,6 +116,7 @@ def advance_with_list(
     else:
         fullest = count_cells(reference, box, shape, start)
     listed = list_pairs(reference, start, box, shape, ahead, 1.0 + skin, fullest)
+    slots = bonded_slots(fields[3], source[3])
     for s in range(max(steps, 1)):
         if steps > 0:
             step += 1
@@ -125,9 +129,10 @@ def advance_with_list(
                 source, target = target, source
                 reference = source[0].copy()
                 listed = list_pairs(reference, start, box, shape, ahead, 1.0 + skin, fullest)
+                slots = bonded_slots(fields[3], source[3])
         keys = step_keys(seed, step)
         last = measure and s + 1 >= steps
-        list_force(source, force, listed, pairs, fields, box, keys, last, sums)
+        list_force(source, force, listed, slots, pairs, fields, box, keys, last, sums)
         if steps > 0 and correction > 0.0:
             source[1][:] += (correction * dt) * force
     return (source[0], source[1], source[3], source[4]), reference, force, sums, lost

@@ -40,6 +40,9 @@ class System:
         a_ij in kT / r_c.
     kT, friction : float
         Temperature, and gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT.
+    per_bead : bool
+        The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
+        is not conserved.
     gaussian : bool
         Gaussian noise instead of uniform.
     bonds : None or (members, stiffness, length)
@@ -68,6 +71,7 @@ class System:
     seed: int
     core: tuple | None = None
     skin: float = 0.0
+    per_bead: bool = False
 
     @property
     def dimension(self):
@@ -141,12 +145,14 @@ class Simulation:
         self._shape = grid_shape(system.box, CUTOFF + system.skin)
         self._ahead = forward_rows(system.dimension)
         noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
+        thermostat = (float(system.friction), float(noise))
         self._fields = (
             np.ascontiguousarray(system.repulsion, dtype=np.float64),
-            (float(system.friction), float(noise)),
+            (0.0, 0.0) if system.per_bead else thermostat,
             bool(system.gaussian),
             system.bonds,
             system.core,
+            thermostat if system.per_bead else None,
         )
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:

@@ -6,11 +6,24 @@ it) and ``variables()`` (name to (dimensions, array, units, long_name) for the f
 """
 
 from dpd.observe.bonds import Bonds
+from dpd.observe.chains import Chains
+from dpd.observe.configuration import Configuration
+from dpd.observe.crossings import Crossings
+from dpd.observe.displacement import Displacement
 from dpd.observe.profile import Profile
 from dpd.observe.rdf import RadialDistribution
 from dpd.observe.thermo import Thermo
 
-OBSERVABLES = {"thermo": Thermo, "rdf": RadialDistribution, "profile": Profile, "bonds": Bonds}
+OBSERVABLES = {
+    "thermo": Thermo,
+    "rdf": RadialDistribution,
+    "profile": Profile,
+    "bonds": Bonds,
+    "chains": Chains,
+    "displacement": Displacement,
+    "crossings": Crossings,
+    "configuration": Configuration,
+}
 
 
 def observables(scene, system):

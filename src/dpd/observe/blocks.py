@@ -19,24 +19,29 @@ class Blocks:
     ----------
     arrays : dict
         ``sums`` of shape (blocks,) + shape, and ``taken``, the samples in each block.
+    count : int
+        Number of blocks.
+    current : int
+        The block that was opened last.
     """
 
     def __init__(self, shape, samples):
-        self._blocks = max(1, min(BLOCKS, samples))
+        self.count = max(1, min(BLOCKS, samples))
         self._samples = samples
         self.arrays = {
-            "sums": np.zeros((self._blocks, *shape)),
-            "taken": np.zeros(self._blocks, np.int64),
+            "sums": np.zeros((self.count, *shape)),
+            "taken": np.zeros(self.count, np.int64),
         }
 
     def open(self):
         """The sums of the block that the next sample belongs to; counts the sample."""
         taken = self.arrays["taken"]
-        block = min(int(taken.sum()) * self._blocks // self._samples, self._blocks - 1)
-        taken[block] += 1
-        return self.arrays["sums"][block]
+        self.current = min(int(taken.sum()) * self.count // self._samples, self.count - 1)
+        taken[self.current] += 1
+        return self.arrays["sums"][self.current]
 
     def means(self):
-        """(blocks,) + shape array of block averages."""
-        taken = self.arrays["taken"]
-        return self.arrays["sums"] / taken.reshape(-1, *[1] * (self.arrays["sums"].ndim - 1))
+        """(blocks,) + shape array of block averages, NaN for a block without samples."""
+        sums, taken = self.arrays["sums"], self.arrays["taken"]
+        with np.errstate(invalid="ignore"):
+            return sums / taken.reshape(-1, *[1] * (sums.ndim - 1))

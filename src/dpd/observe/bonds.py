@@ -8,7 +8,7 @@ LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
 
 
 class Bonds:
-    """Mean and mean square bond length in blocks, and their distribution.
+    """Mean, mean square and longest bond length in blocks, and their distribution.
 
     Parameters
     ----------
@@ -28,7 +28,8 @@ class Bonds:
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
         # The first two places hold the sums of r and r^2.
         self._blocks = Blocks((len(self._edges) + 1,), scene.steps[1] // every)
-        self.arrays = self._blocks.arrays
+        self._longest = np.zeros(self._blocks.count)
+        self.arrays = self._blocks.arrays | {"longest": self._longest}
 
     def sample(self, simulation, sums):
         """Take one sample."""
@@ -39,6 +40,8 @@ class Bonds:
         apart -= box * np.rint(apart / box)
         length = np.sqrt((apart**2).sum(axis=0))
         into = self._blocks.open()
+        block = self._blocks.current
+        self._longest[block] = max(self._longest[block], length.max())
         into[0] += length.mean()
         into[1] += (length**2).mean()
         into[2:] += np.histogram(length, self._edges)[0] / (len(length) * self._edges[1])
@@ -50,6 +53,12 @@ class Bonds:
         return {
             "bond_mean": (("block",), means[:, 0], "r_c", "mean bond length"),
             "bond_mean_square": (("block",), means[:, 1], "r_c^2", "mean square bond length"),
-            "length": (("length",), middle, "r_c", "bond length"),
-            "bond_density": (("block", "length"), means[:, 2:], "1 / r_c", "density of lengths"),
+            "bond_longest": (("block",), self._longest, "r_c", "longest bond met in each block"),
+            "bond_length": (("bond_length",), middle, "r_c", "bond length"),
+            "bond_density": (
+                ("block", "bond_length"),
+                means[:, 2:],
+                "1 / r_c",
+                "density of lengths",
+            ),
         }

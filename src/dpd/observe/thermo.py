@@ -6,6 +6,8 @@ import numpy as np
 class Thermo:
     """Time series of the scalars and tensors that every run is judged by.
 
+    What a run that blew up did not sample is NaN.
+
     kT is the kinetic temperature <v^2> / dimension (Groot and Warren 1997, Eq. 13). The
     pressure tensor is (sum_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
     in the virial and once with all forces (their Eq. 15, second and first line).
@@ -26,14 +28,14 @@ class Thermo:
         n, d = scene.steps[1] // every, system.dimension
         self.arrays = {
             "taken": np.zeros(1, np.int64),
-            "kT": np.zeros(n),
-            "momentum": np.zeros((n, d)),
+            "kT": np.full(n, np.nan),
+            "momentum": np.full((n, d), np.nan),
         }
         if pressure:
             self.arrays |= {
-                "kinetic": np.zeros((n, d, d)),
-                "virial": np.zeros((n, 2, d, d)),
-                "energy": np.zeros((n, 2)),
+                "kinetic": np.full((n, d, d), np.nan),
+                "virial": np.full((n, 2, d, d), np.nan),
+                "energy": np.full((n, 2), np.nan),
             }
 
     def sample(self, simulation, sums):

@@ -4,8 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from dpd.engine.crossings import crossing_bonds
 from dpd.engine.integrators import coefficients
 from dpd.engine.simulation import Simulation, State, System
+from dpd.errors import UserError
+from dpd.start.polymerize import LOOK, polymerize
 
 FLIGHT = 0.8  # r_c, a step of a random flight: about the distance of neighbours at density 3
 
@@ -25,26 +28,32 @@ def system_of(scene):
     """
     data = scene.data
     thermostat, integrator = data["thermostat"], data["integrator"]
-    bonds = None
-    if "bond" in data:
-        bond = data["bond"]
-        bonds = (scene.bonded, float(bond["stiffness"]), float(bond["length"]))
-    core = None
-    if "core" in data:
-        core = (2.0 * data["core"]["radius"], float(data["core"]["force"]))
     return System(
         box=scene.box,
         repulsion=scene.repulsion,
         kT=float(thermostat["kT"]),
         friction=float(thermostat["gamma"]),
         gaussian=thermostat["noise"] == "gaussian",
-        bonds=bonds,
+        bonds=_bonds(scene, data.get("bond")),
         dt=float(integrator["dt"]),
         scheme=coefficients(integrator["scheme"], float(integrator["lambda"])),
         seed=data["seed"],
-        core=core,
+        core=_core(data.get("core")),
         skin=scene.skin,
+        per_bead=thermostat["kind"] == "langevin",
     )
+
+
+def _bonds(scene, bond):
+    if bond is None:
+        return None
+    return scene.bonded, float(bond["stiffness"]), float(bond["length"])
+
+
+def _core(core):
+    if core is None or core["radius"] == 0:
+        return None
+    return 2.0 * core["radius"], float(core["force"])
 
 
 def start_description(scene):
@@ -61,11 +70,42 @@ def start_description(scene):
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
+    if start["method"] == "polymerize":
+        kept["polymerize"] = start["polymerize"]
     if "relax" in start:
         kept["relax"] = start["relax"]
-        kept["forces"] = {key: data.get(key) for key in ("repulsion", "bond", "core")}
-        kept["gamma"] = data["thermostat"]["gamma"]
+    if "relax" in start or start["method"] == "polymerize":
+        kept["forces"] = _start_forces(scene)
+        kept["thermostat"] = data["thermostat"]["kT"]
     return kept
+
+
+def _start_forces(scene):
+    """Forces of growth and relaxation: those of the scene, but for start.forces."""
+    data, own = scene.data, scene.data["start"]["forces"]
+    forces = {"repulsion": data["repulsion"]}
+    for name in ("core", "bond"):
+        if name in data or name in own:
+            forces[name] = data.get(name, {}) | own.get(name, {})
+    forces["gamma"] = own.get("gamma", data["thermostat"]["gamma"])
+    return forces
+
+
+def _start_system(scene, dt):
+    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs."""
+    forces = _start_forces(scene)
+    return replace(
+        system_of(scene),
+        friction=float(forces["gamma"]),
+        gaussian=False,
+        per_bead=False,
+        bonds=_bonds(scene, forces.get("bond")),
+        core=_core(forces.get("core")),
+        dt=float(dt),
+        scheme=coefficients("gw-vv"),
+        seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
+        skin=scene.skin_at(dt),
+    )
 
 
 def make_start(scene, progress=None):
@@ -75,23 +115,74 @@ def make_start(scene, progress=None):
     ----------
     scene : Scene
     progress : callable or None
-        Called with the number of relaxation steps done.
+        Called with the work done so far, out of `start_work`.
 
     Returns
     -------
     State
         In the order of identities, with no force yet and step 0.
     """
+    return make_start_and_record(scene, progress)[0]
+
+
+def start_work(scene):
+    """Beads to bond and steps to relax, which progress counts."""
+    start = scene.data["start"]
+    grown = scene.beads if start["method"] == "polymerize" else 0
+    return max(1, grown + start.get("relax", {}).get("steps", 0))
+
+
+def make_start_and_record(scene, progress=None):
+    """As `make_start`, with how it came about.
+
+    Returns
+    -------
+    State
+    dict of str to array
+        For polymerization `dpd.start.polymerize.RECORD`, one value per round of growth, and
+        ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0.
+
+    Raises
+    ------
+    UserError
+        If chains cannot be grown, or if bonds cross while they relax.
+    """
     description = start_description(scene)
+    grown = description["method"] == "polymerize"
+    if grown:
+        system = _start_system(scene, description["polymerize"]["dt"])
+        state, record = polymerize(
+            scene, description["polymerize"], system, description["seed"], description["kT"],
+            progress,
+        )  # fmt: skip
+    else:
+        state, record = _random(scene, description), {}
+    if "relax" in description:
+        begun = scene.beads if grown else 0
+        state, crossings = _relax(scene, state, description["relax"], grown, begun, progress)
+        if grown:
+            record["relax_crossings"] = crossings
+    if grown:
+        # Chains that grow and spare monomers that vanish leave flows across the box, which
+        # only viscosity would bring to rest.
+        rng = np.random.default_rng([description["seed"], 1])
+        state.velocity = _velocities(state.position.shape, description["kT"], rng)
+    return state, record
+
+
+def _random(scene, description):
+    """Random flights with random velocities."""
     rng = np.random.default_rng(description["seed"])
     position = _positions(scene, description["method"], rng)
-    velocity = rng.normal(scale=np.sqrt(description["kT"]), size=position.shape)
-    velocity -= velocity.mean(axis=1, keepdims=True)
+    velocity = _velocities(position.shape, description["kT"], rng)
     identity = np.arange(position.shape[1], dtype=np.uint32)
-    state = State(position, velocity, None, identity, _species(scene), 0)
-    if "relax" in description:
-        state = _relax(scene, state, description["relax"], progress)
-    return state
+    return State(position, velocity, None, identity, _species(scene), 0)
+
+
+def _velocities(shape, kT, rng):
+    """Maxwellian velocities, at rest as a whole."""
+    velocity = rng.normal(scale=np.sqrt(kT), size=shape)
+    return velocity - velocity.mean(axis=1, keepdims=True)
 
 
 def _positions(scene, method, rng):
@@ -134,24 +225,37 @@ def _species(scene):
     return np.concatenate(numbers).astype(np.uint8)
 
 
-def _relax(scene, state, relax, progress):
-    """Steps with gw-vv, lambda 1/2; back to the order of identities and to step 0."""
-    system = replace(
-        system_of(scene),
-        gaussian=False,
-        dt=float(relax["dt"]),
-        scheme=coefficients("gw-vv"),
-        seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
-        skin=0.0,
-    )
+def _relax(scene, state, relax, grown, begun, progress):
+    """Steps of relaxation; back to the order of identities and to step 0.
+
+    Returns
+    -------
+    State
+    (looks,) array
+        Crossing bonds every `LOOK` tau; empty unless the chains were grown.
+    """
+    system = _start_system(scene, relax["dt"])
     simulation = Simulation(system, state)
+    look = max(1, round(LOOK / relax["dt"])) if grown and system.bonds else 500
+    crossings = []
     while (left := relax["steps"] - simulation.state.step) > 0:
-        simulation.advance(min(left, 500))
+        simulation.advance(min(left, look))
+        now = simulation.state
+        if grown and system.bonds:
+            place = now.by_identity(now.position)
+            crossings.append(crossing_bonds(place, system.bonds[0], system.box).shape[1])
+            if crossings[-1]:
+                raise UserError(
+                    f"{scene.where}: start.relax: {crossings[-1]} pairs of bonds crossed after "
+                    f"{now.step} steps: these forces do not keep chains apart. Raise the core "
+                    "force or radius or the bond stiffness, in the scene or in start.forces"
+                )
         if progress is not None:
-            progress(simulation.state.step)
+            progress(begun + now.step)
     done = simulation.state
     species = None if done.species is None else done.by_identity(done.species)
-    return State(
+    relaxed = State(
         done.by_identity(done.position), done.by_identity(done.velocity), None,
         np.arange(len(done.identity), dtype=np.uint32), species, 0,
     )  # fmt: skip
+    return relaxed, np.array(crossings)

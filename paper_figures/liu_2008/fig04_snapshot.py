@@ -1,0 +1,86 @@
+"""Figure 4: a window of the melt, every chain its own colour."""
+
+import json
+
+import numpy as np
+import xarray as xr
+from matplotlib.collections import LineCollection
+
+from dpd.analysis.verdicts import Measured
+from dpd.observe.chains import sizes, unwrapped
+from dpd.report.style import mpl, panels
+
+TITLE = "Snapshot of a melt of set (1)."
+PAPER_SHOWS = (
+    "The paper shows a 30 x 30 window of a melt of N = 100 after 1e6 steps, a colour for each "
+    "chain, in which no two bonds cross. Here: the last configuration of the run of that length, "
+    "or of the longest chains that this study has."
+)
+ERRORS = "The window is as large as the paper's, or the whole box where that is smaller."
+WINDOW = 30.0
+PAPER_LENGTH = 100
+
+
+def compute(sweeps):
+    """Chains in one piece, from the last configuration of the melt of the paper's length."""
+    melts = sweeps["melts"]
+    lengths = melts.length.values
+    length = PAPER_LENGTH if PAPER_LENGTH in lengths else int(lengths.max())
+    at = melts.sel(length=length).isel(replica=0)
+    scene = json.loads(str(at.scene.values))
+    box = np.broadcast_to(np.array(scene["box"], dtype=float), 2)
+    beads = int(at.beads)
+    place = at.position.values[:, :beads].reshape(2, -1, length)
+    chains = unwrapped(place, tuple(box))
+    gyration, across = sizes(chains)
+    return xr.Dataset(
+        {
+            "position": (("axis", "chain", "bead"), chains, {"units": "r_c"}),
+            "box": (("axis",), box, {"units": "r_c"}),
+            "crossings": ((), float(at.crossings.values[-1]), {"units": "1"}),
+            "most_crossings": ((), float(at.crossings.max()), {"units": "1"}),
+            "steps": ((), int(at.steps)),
+            "gyration_square": ((), gyration, {"units": "r_c^2"}),
+            "end_to_end_square": ((), across, {"units": "r_c^2"}),
+        }
+    )
+
+
+def measured(data):
+    """No crossing in the snapshot."""
+    size = np.sqrt(float(data.gyration_square))
+    note = (
+        f"{data.sizes['chain']} chains of {data.sizes['bead']} after {int(data.steps)} steps; most "
+        f"at any sample of the run {float(data.most_crossings):.0f}; radius of gyration {size:.2f}"
+    )
+    return {"snapshot_crossings": Measured(float(data.crossings), 0.0, note)}
+
+
+def draw(data):
+    """Bonds of the chains, with their periodic images, in the window."""
+    figure, axes = panels(1, height=3.4)
+    chains, box = data.position.values, data.box.values
+    window = min(WINDOW, box.min())
+    colors = mpl.colormaps["hsv"](
+        np.random.default_rng(0).permutation(chains.shape[1]) / chains.shape[1]
+    )
+    colors[:, :3] *= 0.8  # darker: pure yellow does not show on white
+    for chain, color in zip(np.moveaxis(chains, 1, 0), colors):
+        lines = [chain.T + shift for shift in _images(chain, box)]
+        axes.add_collection(LineCollection(lines, colors=[color], linewidths=0.8))
+    axes.set(
+        xlim=(0, window), ylim=(0, window), xlabel="x / $r_c$", ylabel="y / $r_c$", aspect="equal"
+    )
+    axes.set_title(f"N = {data.sizes['bead']}, {int(data.steps)} steps, "
+                   f"{float(data.crossings):.0f} crossings in the box")  # fmt: skip
+    return figure
+
+
+def _images(chain, box):
+    """Shifts by whole boxes that put a part of the chain into the box."""
+    low, high = chain.min(axis=1), chain.max(axis=1)
+    ranges = [
+        np.arange(-np.floor(last / edge), -np.floor(first / edge) + 1) * edge
+        for first, last, edge in zip(low, high, box)
+    ]
+    return [np.array([x, y]) for x in ranges[0] for y in ranges[1]]

@@ -1,0 +1,128 @@
+"""Local slopes of the innermost beads' displacement: the melt, the box, or the thermostat?"""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.diffusion import ROUSE, SEMENOV_JOHNER, excluded, subdiffusion
+from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
+
+TITLE = "Local slope d ln g_i / d ln t of the innermost beads' displacement, melts of set (1)."
+PAPER_SHOWS = (
+    "Not a figure of the paper. Dashed: 8/15 (Semenov and Johner), dotted: 1/2 (Rouse). (a) The "
+    "paper's dynamics, pair friction gamma 4.5, for several N. (b) The same melts with friction "
+    "and noise on each bead (Langevin), which conserve no momentum: chains alone, without flow. "
+    "(c) N = 50 in boxes of other sizes and with other frictions, with and without momentum. "
+    "Where (a) and (b) differ, flow carries the beads, and a power law of g_i is not one of the "
+    "chain."
+)
+ERRORS = (
+    "Each slope is that of a straight line over a factor of 4 in time. Bands: 95 % intervals; the"
+    " larger of two jackknife errors, leaving out molecules, and leaving out tenths of the run."
+)
+COLORS = (BLUE, GREEN, RED, PURPLE, ORANGE, BLACK)
+AXES = {
+    "melts": "length", "langevin": "length", "box_size": "box", "langevin_box_size": "box",
+    "friction": "gamma",
+}  # fmt: skip
+ALONE = ("box_size", "langevin_box_size", "friction")
+CONTROL, PAIR = 100, 50  # chain lengths of the control's row and of the pair of boxes
+
+
+def compute(sweeps):
+    """Slopes and exponents of every run, one after the other."""
+    parts = []
+    for name, axis in AXES.items():
+        found = subdiffusion(sweeps[name], axis)
+        labels = [f"{name} {value}" for value in found[axis].values]
+        edges = [float(b) for b in _edges(sweeps[name])]
+        found = found.assign_coords(box_edge=(axis, edges)).rename({axis: "run"})
+        found = found.drop_vars("run").assign_coords(run=labels)
+        parts.append(found.reset_coords("box_edge"))
+    data = xr.concat(parts, "run", join="outer")
+    data.box_edge.attrs["units"] = "r_c"
+    return data
+
+
+def _edges(sweep):
+    """Edge of the box at each point."""
+    return np.sqrt(sweep.beads / sweep.number_density).isel(replica=0).values
+
+
+def _at(data, run):
+    return data.sel(run=run) if run in data.run.values else None
+
+
+def _exponent(data, run):
+    """Exponent of a run, or a missing one."""
+    at = _at(data, run)
+    if at is None:
+        return Measured(np.nan, np.nan)
+    window = f"{float(at.first):.3g} to {float(at['last']):.3g} tau"
+    exponent, error = float(at.exponent), float(at.exponent_error)
+    return Measured(exponent, error, f"window {window}; {excluded(exponent, error)}")
+
+
+def measured(data):
+    """The control's exponent, and how the exponent depends on the box."""
+    control = _exponent(data, f"langevin {CONTROL}")
+    large = _exponent(data, f"melts {PAIR}")
+    found = {"langevin_exponent": control}
+    for name, prefix, reference in (
+        ("box_dependence", "box_size", large),
+        ("langevin_box_dependence", "langevin_box_size", _exponent(data, f"langevin {PAIR}")),
+    ):
+        runs = sorted(r for r in data.run.values if r.startswith(f"{prefix} "))
+        other = _exponent(data, runs[0]) if runs else Measured(np.nan, np.nan)
+        edge = float(data.sel(run=runs[0]).box_edge) if runs else np.nan
+        found[name] = Measured(
+            reference.value - other.value, float(np.hypot(reference.error, other.error)),
+            f"N {PAIR}: {reference.value:.3f} in the largest box, {other.value:.3f} with edge "
+            f"{edge:.0f}",
+        )  # fmt: skip
+    dpd = _exponent(data, f"melts {CONTROL}")
+    found["momentum_difference"] = Measured(
+        dpd.value - control.value, float(np.hypot(dpd.error, control.error)),
+        f"N {CONTROL}: {dpd.value:.3f} with momentum conserved, {control.value:.3f} without",
+    )  # fmt: skip
+    return found
+
+
+def draw(data):
+    """Three panels of slopes."""
+    figure, panel = panels(3)
+    groups = (
+        ("(a) pair friction", [r for r in data.run.values if r.startswith("melts ")]),
+        ("(b) Langevin", [r for r in data.run.values if r.startswith("langevin ")]),
+        (
+            f"(c) N = {PAIR}",
+            [r for r in data.run.values if r.split()[0] in ALONE]
+            + [r for r in (f"melts {PAIR}", f"langevin {PAIR}") if r in data.run.values],
+        ),
+    )  # fmt: skip
+    for axes, (title, runs) in zip(panel, groups):
+        for run, color in zip(runs, COLORS):
+            at = data.sel(run=run)
+            reach = COVERAGE * at.slope_error
+            style = "--" if run.startswith("langevin") and title.startswith("(c)") else "-"
+            axes.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.25,
+                              linewidth=0)  # fmt: skip
+            axes.plot(at.time, at.slope, style, color=color, label=_label(run, at, title))
+        axes.axhline(SEMENOV_JOHNER, color=BLACK, linestyle="--", linewidth=0.8)
+        axes.axhline(ROUSE, color=BLACK, linestyle=":", linewidth=0.8)
+        axes.set(xscale="log", ylim=(0.4, 1.75), xlabel=r"time $t$ / $\tau$", title=title)
+        axes.legend(loc="upper right")
+    panel[0].set_ylabel(r"local slope d ln $g_i$ / d ln $t$")
+    return figure
+
+
+def _label(run, at, title):
+    """What a curve is of."""
+    name, value = run.split()
+    if not title.startswith("(c)"):
+        exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
+        return f"N = {value}: {exponent:.2f} ± {error:.2f}"
+    kind = "Langevin" if name.startswith("langevin") else "pairs"
+    text = f"{kind}, L = {float(at.box_edge):.0f}"
+    return text + (rf", $\gamma$ = {value}" if name == "friction" else "")

@@ -1,0 +1,244 @@
+"""Mean-square displacements over time: local slopes, exponents, diffusion constants."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+GROUPS = 20  # of molecules, left out in turn
+SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
+TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
+ROUSE, SEMENOV_JOHNER = 1 / 2, 8 / 15  # exponents of g_i: ideal chains; compact ones in 2D
+CONFIDENT = 3.0  # standard errors at which an exponent excludes another, 99.7 %
+FEWEST = 3  # parts of the run that a lag needs samples in
+
+
+class Displacements(NamedTuple):
+    """Mean-square displacement at some lags, and what it is without some of the data.
+
+    Attributes
+    ----------
+    time : (lags,) array
+        In tau, increasing.
+    value : (lags,) array
+    without_molecules : (groups, lags) array
+        Leaving out a group of molecules in turn.
+    without_part : (parts, lags) array
+        Leaving out a part of a run in turn: what all molecules do together shows here.
+    """
+
+    time: np.ndarray
+    value: np.ndarray
+    without_molecules: np.ndarray
+    without_part: np.ndarray
+
+    def derived(self, function):
+        """A quantity with its standard error.
+
+        The larger of two jackknife errors: over molecules, and over parts of the runs.
+
+        Parameters
+        ----------
+        function : callable
+            Of a (lags,) array of displacements; gives a number or an array.
+
+        Returns
+        -------
+        value, error
+        """
+        errors = []
+        for left_out in (self.without_molecules, self.without_part):
+            found = np.array([function(row) for row in left_out])
+            n = len(found)
+            spread = ((found - found.mean(axis=0)) ** 2).sum(axis=0)
+            errors.append(np.sqrt((n - 1) / n * spread))
+        return function(self.value), np.maximum(*errors)
+
+
+def displacements(runs, kind):
+    """Displacements of the replicas of one point, taken together.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        One point of a collected sweep with the observable ``displacement``, with the
+        dimension ``replica``.
+    kind : str
+        ``inner`` or ``centre``.
+
+    Returns
+    -------
+    Displacements
+        At the lags that at least `FEWEST` parts of each run have seen.
+    """
+    runs = runs.transpose("replica", "part", "lag", "molecule", ...)
+    counts, sums = runs.lag_samples.values, runs[f"msd_{kind}_sums"].values
+    seen = ((np.nan_to_num(counts) > 0).sum(axis=1) >= FEWEST).all(axis=0)
+    counts, sums = counts[:, :, seen], sums[:, :, seen]
+    time = runs.lag_time.isel(replica=0).values[seen]
+    order = np.argsort(time)
+    each = runs[f"msd_{kind}"].transpose("replica", "molecule", "lag").values[:, :, seen]
+    weight = counts.sum(axis=1)
+    molecules = np.flatnonzero(np.isfinite(each[0]).all(axis=1))
+    groups = np.array_split(molecules, min(GROUPS, len(molecules)))
+    without = []
+    for replica in range(len(each)):
+        for group in groups:
+            means = each[:, molecules].mean(axis=1)
+            means[replica] = each[replica, np.setdiff1d(molecules, group)].mean(axis=0)
+            without.append((means * weight).sum(axis=0) / weight.sum(axis=0))
+    total_sum, total_count = sums.sum(axis=(0, 1)), counts.sum(axis=(0, 1))
+    parts = [
+        (total_sum - sums[r, p]) / (total_count - counts[r, p])
+        for r in range(len(sums))
+        for p in range(sums.shape[1])
+    ]
+    return Displacements(
+        time[order], (total_sum / total_count)[order],
+        np.array(without)[:, order], np.array(parts)[:, order],
+    )  # fmt: skip
+
+
+def local_slope(time, value):
+    """d ln g / d ln t at each time: a straight line over a factor `SLOPE_OVER` about it.
+
+    NaN where the data do not reach half that factor to both sides.
+
+    Parameters
+    ----------
+    time, value : (n,) arrays
+        Times increasing, values > 0.
+
+    Returns
+    -------
+    (n,) array
+    """
+    x, y = np.log(time), np.log(value)
+    reach = 0.5 * np.log(SLOPE_OVER) + 1e-9
+    slope = np.full(len(x), np.nan)
+    for k in range(len(x)):
+        if x[k] - reach < x[0] - 2e-9 or x[k] + reach > x[-1] + 2e-9:
+            continue
+        near = np.abs(x - x[k]) <= reach
+        if near.sum() >= 3:
+            slope[k] = exponent(x[near], y[near])
+    return slope
+
+
+def exponent(x, y):
+    """Slope of a straight line, every stretch of x with the weight of its length."""
+    weight = np.gradient(x) if len(x) > 1 else np.ones(1)
+    x, y = x - np.average(x, weights=weight), y - np.average(y, weights=weight)
+    return float((weight * x * y).sum() / (weight * x * x).sum())
+
+
+def exponent_between(found, low, high):
+    """Exponent of g ~ t^x where g lies between two values.
+
+    Parameters
+    ----------
+    found : Displacements
+    low, high : float
+        Of g, in r_c^2.
+
+    Returns
+    -------
+    value, error : float
+        NaN with fewer than four lags there.
+    first, last : float
+        Times between which the line was laid.
+    """
+    inside = (found.value >= low) & (found.value <= high)
+    if inside.sum() < 4:
+        return np.nan, np.nan, np.nan, np.nan
+    x = np.log(found.time[inside])
+    value, error = found.derived(lambda g: exponent(x, np.log(g[inside])))
+    return value, float(error), float(found.time[inside][0]), float(found.time[inside][-1])
+
+
+def excluded(value, error):
+    """What an exponent says of the two theories, in words."""
+    parts = []
+    for name, theory in (("8/15", SEMENOV_JOHNER), ("1/2", ROUSE)):
+        apart = (value - theory) / error
+        word = "excludes" if abs(apart) > CONFIDENT else "leaves"
+        parts.append(f"{word} {name} ({apart:+.1f} standard errors)")
+    return ", ".join(parts)
+
+
+def diffusion_constant(found, dimension, after):
+    """D from the slope of g = 2 d D t + c beyond a time.
+
+    Returns
+    -------
+    value, error : float
+        NaN with fewer than four lags there.
+    """
+    late = found.time >= after
+    if late.sum() < 4:
+        return np.nan, np.nan
+    time = found.time[late]
+
+    def slope(g):
+        return np.polyfit(time, g[late], 1)[0] / (2 * dimension)
+
+    value, error = found.derived(slope)
+    return float(value), float(error)
+
+
+def subdiffusion(sweep, axis):
+    """Displacements, local slopes and exponents of the points of a sweep of chains.
+
+    The subdiffusive window is where a bead has moved more than two bonds and less than the
+    chain's size: 4 <l^2> < g_i < R_g^2. Below it beads fly freely or feel only their
+    neighbours, above it the whole chain diffuses.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        Collected, with ``displacement``, ``bonds`` and ``chains`` observed.
+    axis : str
+        The one axis besides ``replica``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the axis and ``lag``: ``time``, ``inner``, ``centre``, ``slope`` (of inner), each but
+        the first with ``_error`` (standard error). Over the axis: ``exponent`` of inner in
+        the window and its error, ``first`` and ``last`` time and ``low`` and ``high`` square
+        displacement of the window, ``diffusion`` of the centre of mass beyond ``last``.
+    """
+    rows, curves = [], []
+    for place in sweep[axis].values:
+        at = sweep.sel({axis: place})
+        inner, centre = displacements(at, "inner"), displacements(at, "centre")
+        low = TWO_BONDS * float(at.bond_mean_square.mean())
+        high = float(at.gyration_square.mean())
+        exponents = exponent_between(inner, low, high)
+        after = exponents[3] if np.isfinite(exponents[3]) else inner.time[-1]
+        constant = diffusion_constant(centre, at.sizes["axis"], after)
+        rows.append((*exponents, low, high, *constant))
+        slope, slope_error = inner.derived(lambda g, time=inner.time: local_slope(time, g))
+        curves.append((
+            inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
+            slope_error,
+        ))  # fmt: skip
+    most = max(len(curve[0]) for curve in curves)
+    names = (
+        "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
+    )  # fmt: skip
+    units = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
+    data = xr.Dataset(coords={axis: sweep[axis]})
+    for k, (name, unit) in enumerate(zip(names, units)):
+        table = np.full((len(curves), most), np.nan)
+        for row, curve in zip(table, curves):
+            row[: len(curve[k])] = curve[k]
+        data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
+    names = (
+        "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",
+        "diffusion_error",
+    )  # fmt: skip
+    units = ("1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau")
+    for name, unit, column in zip(names, units, np.array(rows).T):
+        data[name] = (axis, column, {"units": unit, "long_name": name.replace("_", " ")})
+    return data

@@ -1,0 +1,71 @@
+"""Sizes of chains."""
+
+import numpy as np
+
+from dpd.observe.blocks import Blocks
+
+
+class Chains:
+    """Squared radius of gyration and end-to-end distance, for each kind of molecule.
+
+    A chain is followed from bead to bead over nearest images, so bonds have to be shorter
+    than half the box.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every = every
+        self._system = system
+        self._kinds = [(kind.count, len(kind.beads)) for kind in scene.molecules]
+        self._blocks = Blocks((len(self._kinds), 2), scene.steps[1] // every)
+        self.arrays = self._blocks.arrays
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        state = simulation.state
+        position = state.by_identity(state.position)
+        into, first = self._blocks.open(), 0
+        for row, (count, length) in enumerate(self._kinds):
+            beads = position[:, first : first + count * length].reshape(-1, count, length)
+            into[row] += sizes(unwrapped(beads, self._system.box))
+            first += count * length
+
+    def variables(self):
+        """Sizes in blocks for the file."""
+        means = self._blocks.means()
+        along = ("block", "kind")
+        return {
+            "gyration_square": (along, means[..., 0], "r_c^2", "squared radius of gyration"),
+            "end_to_end_square": (along, means[..., 1], "r_c^2", "squared end-to-end distance"),
+        }
+
+
+def unwrapped(beads, box):
+    """Chains in one piece: each bead at the image nearest to the one before.
+
+    Parameters
+    ----------
+    beads : (dimension, chains, length) array
+        In the box.
+    box : tuple
+    """
+    steps = np.diff(beads, axis=2)
+    edges = np.array(box)[:, None, None]
+    steps -= edges * np.rint(steps / edges)
+    return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
+
+
+def sizes(chains):
+    """Mean squared radius of gyration and end-to-end distance of unwrapped chains."""
+    spread = chains - chains.mean(axis=2, keepdims=True)
+    across = chains[:, :, -1] - chains[:, :, 0]
+    gyration = (spread**2).sum(axis=0).mean()
+    return float(gyration), float((across**2).sum(axis=0).mean())

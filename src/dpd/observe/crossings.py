@@ -1,0 +1,68 @@
+"""Bonds that cross in two dimensions."""
+
+import numpy as np
+
+from dpd.engine.crossings import crossing_bonds
+from dpd.errors import UserError
+
+MOST = 8  # pairs of crossing bonds per bond that are kept in mind
+
+
+class Crossings:
+    """Pairs of bonds that cross, over time.
+
+    Where chains cannot pass through each other there is none at any time. ``crossings``
+    counts the pairs at a sample, ``crossings_begun`` those that the sample before did not
+    have.
+
+    Parameters
+    ----------
+    scene : Scene
+        In two dimensions, with bonds.
+    system : System
+    every : int
+        Steps between samples.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every = every
+        self._system = system
+        n, bonds = scene.steps[1] // every, len(system.bonds[0])
+        self.arrays = {
+            "taken": np.zeros(1, np.int64),
+            "crossings": np.full(n, np.nan),
+            "begun": np.full(n, np.nan),
+            "pairs": np.full(MOST * bonds, -1, np.int64),
+        }
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        state, arrays = simulation.state, self.arrays
+        members = self._system.bonds[0]
+        one, other = crossing_bonds(state.by_identity(state.position), members, self._system.box)
+        pairs = one.astype(np.int64) * len(members) + other
+        if len(pairs) > len(arrays["pairs"]):
+            raise UserError(
+                f"{len(pairs)} pairs of {len(members)} bonds cross: too many to follow; "
+                "take 'crossings' out of observe"
+            )
+        at = int(arrays["taken"][0])
+        arrays["taken"][0] += 1
+        arrays["crossings"][at] = len(pairs)
+        arrays["begun"][at] = np.isin(pairs, arrays["pairs"], invert=True).sum()
+        arrays["pairs"][:] = -1
+        arrays["pairs"][: len(pairs)] = pairs
+
+    def variables(self):
+        """Counts for the file."""
+        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["crossings"])))
+        along = ("crossing_sample",)
+        return {
+            "crossing_time": (along, time, "tau", "time since the end of equilibration"),
+            "crossings": (along, self.arrays["crossings"], "1", "pairs of bonds that cross"),
+            "crossings_begun": (
+                along, self.arrays["begun"], "1", "those that did not cross at the sample before",
+            ),
+        }  # fmt: skip

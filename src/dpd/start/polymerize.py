@@ -1,0 +1,235 @@
+"""Polymerization: a melt of linear chains in two dimensions in which no two bonds cross.
+
+Free monomers move by the scene's own dynamics while active ends take them up (Liu et al.
+2008, Sec. II C). A fresh bond is long, and others can slip under it before it has shrunk:
+bonds are looked at after every stretch of dynamics, and of two that cross the younger is
+undone with all that grew after it. In two dimensions free monomers get walled in, so
+there are spare monomers and spare chains; what is left of them is removed at the end.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dpd.engine.crossings import crossing_bonds
+from dpd.engine.simulation import Simulation, State
+from dpd.errors import UserError
+from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
+
+SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
+STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
+LOOK = 0.2  # tau between looks for crossings while the melt relaxes
+RECORD = {
+    "growth_time": ("tau", "time since the first initiator"),
+    "conversion": ("1", "beads in chains over beads wanted"),
+    "tried": ("1", "bonds tried so far"),
+    "refused_crossing": ("1", "bonds refused because they would cross, so far"),
+    "refused_distance": ("1", "bonds refused for the reaction radius, so far"),
+    "undone": ("1", "bonds undone because they were crossed while they shrank, so far"),
+}
+
+
+class Growth:
+    """Chains that are growing, and the monomers that they grow from.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its molecules are what is wanted.
+    spare, initiators : float
+        Monomers beyond those needed over those needed; growing chains over chains wanted.
+    rng : numpy.random.Generator
+    """
+
+    def __init__(self, scene, spare, initiators, rng):
+        kinds = scene.molecules
+        grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
+        longest = max(len(k.beads) for k in kinds)
+        self.asked = np.array([k.count for k in kinds])
+        self.kind = np.repeat(np.arange(len(kinds)), grown)
+        self.full = np.array([len(k.beads) for k in kinds])[self.kind]
+        self.wanted = np.full((len(self.kind), longest), -1)
+        for number, k in enumerate(kinds):
+            row = [scene.species.index(name) for name in k.beads]
+            self.wanted[self.kind == number, : len(row)] = row
+        needed = sum(
+            k.count * np.bincount(
+                [scene.species.index(name) for name in k.beads], minlength=len(scene.species)
+            )
+            for k in kinds
+        )  # fmt: skip
+        stock = np.ceil(needed * (1 + spare)).astype(int)
+        self.species = np.repeat(np.arange(len(stock)), stock).astype(np.uint8)
+        self.target = int(needed.sum())
+        self.chain = np.full(len(self.species), FREE)
+        self.beads = np.zeros_like(self.wanted)
+        self.born = np.zeros_like(self.wanted)
+        self.length = np.ones(len(self.kind), np.int64)
+        for c in range(len(self.kind)):
+            free = (self.chain == FREE) & (self.species == self.wanted[c, 0])
+            first = rng.choice(np.flatnonzero(free))
+            self.beads[c, 0], self.chain[first] = first, c
+
+    def bonds(self):
+        """(n, 2) members, and the chain and place of each bond."""
+        places = np.arange(self.beads.shape[1] - 1)
+        chain, place = np.nonzero(places < self.length[:, None] - 1)
+        members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
+        return members.astype(np.uint32), chain, place
+
+    def grow(self, position, box, radius, nearest, now, rng):
+        """Let each active end try once; return the counts of `dpd.start.growth.grow`."""
+        active = rng.permutation(np.flatnonzero(self.length < self.full))
+        before = self.length.copy()
+        counts = grow(
+            position, box, _cells(position, self.bonds()[0], box, radius), radius, nearest,
+            self.chain, self.species, self.beads, self.length, self.wanted, active, rng,
+        )  # fmt: skip
+        taken = np.flatnonzero(self.length > before)
+        self.born[taken, before[taken]] = now
+        return counts
+
+    def undo_crossed(self, position, box):
+        """Cut chains back until no two bonds cross; return the number of bonds undone."""
+        undone = 0
+        while True:
+            members, chain, place = self.bonds()
+            pairs = crossing_bonds(position, members, box)
+            if pairs.shape[1] == 0:
+                return undone
+            one, other = (int(b) for b in pairs[:, 0])
+            ages = [self.born[chain[b], place[b] + 1] for b in (one, other)]
+            youngest = one if ages[0] > ages[1] else other
+            c, keep = chain[youngest], place[youngest] + 1
+            self.chain[self.beads[c, keep : self.length[c]]] = FREE
+            undone += self.length[c] - keep
+            self.length[c] = keep
+
+    def mixed(self, state, box, share, rng):
+        """The state with a share of the free monomers put to random places."""
+        free = self.chain[state.identity] == FREE
+        move = free & (rng.random(len(free)) < share)
+        position = state.position.copy()
+        position[:, move] = rng.random((2, int(move.sum()))) * np.array(box)[:, None]
+        return replace(state, position=position)
+
+    @property
+    def bonded(self):
+        """Beads in chains, up to those wanted."""
+        return min(int(self.length.sum()), self.target)
+
+    def finished(self):
+        """Chains of full length, as many of each kind as asked, or fewer."""
+        full = self.length == self.full
+        return np.concatenate(
+            [np.flatnonzero(full & (self.kind == k))[:n] for k, n in enumerate(self.asked)]
+        )
+
+
+def _cells(position, members, box, radius):
+    """Cells for `grow`."""
+    apart = position[:, members[:, 0]] - position[:, members[:, 1]]
+    edges = np.array(box)[:, None]
+    apart -= edges * np.rint(apart / edges)
+    longest = np.sqrt((apart**2).sum(axis=0).max()) if len(members) else 0.0
+    edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9))
+    return tuple(max(1, int(length / edge)) for length in box)
+
+
+def polymerize(scene, settings, system, seed, kT, progress=None):
+    """Grow the molecules of a scene from free monomers.
+
+    Parameters
+    ----------
+    scene : Scene
+        In two dimensions.
+    settings : dict
+        ``start.polymerize`` of the scene.
+    system : System
+        Forces and thermostat of the growth; its bonds are replaced by those grown.
+    seed : int
+    kT : float
+        Of the first velocities.
+    progress : callable or None
+        Called with the number of beads in chains.
+
+    Returns
+    -------
+    State
+        Exactly the scene's molecules, in their order, with no two bonds crossing.
+    dict
+        The record: one array per name of `RECORD`, one value per round of growth.
+
+    Raises
+    ------
+    UserError
+        If the chains stop growing before they are complete.
+    """
+    rng = np.random.default_rng(seed)
+    growth = Growth(scene, settings["spare"], settings["initiators"], rng)
+    n, box = len(growth.chain), system.box
+    position = rng.random((2, n)) * np.array(box)[:, None]
+    velocity = rng.normal(scale=np.sqrt(kT), size=position.shape)
+    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), None, 0)
+    state.species = growth.species if len(scene.species) > 1 else None
+    stretch = max(1, round(settings["interval"] / system.dt))
+    settle = max(1, round(SETTLE / system.dt))
+    state = _moved(state, system, growth, settle)
+    begun, best, last_gain = state.step, 0, state.step
+    record = {name: [] for name in RECORD}
+    sums = np.zeros(4, np.int64)
+    undone = 0
+    while True:
+        state = growth.mixed(state, box, settings["interval"] / settings["mixing"], rng)
+        place = state.by_identity(state.position)
+        sums += growth.grow(
+            place, box, settings["radius"], settings["partner"] == "nearest", state.step, rng
+        )
+        complete = len(growth.finished()) == growth.asked.sum()
+        state = _moved(state, system, growth, settle if complete else stretch)
+        undone += growth.undo_crossed(state.by_identity(state.position), box)
+        now = (state.step - begun) * system.dt
+        values = (now, growth.bonded / growth.target, sums[TRIED], sums[CROSSED], sums[FAR], undone)
+        for name, value in zip(RECORD, values):
+            record[name].append(value)
+        if progress is not None:
+            progress(growth.bonded)
+        if complete and len(growth.finished()) == growth.asked.sum():
+            break
+        if sums[MADE] - undone > best:
+            best, last_gain = sums[MADE] - undone, state.step
+        if (state.step - last_gain) * system.dt > STALL:
+            _stalled(scene, growth, now, settings)
+    return _kept(state, growth, scene), {name: np.array(v) for name, v in record.items()}
+
+
+def _moved(state, system, growth, steps):
+    """The state after some steps with the bonds that there are now."""
+    _, stiffness, rest = system.bonds
+    grown = replace(system, bonds=(growth.bonds()[0], stiffness, rest))
+    state = replace(state, force=None, reference=None)
+    simulation = Simulation(grown, state)
+    simulation.advance(steps)
+    return simulation.state
+
+
+def _stalled(scene, growth, now, settings):
+    unfinished = int(growth.asked.sum()) - len(growth.finished())
+    raise UserError(
+        f"{scene.where}: start.polymerize: after {now:.0f} tau no chain grows any more: "
+        f"{unfinished} of {growth.asked.sum()} are unfinished, {growth.bonded} of "
+        f"{growth.target} beads bonded. Raise start.polymerize.spare (now "
+        f"{settings['spare']:g}), initiators (now {settings['initiators']:g}) or radius (now "
+        f"{settings['radius']:g}), or ask for shorter chains"
+    )
+
+
+def _kept(state, growth, scene):
+    """The finished chains alone, numbered in the scene's order."""
+    chains = growth.finished()
+    keep = np.concatenate([growth.beads[c, : growth.full[c]] for c in chains])
+    position, velocity = (
+        state.by_identity(part)[:, keep] for part in (state.position, state.velocity)
+    )
+    species = growth.species[keep] if len(scene.species) > 1 else None
+    return State(position, velocity, None, np.arange(len(keep), dtype=np.uint32), species, 0)
