@@ -16,7 +16,7 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
-    " out tenths of the run."
+    " out tenths of the run. Times up to a tenth of the run, so that tenths are independent."
 )
 AFTER = 5.0  # tau, beyond which displacements grow in proportion to time
 PUBLISHED, PUBLISHED_ERROR = 0.306, 0.006

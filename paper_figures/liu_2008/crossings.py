@@ -85,11 +85,11 @@ def draw(data):
         exposure = float(at.bonds) * at.time
         name = str(at.run.item()).replace("sets:  ", "").replace("_", " ")
         if total[k] > 0:
-            at = at.where(at.begun > COVERAGE**2, drop=True)  # from where on it is not zero
+            at = at.where(at.begun > 0, drop=True)
             exposure = float(data.bonds[k]) * at.time
             rate, reach = at.begun / exposure, COVERAGE * np.sqrt(at.begun) / exposure
-            axes.fill_between(at.time, rate - reach, rate + reach, color=color, alpha=0.25,
-                              linewidth=0)  # fmt: skip
+            low = np.maximum(rate - reach, 0.1 * rate)  # an axis of logarithms has no zero
+            axes.fill_between(at.time, low, rate + reach, color=color, alpha=0.25, linewidth=0)
             axes.plot(at.time, rate, color=color, label=f"{name}: {float(rate[-1]):.1e}")
         else:
             limit = AT_LEAST / exposure

@@ -17,7 +17,8 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "Bands: 95 % intervals; the larger of two jackknife errors, leaving out molecules, and "
-    "leaving out tenths of the run, which know about motion that all chains share."
+    "leaving out tenths of the run, which know about motion that all chains share. Times up to a "
+    "tenth of the run, so that tenths are independent."
 )
 COLORS = (BLUE, GREEN, RED, PURPLE, ORANGE)
 PAPER_LENGTH = 100
@@ -34,6 +35,8 @@ def measured(data):
         return {"exponent": Measured(np.nan, np.nan)}
     at = data.sel(length=PAPER_LENGTH)
     exponent, error = float(at.exponent), float(at.exponent_error)
+    if np.isnan(exponent):
+        return {"exponent": Measured(exponent, error, "", excluded(exponent, error))}
     window = f"{float(at.first):.3g} to {float(at['last']):.3g} tau"
     others = ", ".join(
         f"N {n}: {float(data.exponent.sel(length=n)):.3f} +- "

@@ -1,16 +1,18 @@
 """Mean-square displacements over time: local slopes, exponents, diffusion constants."""
 
+import json
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+
+from dpd.scene import Scene
 
 GROUPS = 20  # of molecules, left out in turn
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
 ROUSE, SEMENOV_JOHNER = 1 / 2, 8 / 15  # exponents of g_i: ideal chains; compact ones in 2D
 CONFIDENT = 3.0  # standard errors at which an exponent excludes another, 99.7 %
-FEWEST = 3  # parts of the run that a lag needs samples in
 
 
 class Displacements(NamedTuple):
@@ -69,13 +71,15 @@ def displacements(runs, kind):
     Returns
     -------
     Displacements
-        At the lags that at least `FEWEST` parts of each run have seen.
+        At lags up to the length of a part: beyond, parts are not independent.
     """
     runs = runs.transpose("replica", "part", "lag", "molecule", ...)
-    counts, sums = runs.lag_samples.values, runs[f"msd_{kind}_sums"].values
-    seen = ((np.nan_to_num(counts) > 0).sum(axis=1) >= FEWEST).all(axis=0)
-    counts, sums = counts[:, :, seen], sums[:, :, seen]
-    time = runs.lag_time.isel(replica=0).values[seen]
+    scene = Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+    longest = scene.steps[1] * scene.data["integrator"]["dt"] / runs.sizes["part"]
+    time = runs.lag_time.isel(replica=0).values
+    seen = time <= longest * (1 + 1e-9)
+    time = time[seen]
+    counts, sums = runs.lag_samples.values[:, :, seen], runs[f"msd_{kind}_sums"].values[:, :, seen]
     order = np.argsort(time)
     each = runs[f"msd_{kind}"].transpose("replica", "molecule", "lag").values[:, :, seen]
     weight = counts.sum(axis=1)
@@ -158,12 +162,33 @@ def exponent_between(found, low, high):
 
 def excluded(value, error):
     """What an exponent says of the two theories, in words."""
+    if not np.isfinite(value):
+        return "no exponent: fewer than four lags in the window"
     parts = []
     for name, theory in (("8/15", SEMENOV_JOHNER), ("1/2", ROUSE)):
         apart = (value - theory) / error
         word = "excludes" if abs(apart) > CONFIDENT else "leaves"
         parts.append(f"{word} {name} ({apart:+.1f} standard errors)")
     return ", ".join(parts)
+
+
+def lowest_slope(found):
+    """Smallest local slope, if the slope rises again within the times that there are.
+
+    Returns
+    -------
+    value, error : float
+    time, square : float
+        Where it is, and the displacement there; all NaN if the slope falls to the end.
+    """
+    slope = local_slope(found.time, found.value)
+    if not np.isfinite(slope).any():
+        return (np.nan,) * 4
+    at, last = int(np.nanargmin(slope)), int(np.flatnonzero(np.isfinite(slope))[-1])
+    if found.time[at] > 0.5 * found.time[last]:
+        return (np.nan,) * 4
+    error = found.derived(lambda g: local_slope(found.time, g)[at])[1]
+    return slope[at], float(error), found.time[at], found.value[at]
 
 
 def diffusion_constant(found, dimension, after):
@@ -206,7 +231,8 @@ def subdiffusion(sweep, axis):
         Over the axis and ``lag``: ``time``, ``inner``, ``centre``, ``slope`` (of inner), each but
         the first with ``_error`` (standard error). Over the axis: ``exponent`` of inner in
         the window and its error, ``first`` and ``last`` time and ``low`` and ``high`` square
-        displacement of the window, ``diffusion`` of the centre of mass beyond ``last``.
+        displacement of the window, ``diffusion`` of the centre of mass beyond ``last``, and
+        ``lowest``, the smallest local slope, at ``lowest_time`` and ``lowest_square``.
     """
     rows, curves = [], []
     for place in sweep[axis].values:
@@ -217,7 +243,7 @@ def subdiffusion(sweep, axis):
         exponents = exponent_between(inner, low, high)
         after = exponents[3] if np.isfinite(exponents[3]) else inner.time[-1]
         constant = diffusion_constant(centre, at.sizes["axis"], after)
-        rows.append((*exponents, low, high, *constant))
+        rows.append((*exponents, low, high, *constant, *lowest_slope(inner)))
         slope, slope_error = inner.derived(lambda g, time=inner.time: local_slope(time, g))
         curves.append((
             inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
@@ -236,9 +262,12 @@ def subdiffusion(sweep, axis):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
     names = (
         "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",
-        "diffusion_error",
+        "diffusion_error", "lowest", "lowest_error", "lowest_time", "lowest_square",
     )  # fmt: skip
-    units = ("1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau")
+    units = (
+        "1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau", "1", "1", "tau",
+        "r_c^2",
+    )  # fmt: skip
     for name, unit, column in zip(names, units, np.array(rows).T):
         data[name] = (axis, column, {"units": unit, "long_name": name.replace("_", " ")})
     return data

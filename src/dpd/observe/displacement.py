@@ -40,8 +40,8 @@ class Displacement:
         self._lengths = lengths
         self._samples = scene.steps[1] // every
         self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
-        levels = 1
-        while 2 * KEPT * COARSER ** (levels - 1) < self._samples:
+        levels = 1  # up to the lag of one part of the run; beyond, no error is to be had
+        while KEPT * COARSER ** (levels - 1) < self._samples / PARTS:
             levels += 1
         d, molecules = system.dimension, len(lengths)
         self.arrays = {
