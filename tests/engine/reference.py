@@ -1,12 +1,14 @@
 """A plain NumPy engine: every pair of beads, one equation of Groot and Warren 1997 a line.
 
-It shares nothing with the engine but the noise of a pair. Beads are kept in the order of
-their identities, and positions are not wrapped.
+It shares nothing with the engine but the noise of a pair or of a bead. Beads are kept in the
+order of their identities, and positions are not wrapped.
 """
 
 import numpy as np
 
 from dpd.engine.noise import gaussian_noise, step_keys, uniform_noise
+
+NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langevin noise with
 
 
 def pair_noise(low, high, seed, step, gaussian):
@@ -33,6 +35,8 @@ class Reference:
         self.force = np.zeros_like(self.position)
         self.virial, self.energy = np.zeros((2, len(self.position), len(self.position))), [0, 0]
         self.evaluate_pairs(velocity)
+        if self.system.per_bead:
+            self.evaluate_bath(velocity)
         if self.system.bonds is not None:
             self.evaluate_bonds()
 
@@ -52,7 +56,8 @@ class Reference:
         i, j = i[near], j[near]
         r_ij, r, e = self.separation(i, j)
         a = system.repulsion[self.species[i], self.species[j]]
-        sigma = np.sqrt(2 * system.friction * system.kT)
+        gamma = 0 if system.per_bead else system.friction
+        sigma = np.sqrt(2 * gamma * system.kT)
         zeta = pair_noise(i, j, system.seed, self.steps, system.gaussian)
         approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
         push, energy = a * (1 - r), a * (1 - r) ** 2 / 2
@@ -61,10 +66,20 @@ class Reference:
             energy = np.where(r < d, most * (d - r) + a * (1 - d) ** 2 / 2, energy)
             push = np.where(r < d, most, push)
         conservative = push * e
-        drag = -system.friction * (1 - r) ** 2 * approach * e
+        drag = -gamma * (1 - r) ** 2 * approach * e
         random = sigma * (1 - r) * zeta * system.dt**-0.5 * e
         self.energy[0] = energy.sum()
         self.add(i, j, r_ij, conservative, conservative + drag + random)
+
+    def evaluate_bath(self, velocity):
+        """Langevin: -gamma v + sigma zeta dt^(-1/2) along each axis; no part of the virial."""
+        system, beads = self.system, np.arange(velocity.shape[1])
+        sigma = np.sqrt(2 * system.friction * system.kT)
+        for axis in range(len(velocity)):
+            partner = np.full(len(beads), NOBODY - axis)
+            zeta = pair_noise(beads, partner, system.seed, self.steps, system.gaussian)
+            drag = -system.friction * velocity[axis]
+            self.force[axis] += drag + sigma * zeta * system.dt**-0.5
 
     def evaluate_bonds(self):
         """Springs: energy C (r - length)^2 / 2."""

@@ -8,7 +8,7 @@ from dpd.engine.jit import kernel
 from dpd.errors import UserError
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
-SLACK = 1e-9  # relative, so that bonds which only touch end to end are looked at
+SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at
 
 
 def crossing_bonds(position, members, box):
@@ -50,7 +50,7 @@ def crossing_bonds(position, members, box):
             f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): "
             "crossings cannot be told; take a larger box or stiffer bonds"
         )
-    reach = longest * (1.0 + SLACK)
+    reach = longest * (1.0 + SLACK) + SLACK
     shape = grid_shape(box, max(reach, SMALLEST_CELL))
     return _crossing(middle, half, members, box, shape, forward_rows(2), reach)
 
@@ -78,10 +78,9 @@ def _crossing(middle, half, members, box, shape, ahead, reach):
             off_i, off_j = abs(ix * y - iy * x), abs(jx * y - jy * x)
             if off_i > turn or off_j > turn:
                 continue
-            if turn == 0.0:  # on one line, or a bond of no length
-                lengths = np.sqrt(ix * ix + iy * iy) + np.sqrt(jx * jx + jy * jy)
-                if x * x + y * y > lengths * lengths:
-                    continue
+            # On one line, or a bond of no length: apart along an axis, they are apart.
+            if turn == 0.0 and (abs(x) > abs(ix) + abs(jx) or abs(y) > abs(iy) + abs(jy)):
+                continue
             a, b = numbers[i], numbers[j]
             if members[a, 0] == members[b, 0] or members[a, 0] == members[b, 1]:
                 continue

@@ -243,7 +243,10 @@ def _relax(scene, state, relax, grown, begun, progress):
         now = simulation.state
         if grown and system.bonds:
             place = now.by_identity(now.position)
-            crossings.append(crossing_bonds(place, system.bonds[0], system.box).shape[1])
+            try:
+                crossings.append(crossing_bonds(place, system.bonds[0], system.box).shape[1])
+            except UserError as problem:
+                raise UserError(f"{scene.where}: start.relax: {problem}") from None
             if crossings[-1]:
                 raise UserError(
                     f"{scene.where}: start.relax: {crossings[-1]} pairs of bonds crossed after "

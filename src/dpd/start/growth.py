@@ -84,11 +84,13 @@ def crosses_some(end, monomer, position, box, shape, head, following, ends):
             while b >= 0:
                 first, second = ends[0, b], ends[1, b]
                 if first != end and second != end:
-                    cx = ax + nearest_image(position[0, first] - ax, box[0])
-                    cy = ay + nearest_image(position[1, first] - ay, box[1])
-                    dx = cx + nearest_image(position[0, second] - cx, box[0])
-                    dy = cy + nearest_image(position[1, second] - cy, box[1])
-                    if segments_meet(ax, ay, bx, by, cx, cy, dx, dy):
+                    # The image of the bond that is near is the one whose middle is.
+                    cx, cy = position[0, first], position[1, first]
+                    hx = 0.5 * nearest_image(position[0, second] - cx, box[0])
+                    hy = 0.5 * nearest_image(position[1, second] - cy, box[1])
+                    mx = x + nearest_image(cx + hx - x, box[0])
+                    my = y + nearest_image(cy + hy - y, box[1])
+                    if segments_meet(ax, ay, bx, by, mx - hx, my - hy, mx + hx, my + hy):
                         return True
                 b = following[b]
     return False

@@ -18,6 +18,7 @@ from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
+SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 LOOK = 0.2  # tau between looks for crossings while the melt relaxes
 RECORD = {
     "growth_time": ("tau", "time since the first initiator"),
@@ -67,6 +68,12 @@ class Growth:
         self.length = np.ones(len(self.kind), np.int64)
         for c in range(len(self.kind)):
             free = (self.chain == FREE) & (self.species == self.wanted[c, 0])
+            if not free.any():
+                raise UserError(
+                    f"{scene.where}: start.polymerize: no monomer of species "
+                    f"{scene.species[self.wanted[c, 0]]!r} is left for an initiator; raise "
+                    f"spare (now {spare:g}) or lower initiators (now {initiators:g})"
+                )
             first = rng.choice(np.flatnonzero(free))
             self.beads[c, 0], self.chain[first] = first, c
 
@@ -132,7 +139,7 @@ def _cells(position, members, box, radius):
     edges = np.array(box)[:, None]
     apart -= edges * np.rint(apart / edges)
     longest = np.sqrt((apart**2).sum(axis=0).max()) if len(members) else 0.0
-    edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9))
+    edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9), SMALLEST_CELL)
     return tuple(max(1, int(length / edge)) for length in box)
 
 
@@ -187,7 +194,11 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
         )
         complete = len(growth.finished()) == growth.asked.sum()
         state = _moved(state, system, growth, settle if complete else stretch)
-        undone += growth.undo_crossed(state.by_identity(state.position), box)
+        place = state.by_identity(state.position)
+        try:
+            undone += growth.undo_crossed(place, box)
+        except UserError as problem:
+            raise UserError(f"{scene.where}: start.polymerize: {problem}") from None
         now = (state.step - begun) * system.dt
         values = (now, growth.bonded / growth.target, sums[TRIED], sums[CROSSED], sums[FAR], undone)
         for name, value in zip(RECORD, values):
@@ -199,7 +210,7 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
         if sums[MADE] - undone > best:
             best, last_gain = sums[MADE] - undone, state.step
         if (state.step - last_gain) * system.dt > STALL:
-            _stalled(scene, growth, now, settings)
+            _stalled(scene, growth, now, settings, undone)
     return _kept(state, growth, scene), {name: np.array(v) for name, v in record.items()}
 
 
@@ -213,14 +224,15 @@ def _moved(state, system, growth, steps):
     return simulation.state
 
 
-def _stalled(scene, growth, now, settings):
+def _stalled(scene, growth, now, settings, undone):
     unfinished = int(growth.asked.sum()) - len(growth.finished())
     raise UserError(
         f"{scene.where}: start.polymerize: after {now:.0f} tau no chain grows any more: "
         f"{unfinished} of {growth.asked.sum()} are unfinished, {growth.bonded} of "
         f"{growth.target} beads bonded. Raise start.polymerize.spare (now "
         f"{settings['spare']:g}), initiators (now {settings['initiators']:g}) or radius (now "
-        f"{settings['radius']:g}), or ask for shorter chains"
+        f"{settings['radius']:g}), or ask for shorter chains. Bonds that were crossed and undone: "
+        f"{undone}; if that is many, take a larger core or stiffer bonds in start.forces"
     )
 
 

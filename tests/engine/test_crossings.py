@@ -1,0 +1,216 @@
+"""Bonds that cross are those that exact arithmetic finds, each pair once."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from dpd.engine.crossings import crossing_bonds
+from dpd.errors import UserError
+from dpd.start.growth import segments_meet
+from tests.engine.build import chains
+from tests.engine.exact import crossings_by_looking, meet
+
+UNIT = 64  # ends lie on a grid of 1/64 r_c: floats hold them, and their products, exactly
+REACH = 9 * 4  # along an axis: a bond is at most 0.8 r_c long, less than half of any box
+SPECIAL = [
+    "anywhere", "shared end", "parallel", "one line", "end on a segment", "point on a segment",
+]  # fmt: skip
+
+
+def pairs(position, members, box):
+    """What `crossing_bonds` returns, as a set; no pair twice, the smaller number first."""
+    found = crossing_bonds(position, members, box)
+    assert found.shape[0] == 2
+    assert (found[0] < found[1]).all()
+    seen = {(int(i), int(j)) for i, j in found.T}
+    assert len(seen) == found.shape[1]
+    return seen
+
+
+def separate(count):
+    """Members of bonds that share no bead."""
+    return np.arange(2 * count, dtype=np.uint32).reshape(count, 2)
+
+
+def random_bonds(box, count, longest, seed):
+    """Bonds anywhere in a box, up to a length, in any direction."""
+    rng = np.random.default_rng(seed)
+    edges = np.array(box)[:, None]
+    first = rng.random((2, count)) * edges
+    angle, length = rng.random((2, count)) * np.array([[2 * np.pi], [longest]])
+    second = first + length * np.array([np.cos(angle), np.sin(angle)])
+    position = np.stack([first, second], axis=2).reshape(2, -1)
+    position -= edges * np.floor(position / edges)
+    return np.where(position < edges, position, 0.0), separate(count)
+
+
+# One cell, two, three by four, five by two, and more cells than bonds.
+CASES = [
+    ((2.0, 2.0), 0.99, 60),
+    ((2.0, 2.0), 0.66, 60),
+    ((2.2, 3.1), 0.7, 60),
+    ((5.1, 2.2), 1.0, 120),
+    ((6.0, 6.0), 0.5, 200),
+]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("box", "longest", "count"), CASES, ids=str)
+def test_random_bonds_cross_as_looking_at_all_pairs_says(box, longest, count, seed):
+    """The same set of pairs as in exact arithmetic, some of them across the boundary.
+
+    Random bonds come no nearer to touching than 1e-9, so rounding cannot tell differently.
+    """
+    position, members = random_bonds(box, count, longest, seed)
+    apart = position[:, ::2] - position[:, 1::2]
+    assert (np.abs(apart) > np.array(box)[:, None] / 2).any()
+    expected = crossings_by_looking(position, members, box)
+    assert len(expected) > 10
+    assert pairs(position, members, box) == expected
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bonds_on_a_coarse_grid(seed):
+    """Among ends on few points nearly all bonds touch, overlap, or are parallel."""
+    rng = np.random.default_rng(seed)
+    first = rng.integers(0, 10, (2, 60))
+    step = rng.integers(-2, 3, (2, 60))
+    position = np.stack([first, first + step], axis=2).reshape(2, -1) % np.array([[10], [12]]) / 4
+    members = separate(60)
+    expected = crossings_by_looking(position, members, (2.5, 3.0))
+    assert len(expected) > 80
+    assert pairs(position, members, (2.5, 3.0)) == expected
+
+
+@st.composite
+def two_segments(draw):
+    """Ends A, B, C, D in units of 1/64 r_c, likely to touch in every way there is."""
+    point = st.tuples(*[st.integers(-9, 9)] * 2).map(lambda p: (4 * p[0], 4 * p[1]))
+    a, b, c, step = draw(point), draw(point), draw(point), draw(point)
+    b = (a[0] + b[0], a[1] + b[1])
+    quarter = ((b[0] - a[0]) // 4, (b[1] - a[1]) // 4)
+
+    def on_line(k, origin=a):
+        return origin[0] + k * quarter[0], origin[1] + k * quarter[1]
+
+    kind = draw(st.sampled_from(SPECIAL))
+    if kind == "shared end":
+        c = draw(st.sampled_from([a, b]))
+    elif kind in ("end on a segment", "point on a segment"):
+        c = on_line(draw(st.integers(0, 4)))
+    elif kind == "one line":
+        c = on_line(draw(st.integers(-8, 8)))
+    d = (c[0] + step[0], c[1] + step[1])
+    if kind == "point on a segment":
+        d = c
+    elif kind in ("parallel", "one line"):
+        d = on_line(draw(st.integers(-4, 4)), c)
+    without_length = draw(st.sampled_from(["neither"] * 5 + ["one", "both"]))
+    if without_length != "neither":
+        b = a
+    if without_length == "both":
+        d = c
+    segments = [draw(st.permutations([a, b])), draw(st.permutations([c, d]))]
+    one, other = draw(st.permutations(segments))
+    return [*one, *other]
+
+
+@settings(max_examples=1000, deadline=None, derandomize=True)
+@given(two_segments(), st.tuples(*[st.integers(-500, 500)] * 2))
+@example([(0, 0), (2, 3), (2, 3), (4, 6)], (0, 0))
+@example([(0, 0), (0, 0), (0, 0), (0, 0)], (0, 0))
+def test_segments_meet(ends, offset):
+    """Every product and difference is exact here, so touching is told from all but touching."""
+    moved = [float(x + o) / UNIT for end in ends for x, o in zip(end, offset)]
+    assert segments_meet(*moved) == meet(*ends)
+
+
+@settings(max_examples=1000, deadline=None, derandomize=True)
+@given(
+    two_segments(),
+    st.tuples(*[st.sampled_from([128, 140, 160, 192, 256])] * 2),
+    st.tuples(*[st.integers(0, 255)] * 2),
+)
+@example([(0, 0), (8, 12), (8, 12), (16, 24)], (256, 256), (64, 64))
+@example([(0, 0), (0, 0), (0, 0), (0, 0)], (128, 128), (64, 64))
+def test_two_bonds_in_a_box(ends, box, offset):
+    """The same for bonds, anywhere in small boxes and so often across their boundary."""
+    whole = (np.array(ends).T + np.array(offset)[:, None]) % np.array(box)[:, None]
+    position, edges = whole / UNIT, tuple(edge / UNIT for edge in box)
+    expected = crossings_by_looking(position, separate(2), edges)
+    assert pairs(position, separate(2), edges) == expected
+
+
+def test_bonds_that_share_a_bead_do_not_cross():
+    """A chain folded back onto itself: neighbours overlap along a line, and yet only the
+    first and the third bond, which have no bead in common, cross."""
+    position = np.array([[0.5, 1.0, 0.75, 1.25], [1.0, 1.0, 1.0, 1.0]])
+    assert pairs(position, chains(1, 4), (3.0, 3.0)) == {(0, 2)}
+
+
+def test_numbers_of_the_pairs():
+    """Two chains of three beads and a third one; which bonds cross is plain to see."""
+    chain = np.array([[0.5, 1.0, 1.5], [1.0, 1.0, 1.0]])  # bonds 0, 1
+    other = np.array([[1.25, 1.25, 1.25], [1.25, 0.75, 0.5]])  # 2 crosses 1, 3 lies below
+    third = np.array([[0.75, 0.75, 1.25], [1.25, 0.75, 0.75]])  # 4 crosses 0, 5 touches 2, 3
+    position = np.concatenate([chain, other, third], axis=1)
+    expected = {(1, 2), (0, 4), (2, 5), (3, 5)}
+    assert pairs(position, chains(3, 3), (4.0, 5.0)) == expected
+    # The order of beads along a bond and that of bonds only renames.
+    turned = chains(3, 3)[::-1, ::-1].copy()
+    renamed = {tuple(sorted((5 - i, 5 - j))) for i, j in expected}
+    assert pairs(position, turned, (4.0, 5.0)) == renamed
+
+
+def test_more_crossings_than_bonds():
+    """Ten bonds each way make a hundred crossings: the list of them grows as it must."""
+    at = np.arange(10) / 16 + 1
+    low, high = np.full(10, 0.9), np.full(10, 1.7)
+    upright = np.array([[at, at], [low, high]])
+    level = upright[::-1]
+    position = np.concatenate([upright, level], axis=2).transpose(0, 2, 1).reshape(2, -1)
+    found = pairs(position, separate(20), (3.0, 3.0))
+    assert found == {(i, 10 + j) for i in range(10) for j in range(10)}
+
+
+def test_no_bonds():
+    """Nothing to cross."""
+    found = crossing_bonds(np.zeros((2, 0)), np.zeros((0, 2), np.uint32), (3.0, 3.0))
+    assert found.shape == (2, 0)
+
+
+@pytest.mark.parametrize("first", [0.5, 1.9])
+@pytest.mark.parametrize(
+    ("box", "along", "refused"),
+    [
+        ((2.0, 5.0), (0.0, 0.99), False),
+        ((2.0, 5.0), (0.0, 1.01), True),
+        ((5.0, 2.0), (0.99, 0.0), False),
+        ((5.0, 2.0), (1.01, 0.0), True),
+        ((2.0, 2.0), (0.7, 0.7), False),
+        ((2.0, 2.0), (0.72, 0.72), True),
+    ],
+    ids=str,
+)
+def test_a_bond_longer_than_half_the_box_is_refused(box, along, refused, first):
+    """Half the smaller edge, 1 here, whatever the direction, inside or across the boundary."""
+    position = np.array([[first, first + along[0]], [first, first + along[1]]])
+    position %= np.array(box)[:, None]
+    if refused:
+        with pytest.raises(UserError, match=r"a bond of 1.0\d r_c is longer than half the box"):
+            crossing_bonds(position, separate(1), box)
+    else:
+        assert crossing_bonds(position, separate(1), box).shape == (2, 0)
+
+
+@pytest.mark.parametrize("move", [(0.5, 0.0), (0.0, 1.25), (2.25, 2.875), (1.9375, 0.0625)])
+def test_moving_all_bonds_across_the_boundary_changes_nothing(move):
+    """Ends on a grid of 1/16 move exactly, so that those of them that touch still do."""
+    box = (2.25, 3.0)
+    position, members = random_bonds(box, 80, 0.9, seed=5)
+    position = np.round(position * 16) / 16 % np.array(box)[:, None]
+    shifted = (position + np.array(move)[:, None]) % np.array(box)[:, None]
+    expected = pairs(position, members, box)
+    assert len(expected) > 50
+    assert pairs(shifted, members, box) == expected

@@ -1,0 +1,192 @@
+"""Displacements by multiple-tau correlation are those of the whole trajectory."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation, State
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.observe.displacement import COARSER, KEPT, Displacement
+from dpd.scene import Scene
+from dpd.start import make_start, system_of
+from tests.engine.build import by_identity
+
+SCENE = {
+    "dimension": 2,
+    "box": [4.0, 5.0],
+    "molecules": [
+        {"architecture": "A 5", "count": 3},
+        {"architecture": "A 4", "count": 2},
+        {"architecture": "A", "count": 7},
+        {"architecture": "A 2", "count": 2},
+    ],
+    "repulsion": {"A A": 25},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.02},
+    "steps": {"equilibrate": 30, "sample": 3400},
+    "observe": [{"displacement": {"every": 2}}],
+}
+# The beads of each molecule, and those of its innermost beads that are averaged.
+MOLECULES = [
+    *[(range(f, f + 5), [f + 2]) for f in (0, 5, 10)],
+    *[(range(f, f + 4), [f + 1, f + 2]) for f in (15, 19)],
+    *[([f], [f]) for f in range(23, 30)],
+    *[(range(f, f + 2), [f, f + 1]) for f in (30, 32)],
+]
+
+
+class Trajectory:
+    """An observer that follows beads by itself, in steps too short to lose one."""
+
+    needs_forces = False
+
+    def __init__(self, box):
+        self.every, self.arrays = 1, {}
+        self.edges = np.array(box)[:, None]
+        self.steps, self.places, self.last = [], [], None
+
+    def sample(self, simulation, sums):
+        now = by_identity(simulation, "position")
+        if self.last is None:
+            place = now
+        else:
+            apart = now - self.last
+            place = self.places[-1] + apart - self.edges * np.round(apart / self.edges)
+        self.last = now
+        self.steps.append(simulation.state.step)
+        self.places.append(place)
+
+
+def brute_force(places, lag, apart):
+    """Squared displacements of all pairs of samples, (pairs, molecules), and where they end.
+
+    Of innermost beads and of centres, over all pairs of samples ``lag`` apart whose first is
+    a multiple of ``apart``.
+    """
+    places = places - places.mean(axis=2, keepdims=True)
+    first = np.arange(0, len(places) - lag, apart)
+    squares = ((places[first + lag] - places[first]) ** 2).sum(axis=1)
+    inner = np.stack([squares[:, middle].mean(axis=1) for _, middle in MOLECULES], axis=1)
+    centres = np.stack([places[:, :, list(beads)].mean(axis=2) for beads, _ in MOLECULES], axis=2)
+    centre = ((centres[first + lag] - centres[first]) ** 2).sum(axis=1)
+    return inner, centre, first + lag
+
+
+def test_every_lag_is_that_of_the_whole_trajectory():
+    """To 1e-10, for chains with one innermost bead and with two, and for their centres.
+
+    A level that looks at every 4th sample sees every 4th pair: those are compared. The box
+    is small enough for beads to leave it, and lags go up to a tenth of the run at least. The
+    same pairs once more by the tenth of the run in which they end, in sums of up to 170.
+    """
+    scene = Scene(SCENE)
+    system = system_of(scene)
+    observer, trajectory = observables(scene, system)[0], Trajectory(scene.box)
+    run(Simulation(system, make_start(scene)), scene.steps, [observer, trajectory])
+    at = [i for i, step in enumerate(trajectory.steps) if (step - 30) % 2 == 0]
+    places = np.array(trajectory.places)[at]
+    assert len(places) == 1700
+    assert np.abs(places).max() > 1.5 * max(scene.box)
+    found = {name: variable[1] for name, variable in observer.variables().items()}
+    count = len(found["lag_time"])
+    lags = [*range(1, 17), *range(20, 65, 4), *range(80, 257, 16), *range(320, 1025, 64)][:count]
+    assert lags[-1] >= 170
+    np.testing.assert_allclose(found["lag_time"], np.array(lags) * 2 * 0.02, rtol=1e-12)
+    for number, lag in enumerate(lags):
+        apart = 1 if lag < 17 else 4 if lag < 65 else 16 if lag < 257 else 64
+        *squares, end = brute_force(places, lag, apart)
+        parts = end // 170
+        np.testing.assert_array_equal(
+            found["lag_samples"][:, number], np.bincount(parts, minlength=10)
+        )
+        for name, pairs in zip(("msd_inner", "msd_centre"), squares):
+            mean, sums = found[name][number], found[f"{name}_sums"][:, number]
+            np.testing.assert_allclose(mean, pairs.mean(axis=0), rtol=0, atol=1e-10)
+            expected = np.bincount(parts, pairs.mean(axis=1), minlength=10)
+            np.testing.assert_allclose(sums, expected, rtol=1e-10, atol=1e-8)
+
+
+def test_a_short_run_has_only_the_lags_that_it_reaches():
+    """Six samples are one to five apart, in pairs of 5, 4, 3, 2, 1."""
+    _, observer = watch(np.array([[0.1], [0.0]]), 6)
+    found = observer.variables()
+    np.testing.assert_allclose(found["lag_time"][1], 0.02 * np.arange(1, 6), rtol=1e-12)
+    np.testing.assert_array_equal(found["lag_samples"][1].sum(axis=0), [5, 4, 3, 2, 1])
+
+
+FREE = SCENE | {
+    "molecules": [{"architecture": "A", "count": 10}],
+    "box": [4.0, 5.0],
+    "steps": {"sample": 1700},
+    "observe": [{"displacement": {"every": 1}}],
+}
+del FREE["bond"]
+
+
+def watch(velocity, samples, observer=None, first=0):
+    """Beads that move by ``velocity`` from sample to sample, stored in some other order."""
+    scene = Scene(FREE)
+    if observer is None:
+        observer = Displacement(scene, system_of(scene), 1)
+    rng = np.random.default_rng(3)
+    begun = rng.random((2, 10)) * np.array(scene.box)[:, None]
+    for t in range(first, first + samples):
+        place = (begun + t * velocity) % np.array(scene.box)[:, None]
+        order = np.random.default_rng(t).permutation(10)
+        state = State(place[:, order], np.zeros((2, 10)), None, order.astype(np.uint32), None, t)
+        observer.sample(SimpleNamespace(state=state), None)
+    return scene, observer
+
+
+def test_a_bead_that_crosses_the_box_many_times_is_followed():
+    """Bead 3 goes 1.3 a sample along both axes, 440 to 550 boxes in all; the others rest.
+
+    Less the centre of mass it moves at 9/10 of that and the others at 1/10 backwards. Places
+    are up to 2210 and rounded by 1e-13, displacements 0.1 and more.
+    """
+    velocity = np.zeros((2, 10))
+    velocity[:, 3] = 1.3
+    _, observer = watch(velocity, 1700)
+    lag = observer.variables()["lag_time"][1] / 0.02
+    assert lag.max() >= 170
+    share = np.full(10, 0.1)
+    share[3] = 0.9
+    expected = 2 * (1.3 * share * lag[:, None]) ** 2
+    for name in ("msd_inner", "msd_centre"):
+        np.testing.assert_allclose(observer.variables()[name][1], expected, rtol=1e-9)
+
+
+def test_a_drift_of_the_whole_box_does_not_count():
+    """Zero to the rounding of places up to 2040, squared."""
+    _, observer = watch(np.array([[1.2], [-0.7]]), 1700)
+    for name in ("msd_inner", "msd_centre"):
+        np.testing.assert_allclose(observer.variables()[name][1], 0, rtol=0, atol=1e-20)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_bead_that_moves_too_far_to_be_followed_is_noticed(axis):
+    """A third of an edge between two samples, 1.33 or 1.67, is the limit, along each axis."""
+    edge = FREE["box"][axis]
+    velocity = np.zeros((2, 10))
+    velocity[axis, 7] = 0.33 * edge
+    watch(velocity, 20)
+    velocity[axis, 7] = -0.34 * edge
+    with pytest.raises(UserError, match=r"observe\.displacement\.every: .* third of the box"):
+        watch(velocity, 20)
+
+
+def test_arrays_are_all_that_goes_on():
+    """A fresh observer that is given the arrays half-way ends with the same bits."""
+    velocity = np.random.default_rng(1).normal(scale=0.3, size=(2, 10))
+    scene, whole = watch(velocity, 1700)
+    _, half = watch(velocity, 877)
+    other = Displacement(scene, system_of(scene), 1)
+    for name, array in half.arrays.items():
+        other.arrays[name][...] = array
+    watch(velocity, 823, other, first=877)
+    for name, variable in whole.variables().items():
+        np.testing.assert_array_equal(other.variables()[name][1], variable[1], err_msg=name)
+    assert whole.arrays["taken"] == 1700 > KEPT * COARSER**2

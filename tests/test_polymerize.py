@@ -1,0 +1,507 @@
+"""Chains grown in two dimensions: exactly those asked for, and no two of their bonds cross."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+from dpd import files
+from dpd.engine.crossings import crossing_bonds
+from dpd.engine.simulation import State
+from dpd.errors import UserError
+from dpd.scene import Scene
+from dpd.simulate import read_start, write_start
+from dpd.start import make_start, make_start_and_record, start_work
+from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
+from dpd.start.polymerize import RECORD, Growth
+from tests.engine.build import assert_same_state
+from tests.engine.exact import crossings_by_looking
+
+# The package's attribute of this name is the function that it imports from there.
+module = importlib.import_module("dpd.start.polymerize")
+
+RELAX = {"relax": {"steps": 500, "dt": 0.002}}
+STIFF = {"core": {"radius": 0.15, "force": 100}, "bond": {"stiffness": 300, "length": 0.25}}
+SCENE = {
+    "dimension": 2,
+    "box": 15,
+    "molecules": [{"architecture": "A 10", "density": 2}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.002},
+    "start": {"method": "polymerize"} | RELAX,
+    "steps": {"equilibrate": 0, "sample": 10},
+} | STIFF
+
+
+def distance(position, first, second, box):
+    """Distances of some beads from others at their nearest images."""
+    apart = position.T[first] - position.T[second]
+    return np.linalg.norm(apart - np.array(box) * np.round(apart / np.array(box)), axis=1)
+
+
+def assert_whole(scene, state, record):
+    """Every chain is there, its bonds are short, and none crosses another.
+
+    Springs of 300, at rest at 0.25, are 0.36 long on average and 0.60 at most in 20 melts;
+    at 0.8 they would hold 45 kT. Beads of different chains are up to half the box apart.
+    """
+    assert state.position.shape == state.velocity.shape == (2, scene.beads)
+    assert (state.position >= 0).all()
+    assert (state.position < np.array(scene.box)[:, None]).all()
+    np.testing.assert_array_equal(state.identity, np.arange(scene.beads))
+    assert state.step == 0
+    assert distance(state.position, *scene.bonded.T, scene.box).max() < 0.8
+    assert crossings_by_looking(state.position, scene.bonded, scene.box) == set()
+    assert record["conversion"][-1] == 1
+
+
+@pytest.fixture(scope="module")
+def melt():
+    """The scene, its start, how it came about, and what progress was told."""
+    scene, told = Scene(SCENE), []
+    return scene, *make_start_and_record(scene, told.append), told
+
+
+def test_the_melt_is_what_the_scene_asks_for(melt):
+    """45 chains of 10, density 2, at rest as a whole, and without a crossing."""
+    scene, state, record, _ = melt
+    assert scene.beads == 450
+    assert scene.density == 2
+    assert len(scene.bonded) == 45 * 9
+    assert state.species is None
+    assert_whole(scene, state, record)
+    np.testing.assert_allclose(state.velocity.sum(axis=1), 0, atol=1e-10)
+    assert np.mean(state.velocity**2) == pytest.approx(1, abs=5 * np.sqrt(2 / 900))
+
+
+def test_the_record_adds_up(melt):
+    """Counts only rise; each bond tried is refused, made, or left when its end has one.
+
+    Rounds are 0.05 tau apart, but for those after which all chains are complete. Bonds made
+    less those undone are at least those of the chains that were asked for.
+    """
+    scene, _, record, _ = melt
+    assert record.keys() == {*RECORD, "relax_crossings"}
+    rounds = len(record["growth_time"])
+    for name in RECORD:
+        assert len(record[name]) == rounds
+    apart = np.diff(record["growth_time"], prepend=0.0)
+    tries, settles = (np.isclose(apart, time, rtol=1e-9) for time in (0.05, module.SETTLE))
+    assert (tries | settles).all()
+    assert settles[-1]
+    for name in ("tried", "refused_crossing", "refused_distance", "undone"):
+        assert record[name][0] >= 0
+        assert (np.diff(record[name]) >= 0).all()
+        assert record[name][-1] > 0
+    made = record["tried"] - record["refused_crossing"] - record["refused_distance"]
+    assert (made >= 0).all()
+    assert made[-1] - record["undone"][-1] >= len(scene.bonded)
+    conversion = record["conversion"]
+    assert (conversion > 0).all()
+    assert (conversion <= 1).all()
+    # Bonds undone lower it, by their number over that of beads.
+    assert (np.diff(conversion) >= -np.diff(record["undone"]) / scene.beads - 1e-12).all()
+    np.testing.assert_array_equal(record["relax_crossings"], np.zeros(5))
+
+
+def test_progress_comes_to_the_work_announced(melt):
+    """450 beads in chains and 500 steps."""
+    scene, _, _, told = melt
+    assert told[-1] == start_work(scene) == 950
+
+
+def test_the_same_seed_gives_the_same_bits(melt):
+    """Of the state and of the record; another seed gives others, start.seed goes first."""
+    scene, state, record, _ = melt
+    again, recorded = make_start_and_record(Scene(SCENE))
+    other = make_start(Scene(SCENE | {"seed": 2}))
+    start = SCENE["start"] | {"seed": scene.data["seed"]}
+    own = make_start(Scene(SCENE | {"seed": 2, "start": start}))
+    for found in (again, own):
+        np.testing.assert_array_equal(found.position, state.position)
+        np.testing.assert_array_equal(found.velocity, state.velocity)
+    for name, values in record.items():
+        np.testing.assert_array_equal(recorded[name], values, err_msg=name)
+    assert not np.isin(other.position, state.position).any()
+    assert not np.isin(other.velocity, state.velocity).any()
+
+
+SMALL = SCENE | {"box": [7.0, 6.0]}
+
+
+def test_copolymers_and_solvent_have_the_species_asked_for():
+    """Along each chain, molecule after molecule, in the scene's order; none is left over."""
+    kinds = [
+        {"architecture": "C", "count": 11},
+        {"architecture": "A 2 B 3 A 2", "count": 6},
+        {"architecture": "B 4", "count": 3},
+    ]
+    pairs = {f"{a} {b}": 25 for a in "ABC" for b in "ABC"}
+    scene = Scene(SMALL | {"molecules": kinds, "repulsion": pairs})
+    state, record = make_start_and_record(scene)
+    assert_whole(scene, state, record)
+    expected = [2] * 11 + [0, 0, 1, 1, 1, 0, 0] * 6 + [1] * 12
+    np.testing.assert_array_equal(state.species, expected)
+    assert state.species.dtype == np.uint8
+
+
+@pytest.mark.parametrize("partner", ["random", "nearest"])
+def test_partners(partner):
+    """Chains grow with either choice."""
+    start = SCENE["start"] | {"polymerize": {"partner": partner}}
+    scene = Scene(SMALL | {"start": start})
+    assert_whole(scene, *make_start_and_record(scene))
+
+
+def test_more_initiators_than_first_beads():
+    """Ten A for ten chains, but twelve initiators asked for: it grows, or says what is wrong."""
+    pairs = {"A A": 25, "A B": 25, "B B": 25}
+    start = SCENE["start"] | {"polymerize": {"spare": 0, "initiators": 1.2}}
+    kinds = [{"architecture": "A B 2", "count": 10}]
+    scene = Scene(SMALL | {"molecules": kinds, "repulsion": pairs, "start": start}, "my.yaml")
+    try:
+        state, record = make_start_and_record(scene)
+    except UserError as problem:
+        assert "my.yaml: start.polymerize" in str(problem)
+    else:
+        assert_whole(scene, state, record)
+
+
+def test_a_melt_that_cannot_grow_is_refused(monkeypatch):
+    """Monomers 0.3 wide hardly come within 0.01: no bond in one tau ends the growth."""
+    monkeypatch.setattr(module, "STALL", 1.0)
+    start = {"method": "polymerize", "polymerize": {"radius": 0.01}}
+    scene = Scene(SMALL | {"start": start}, "my.yaml")
+    with pytest.raises(UserError) as refusal:
+        make_start(scene)
+    for part in ("my.yaml: start.polymerize: ", "8 of 8 are unfinished", "radius (now 0.01)"):
+        assert part in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "named"),
+    [(2, r"start\.polymerize: after .* no chain grows"), (8, r"start\.relax: .* bonds crossed")],
+)
+def test_forces_that_let_chains_cross_are_refused(stiffness, named, monkeypatch):
+    """Without cores, long weak bonds cross faster than chains grow, shorter ones later."""
+    monkeypatch.setattr(module, "STALL", 5.0)
+    weak = {
+        "molecules": [{"architecture": "A 3", "density": 2}],
+        "core": {"radius": 0, "force": 100},
+        "bond": {"stiffness": stiffness, "length": 0},
+    }
+    with pytest.raises(UserError, match=rf"my\.yaml: {named}"):
+        make_start(Scene(SCENE | weak, "my.yaml"))
+
+
+def test_start_forces_grow_what_the_forces_of_the_run_cannot():
+    """The same start as where the run itself has these forces."""
+    weak = {"core": {"radius": 0, "force": 100}, "bond": {"stiffness": 2, "length": 0}}
+    scene = Scene(SMALL | weak | {"start": SCENE["start"] | {"forces": STIFF}})
+    state, record = make_start_and_record(scene)
+    assert_whole(scene, state, record)
+    np.testing.assert_array_equal(state.position, make_start(Scene(SMALL)).position)
+
+
+def test_three_dimensions_and_single_beads_are_refused():
+    """Both name the key."""
+    with pytest.raises(UserError, match=r"my\.yaml: start\.method: .* two dimensions"):
+        Scene(SCENE | {"dimension": 3, "box": 4}, "my.yaml")
+    beads = {key: value for key, value in SCENE.items() if key != "bond"}
+    beads["molecules"] = [{"architecture": "A", "density": 2}]
+    with pytest.raises(UserError, match=r"my\.yaml: start\.method: .* no bond"):
+        Scene(beads, "my.yaml")
+
+
+def test_the_file_holds_the_start_and_how_it_came_about(tmp_path):
+    """`read_start` gives back the bits that `make_start` makes; the record is beside them."""
+    scene, path = Scene(SMALL), tmp_path / "start.nc"
+    write_start(scene, path)
+    state, record = make_start_and_record(scene)
+    assert_same_state(read_start(scene, path), state)
+    variables, _ = files.read(path)
+    assert {*RECORD, "relax_crossings"} <= variables.keys()
+    for name, values in record.items():
+        np.testing.assert_array_equal(variables[name], values, err_msg=name)
+    other = Scene(SMALL | {"start": SCENE["start"] | {"polymerize": {"radius": 0.9}}})
+    with pytest.raises(UserError, match="start_digest"):
+        read_start(other, path)
+
+
+# One round of growth in configurations made by hand.
+
+BOX = (6.0, 5.0)
+MOVES = [(0.0, 0.0), (2.6, 0.0), (0.0, 1.6), (2.6, 1.6), (3.4, 4.3)]  # or through the boundary
+
+
+def one_round(points, chains, move=(0.0, 0.0), radius=1.0, nearest=True, box=BOX, **changes):
+    """Let the ends of some chains try once, each up to 4 beads.
+
+    Parameters
+    ----------
+    points : list of (x, y)
+        Beads, before ``move``.
+    chains : list of list of int
+        Beads along each chain so far; the other beads are free.
+    changes : dict
+        Of the arguments of `grow`; ``seed`` of its random numbers.
+
+    Returns
+    -------
+    counts : dict
+    chains : list of list of int
+        Afterwards.
+    """
+    position = np.array(points, float).T + np.array(move)[:, None]
+    position %= np.array(box)[:, None]
+    beads, length = np.zeros((len(chains), 4), np.int64), np.array([len(c) for c in chains])
+    chain = np.full(len(points), FREE)
+    for c, along in enumerate(chains):
+        beads[c, : len(along)] = along
+        chain[along] = c
+    values = {
+        "shape": tuple(int(edge) for edge in box),
+        "species": np.zeros(len(points), np.uint8),
+        "wanted": np.zeros_like(beads),
+        "active": np.flatnonzero(length < 4),
+    } | changes
+    rng = np.random.default_rng(values.pop("seed", 0))
+    counts = grow(
+        position, box, values["shape"], radius, nearest, chain, values["species"], beads, length,
+        values["wanted"], values["active"], rng,
+    )  # fmt: skip
+    after = [beads[c, :n].tolist() for c, n in enumerate(length)]
+    for c, along in enumerate(after):
+        assert (chain[along] == c).all()
+    assert (chain != FREE).sum() == length.sum()
+    names = {"tried": TRIED, "crossed": CROSSED, "far": FAR, "made": MADE}
+    return {name: int(counts[k]) for name, k in names.items() if counts[k]}, after
+
+
+END, NEAR, FARTHER, BEYOND = (3.0, 3.0), (3.6, 3.0), (3.8, 3.3), (3.0, 1.99)
+LARGE = {"shape": (3, 2)}  # cells, so that all of them are next to each other
+
+
+@pytest.mark.parametrize("move", MOVES, ids=str)
+def test_a_monomer_within_the_radius_is_taken(move):
+    """And one at 1.01 refused for its distance, also across the boundary."""
+    assert one_round([END, NEAR], [[0]], move) == ({"tried": 1, "made": 1}, [[0, 1]])
+    found = one_round([END, BEYOND], [[0]], move, **LARGE)
+    assert found == ({"tried": 1, "far": 1}, [[0]])
+    found = one_round([END, BEYOND, NEAR], [[0]], move, **LARGE)
+    assert found == ({"tried": 2, "far": 1, "made": 1}, [[0, 2]])
+
+
+def test_the_reaction_radius_is_respected():
+    """Monomers at 0.6 and 0.85 with a radius below, between and above."""
+    for radius, counts in (
+        (0.59, {"tried": 2, "far": 2}),
+        (0.7, {"tried": 2, "far": 1, "made": 1}),
+    ):
+        assert one_round([END, NEAR, FARTHER], [[0]], radius=radius)[0] == counts
+    assert one_round([END, NEAR, FARTHER], [[0]], radius=0.9)[0] == {"tried": 2, "made": 1}
+
+
+ACROSS = [(3.3, 2.7), (3.3, 3.2)]  # a bond between the end and a monomer at NEAR
+
+
+@pytest.mark.parametrize("move", MOVES, ids=str)
+def test_a_monomer_behind_a_bond_is_refused(move):
+    """Its bond would cross; the end takes another one that is farther but open."""
+    points = [END, NEAR, *ACROSS]
+    whole = [[0], [2, 3, 4, 5]]
+    far_away = [(1.0, 1.0), (1.5, 1.0)]
+    found = one_round([*points, *far_away], whole, move)
+    assert found == ({"tried": 1, "crossed": 1}, whole)
+    found = one_round([*points, *far_away, (2.2, 3.0)], whole, move)
+    assert found == ({"tried": 2, "crossed": 1, "made": 1}, [[0, 6], whole[1]])
+
+
+@pytest.mark.parametrize("move", [(0.0, 0.0), (1.5, 0.0), (1.6, 2.0)], ids=str)
+def test_a_bond_in_a_small_box_is_seen(move):
+    """Its far end is nearer to the growing one through the boundary, but not its middle."""
+    points = [(0.1, 1.0), (0.95, 1.0), (1.7, 1.1), (0.85, 0.99), (0.9, 0.2), (0.9, 0.1)]
+    whole = [[0], [2, 3, 4, 5]]
+    found = one_round(points, whole, move, radius=0.9, box=(2.5, 2.5))
+    assert found == ({"tried": 1, "crossed": 1}, whole)
+    turned = one_round(points, [[0], [5, 4, 3, 2]], move, radius=0.9, box=(2.5, 2.5))
+    assert turned == ({"tried": 1, "crossed": 1}, [[0], [5, 4, 3, 2]])
+
+
+def test_a_bond_that_only_touches_is_refused():
+    """At the end of another bond, at its middle, and with a monomer upon it."""
+    rest = [(1.0, 1.0), (1.5, 1.0)]
+    for first, second in (((3.3, 3.0), (3.3, 3.5)), ((3.25, 2.75), (3.75, 3.25))):
+        for monomer in ((3.5, 3.0), (3.7, 3.0)):
+            points = [END, monomer, first, second, *rest]
+            found = one_round(points, [[0], [2, 3, 4, 5]])
+            assert found == ({"tried": 1, "crossed": 1}, [[0], [2, 3, 4, 5]])
+
+
+def test_a_chain_may_fold_back_but_not_cross_itself():
+    """A bond may lie on the one before it, with which it shares a bead; not on earlier ones."""
+    points = [(3.6, 3.3), END, (3.6, 3.0)]  # grown from the first to the END, then back
+    assert one_round(points, [[0, 1]])[1] == [[0, 1, 2]]
+    onto = [(3.6, 3.0), END, (3.3, 3.0)]
+    assert one_round(onto, [[0, 1]])[1] == [[0, 1, 2]]
+    loop = [(3.0, 2.5), (3.5, 3.0), END, (3.4, 2.7)]  # the last lies behind the first bond
+    assert one_round(loop, [[0, 1, 2]]) == ({"tried": 1, "crossed": 1}, [[0, 1, 2]])
+
+
+def test_bonds_made_in_a_round_count_in_it():
+    """The first end takes the monomer of the second, or bars its way."""
+    points = [END, (3.0, 3.4), (3.3, 3.2)]
+    found = one_round(points, [[0], [1]], active=np.array([1, 0]))
+    assert found == ({"tried": 1, "made": 1}, [[0], [1, 2]])
+    cross = [END, (3.2, 3.2), (3.0, 3.2), (3.2, 3.0)]  # 0 to 1 and 2 to 3 cross
+    species = np.array([0, 0, 1, 1], np.uint8)
+    wanted = np.array([[0, 0, 0, 0], [1, 1, 1, 1]])
+    for active, after in (([0, 1], [[0, 1], [2]]), ([1, 0], [[0], [2, 3]])):
+        found = one_round(
+            cross, [[0], [2]], species=species, wanted=wanted, active=np.array(active)
+        )
+        assert found == ({"tried": 2, "crossed": 1, "made": 1}, after)
+
+
+def test_only_the_species_wanted_next_is_tried():
+    """A nearer monomer of another species, and one for a later place, do not count."""
+    species = np.array([0, 0, 1], np.uint8)
+    wanted = np.array([[0, 1, 0, 0]])
+    found = one_round([END, NEAR, FARTHER], [[0]], species=species, wanted=wanted)
+    assert found == ({"tried": 1, "made": 1}, [[0, 2]])
+
+
+def test_the_nearest_or_any_monomer_is_tried_first():
+    """At random, each of two is taken in 20 to 80 of 100 rounds, by 6 standard deviations."""
+    points = [END, FARTHER, NEAR]
+    taken = [one_round(points, [[0]], seed=s, nearest=False)[1][0][1] for s in range(100)]
+    assert 20 <= taken.count(1) <= 80
+    assert {1, 2} == set(taken)
+    for seed in range(20):
+        assert one_round(points, [[0]], seed=seed)[1] == [[0, 2]]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("box", [(5.0, 4.5), (2.5, 3.2), (2.2, 2.1)], ids=str)
+def test_ends_stop_only_where_every_monomer_is_behind_a_bond(box, seed):
+    """Monomers at rest in a box of one cell or more, rounds until none makes a bond.
+
+    Then no two bonds cross, none is longer than the radius, and each monomer that an end
+    could reach is refused because its bond would cross, all by exact arithmetic.
+    """
+    radius, rng = 0.9, np.random.default_rng(seed)
+    n, ends = round(8 * np.prod(box)), 8
+    position = rng.random((2, n)) * np.array(box)[:, None]
+    chain, length = np.full(n, FREE), np.ones(ends, np.int64)
+    beads, wanted = np.zeros((ends, n), np.int64), np.zeros((ends, n), np.int64)
+    beads[:, 0] = chain_starts = rng.choice(n, ends, replace=False)
+    chain[chain_starts] = np.arange(ends)
+    shape = tuple(int(edge / radius) for edge in box)
+    counts, made, crossed = None, 0, 0
+    while counts is None or counts[MADE]:
+        counts = grow(
+            position, box, shape, radius, False, chain, np.zeros(n, np.uint8), beads, length,
+            wanted, rng.permutation(ends), rng,
+        )  # fmt: skip
+        made += counts[MADE]
+        crossed += counts[CROSSED]
+        assert made == length.sum() - ends
+    assert made > 2 * ends
+    assert crossed > ends
+    bonds = [pair for c in range(ends) for pair in zip(beads[c], beads[c, 1 : length[c]])]
+    members = np.array(bonds, np.uint32)
+    assert distance(position, *members.T, box).max() <= radius
+    assert crossings_by_looking(position, members, box) == set()
+    free, refused = np.flatnonzero(chain == FREE), 0
+    for end in beads[np.arange(ends), length - 1]:
+        within = free[distance(position, free, end, box) <= radius]
+        refused += len(within)
+        for monomer in within:
+            tried = np.array([*bonds, (end, monomer)], np.uint32)
+            assert crossings_by_looking(position, tried, box)
+    assert counts[CROSSED] == refused
+    assert counts[TRIED] == refused + counts[FAR]
+
+
+# Chains made by hand whose bonds cross.
+
+
+def two_chains(born, move=(0.0, 0.0)):
+    """Two chains of four in a box of 6 by 5: the second bonds of both cross, no others."""
+    molecules = [{"architecture": "A 4", "count": 2}]
+    scene = Scene(SCENE | {"box": list(BOX), "molecules": molecules})
+    growth = Growth(scene, 0.0, 1.0, np.random.default_rng(0))
+    growth.beads[:] = np.arange(8).reshape(2, 4)
+    growth.length[:] = 4
+    growth.chain[:] = np.repeat([0, 1], 4)
+    growth.born[:] = born
+    level = [(1.2, 2.0), (1.8, 2.0), (2.4, 2.0), (3.0, 2.0)]
+    upright = [(2.2, 1.2), (2.2, 1.8), (2.0, 2.4), (2.0, 3.0)]
+    position = np.array([*level, *upright]).T + np.array(move)[:, None]
+    return growth, position % np.array(BOX)[:, None]
+
+
+def test_the_chains_by_hand_do_cross():
+    """Bond 1 and bond 4, which the next tests rely on."""
+    growth, position = two_chains(0)
+    assert crossings_by_looking(position, growth.bonds()[0], BOX) == {(1, 4)}
+
+
+@pytest.mark.parametrize("move", MOVES, ids=str)
+@pytest.mark.parametrize("younger", [0, 1])
+def test_of_two_bonds_that_cross_the_younger_is_undone(younger, move):
+    """With all that grew after it; its beads are free again, those before it are kept.
+
+    The younger chain began earlier and was finished later, so its age is that of the bond.
+    """
+    born = np.array([[0, 4, 5, 6], [0, 4, 5, 6]])
+    born[younger] = [0, 1, 8, 9]
+    growth, position = two_chains(born, move)
+    assert growth.undo_crossed(position, BOX) == 2
+    assert growth.length.tolist() == [2 if c == younger else 4 for c in (0, 1)]
+    freed = [4 * younger + 2, 4 * younger + 3]
+    np.testing.assert_array_equal(np.flatnonzero(growth.chain == FREE), freed)
+    members, chain, _ = growth.bonds()
+    assert sorted(np.bincount(chain).tolist()) == [1, 3]
+    assert crossing_bonds(position, members, BOX).shape == (2, 0)
+    assert growth.undo_crossed(position, BOX) == 0
+
+
+def test_a_bond_is_as_old_as_the_round_that_made_it():
+    """Only ends of unfinished chains grow; the bead that is taken up gets the present step."""
+    born = np.array([[0, 1, 2, 3], [0, 1, 2, 3]])
+    growth, position = two_chains(born)
+    growth.length[:] = [4, 2]
+    growth.chain[6:] = FREE
+    position[0, 4:] += 2.5
+    counts = growth.grow(position, BOX, 0.7, True, 9, np.random.default_rng(0))
+    assert counts[MADE] == 1
+    assert growth.length.tolist() == [4, 3]
+    assert growth.beads[1, :3].tolist() == [4, 5, 6]
+    np.testing.assert_array_equal(growth.born, [born[0], [0, 1, 9, 3]])
+
+
+def test_chains_that_do_not_cross_are_left_alone():
+    """The second chain is moved aside."""
+    growth, position = two_chains(0)
+    position[0, 4:] += 2.5
+    assert growth.undo_crossed(position, BOX) == 0
+    assert growth.length.tolist() == [4, 4]
+    assert (growth.chain != FREE).all()
+
+
+def test_only_free_monomers_are_put_elsewhere():
+    """All of them for a share of 1, none for 0, and no bead of a chain."""
+    growth, position = two_chains(0)
+    growth.chain[[3, 7]] = FREE
+    growth.length[:] = 3
+    identity = np.array([5, 2, 7, 0, 3, 6, 1, 4], np.uint32)
+    stored = position[:, identity]
+    state = State(stored, np.zeros((2, 8)), None, identity, None, 0)
+    rng = np.random.default_rng(0)
+    for share, moved in ((1.0, [3, 7]), (0.0, [])):
+        now = growth.mixed(state, BOX, share, rng)
+        now = now.by_identity(now.position)
+        changed = np.flatnonzero((now != position).any(axis=0))
+        np.testing.assert_array_equal(changed, moved)
+        assert ((now >= 0) & (now < np.array(BOX)[:, None])).all()
