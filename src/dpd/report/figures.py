@@ -112,7 +112,8 @@ def _sweep_line(sweep):
     text = (
         f"{beads} beads in {' x '.join(f'{e:g}' for e in edges)} r_c, "
         f"a {', '.join(f'{pair} {a:g}' for pair, a in scene['repulsion'].items())}, "
-        f"gamma {thermostat['gamma']:g}, {thermostat['noise']} noise, {integrator['scheme']}, "
+        f"{'Langevin ' if thermostat['kind'] == 'langevin' else ''}gamma {thermostat['gamma']:g}, "
+        f"{thermostat['noise']} noise, {integrator['scheme']}, "
         f"dt {integrator['dt']:g}"
     )
     if integrator["scheme"] != "euler":

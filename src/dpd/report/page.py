@@ -71,7 +71,13 @@ def _paper(paper, results):
                 "caption": _html((folder / f"{name}.md").read_text()),
             }
         )
-    return {"title": paper.title, "reference": paper.reference, "figures": figures}
+    return {
+        "key": paper.name,
+        "name": paper.name.replace("_", " ").title(),
+        "title": paper.title,
+        "reference": paper.reference,
+        "figures": figures,
+    }
 
 
 def _html(text):
