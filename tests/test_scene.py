@@ -155,7 +155,7 @@ def test_slabs_are_apart():
     assert z[species == 0].max() < 5 <= z[species == 1].min()
 
 
-@pytest.mark.parametrize("name", ["groot_warren_1997", "liu_2008"])
+@pytest.mark.parametrize("name", ["groot_warren_1997", "liu_2008", "nikunen_2007"])
 @pytest.mark.parametrize("study", ["smoke", "quick", "paper"])
 def test_every_study_unfolds(study, name):
     """Names and scenes of all points are distinct; figures name sweeps that exist."""

@@ -7,7 +7,7 @@ import xarray as xr
 
 from dpd.analysis.collect import samples_of
 from dpd.analysis.statistics import block_mean_and_error
-from dpd.analysis.structure import contact
+from dpd.analysis.structure import blocks_of, contact
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
 
@@ -35,7 +35,7 @@ def compute(sweeps):
         at = runs.sel(set=name)
         scene = json.loads(str(at.scene.values.ravel()[0]))
         limit = 2 * scene["bond"]["length"]
-        blocks = at.bond_density.stack(part=("replica", "block")).transpose("part", ...).values
+        blocks = blocks_of(at.bond_density)
         density, error = block_mean_and_error(blocks)
         beyond = blocks[:, length > limit].sum(axis=1) * width
         share, share_error = block_mean_and_error(beyond)

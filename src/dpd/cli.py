@@ -1,6 +1,7 @@
 """`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
 
 import argparse
+import signal
 import sys
 from pathlib import Path
 
@@ -63,6 +64,10 @@ def _parser():
     stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
     stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
     stage("report", _report, "write the report", "study", "papers", output="report.html")
+    plan = stage("plan", _plan, "say what a study costs before it runs, from measured rates")
+    plan.add_argument("--study", help="if not that of config/config.yaml")
+    plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
+    plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
     stage("document", _document, "write config/README.md from the schemas", output="README.md")
     return parser
 
@@ -83,7 +88,7 @@ def _run(options):
     scene = Scene.read(options.scene)
     checkpoint = checkpoint_path(options.output)
     if checkpoint.exists():
-        print(f"looking for a run to resume in {checkpoint}", file=sys.stderr)
+        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
     with Progress(start_work(scene), f"{options.scene}: start") as progress:
         if options.start and not options.start.exists():
             write_start(scene, options.start, progress)
@@ -96,9 +101,23 @@ def _run(options):
             checkpoint=checkpoint,
             progress=progress,
             every_seconds=options.checkpoint_every,
+            stopping=_asked_to_stop(),
+            say=_say,
         )
     for name, value in found.items():
         print(f"{name:32s} {value:.6g}")
+
+
+def _asked_to_stop():
+    """From now on SIGTERM only asks: a callable that says whether it came."""
+    came = []
+    signal.signal(signal.SIGTERM, lambda number, frame: came.append(number))
+    return lambda: bool(came)
+
+
+def _say(sentence):
+    if sentence:
+        print(f"warning: {sentence}", file=sys.stderr, flush=True)
 
 
 def _bench(options):
@@ -148,7 +167,10 @@ def _simulate(options):
     scene = _point(options).scene
     state = read_start(scene, options.start)
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
-        found = simulate(scene, options.output, state, checkpoint_path(options.output), progress)
+        found = simulate(
+            scene, options.output, state, checkpoint_path(options.output), progress,
+            stopping=_asked_to_stop(), say=_say,
+        )  # fmt: skip
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
 
 
@@ -194,6 +216,21 @@ def _report(options):
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study)["description"]
     write_page(options.study, description, papers, RESULTS / options.study, options.output)
+
+
+def _plan(options):
+    from dpd.plan import as_text, plan
+    from dpd.progress import Progress
+    from dpd.study import read_config, read_paper
+
+    given = {"study": options.study, "papers": options.papers}
+    config = read_config({key: value for key, value in given.items() if value})
+    papers = [read_paper(name, config["study"]) for name in config["papers"]]
+    if options.cores < 1:
+        raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
+    with Progress(sum(len(paper.sweeps) for paper in papers), "measuring rates") as progress:
+        rows = plan(papers, progress=progress)
+    print(as_text(rows, options.cores))
 
 
 def _document(options):

@@ -1,6 +1,7 @@
 """NetCDF files that are whole or not there, and say what made them."""
 
 import os
+import shutil
 from pathlib import Path
 
 import netCDF4
@@ -36,6 +37,39 @@ def replace_whole(path, make):
         os.replace(draft, path)
     finally:
         draft.unlink(missing_ok=True)
+
+
+def check_room(path, size):
+    """Refuse a place where a file of some bytes cannot be written, before it is needed.
+
+    Parameters
+    ----------
+    path : path
+        Of the file to come; its folder is made.
+    size : int
+
+    Raises
+    ------
+    UserError
+        If the folder cannot be made or written, or its disk has less room.
+    """
+    path = Path(path)
+    probe = path.with_name(f"{path.name}.{os.getpid()}.probe")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        probe.write_bytes(b"0" * 4096)
+        probe.unlink()
+        free = shutil.disk_usage(path.parent).free
+    except OSError as problem:
+        raise UserError(
+            f"{path}: cannot be written ({problem.strerror}); make {path.parent} writable or "
+            "choose another place"
+        ) from None
+    if free < size:
+        raise UserError(
+            f"{path}: {free / 2**20:.0f} MiB are free there, {size / 2**20:.0f} MiB are needed for "
+            "checkpoint and result; make room or choose another place"
+        )
 
 
 def _fill(draft, variables, attributes):

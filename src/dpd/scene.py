@@ -16,7 +16,7 @@ MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counter
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
-INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2}
+INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1}
 SLOWER = 0.8
 
 
@@ -183,8 +183,9 @@ class Scene:
                     f"{settings['every']} steps is longer than the run; allowed: 1 to "
                     f"{self.steps[1]}",
                 )
-        if "crossings" in self.observe and self.dimension != 2:
-            self._fail("observe", "'crossings' of bonds are counted in two dimensions only")
+        for name, dimension in (("crossings", 2), ("passes", 3)):
+            if name in self.observe and self.dimension != dimension:
+                self._fail("observe", f"{name!r} are counted in {dimension} dimensions only")
         if self.data["start"]["method"] == "polymerize":
             if self.dimension != 2:
                 self._fail("start.method", "'polymerize' grows chains in two dimensions only")
@@ -254,7 +255,7 @@ class Scene:
                 "every molecule is a single bead; remove the key, or give an architecture "
                 "of several beads, as 'A 10'",
             )
-        for name in ("bonds", "crossings"):
+        for name in ("bonds", "crossings", "passes", "end_to_end"):
             if not chains and name in self.observe:
                 self._fail(
                     "observe", f"{name!r} has nothing to measure: every molecule is a single bead"

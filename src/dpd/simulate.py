@@ -78,7 +78,9 @@ def read_start(scene, path):
     return State(variables["position"], variables["velocity"], None, identity, species, 0)
 
 
-def simulate(scene, path, state, checkpoint=None, progress=None, every_seconds=60.0):
+def simulate(
+    scene, path, state, checkpoint=None, progress=None, every_seconds=60.0, stopping=None, say=None
+):
     """Run a scene and write what it observed.
 
     Parameters
@@ -95,6 +97,8 @@ def simulate(scene, path, state, checkpoint=None, progress=None, every_seconds=6
         Called with the number of steps done.
     every_seconds : float
         Wall clock between checkpoints.
+    stopping, say : callable or None
+        See `dpd.engine.loop.run`.
 
     Returns
     -------
@@ -104,19 +108,26 @@ def simulate(scene, path, state, checkpoint=None, progress=None, every_seconds=6
     Raises
     ------
     UserError
-        If the run blows up; the last checkpoint stays.
+        If the run blows up or is stopped; the last checkpoint stays. Before it begins, if
+        there is no room for checkpoint and result.
     """
     begun = time.perf_counter()
     system = system_of(scene)
     simulation = Simulation(system, state)
     observers = observables(scene, system)
+    sizes = [a.nbytes for o in observers for a in o.arrays.values()]
+    state_size = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
+    # The checkpoint, the draft of the next one, and the result.
+    files.check_room(path, 3 * (sum(sizes) + state_size))
     keeper = None
     if checkpoint:
         key = {"scene": scene.digest, "sources": stage_digest("simulate")}
         keeper = Checkpoint(checkpoint, key)
     running, lost = time.perf_counter(), -1
     try:
-        done = run(simulation, scene.steps, observers, keeper, progress, every_seconds)
+        done = run(
+            simulation, scene.steps, observers, keeper, progress, every_seconds, stopping, say
+        )
     except UserError as problem:
         recorded = isinstance(problem, Unstable) and scene.data["unstable"] == "record"
         done, lost = (problem.step, problem.step) if recorded else (0, -1)
@@ -203,23 +214,31 @@ def compile_for(scenes):
             variants[variant] = scene
     for scene in variants.values():
         system = system_of(scene)
-        simulation = Simulation(system, make_start(_quick_to_start(scene)))
+        simulation = Simulation(system, make_start(quick_to_start(scene)))
         for observer in observables(scene, system):
             observer.sample(simulation, simulation.measure())
     return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
 
 
-def _quick_to_start(scene):
-    """A scene with a start that needs no growth; where there is one, grow a small melt apart."""
+def quick_to_start(scene, grow=True):
+    """A scene with a start that needs no growth; where there is one, grow a small melt apart.
+
+    Parameters
+    ----------
+    scene : Scene
+    grow : bool
+        Whether to grow the small melt, which compiles growth.
+    """
     start = scene.data["start"]
     if start["method"] != "polymerize":
         return scene
-    kinds = [
-        {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 8}
-        for kind in scene.molecules
-    ]
-    small = {"box": 4, "molecules": kinds, "observe": ["thermo"]}
-    make_start(Scene(scene.data | small, scene.where))
+    if grow:
+        kinds = [
+            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 8}
+            for kind in scene.molecules
+        ]
+        small = {"box": 4, "molecules": kinds, "observe": ["thermo"]}
+        make_start(Scene(scene.data | small, scene.where))
     random = {"method": "random", "seed": start.get("seed", 1)}
     return Scene(scene.data | {"start": random}, scene.where)
 

@@ -98,7 +98,7 @@ class Reference:
         self.virial += [r_ij @ conservative.T, r_ij @ full.T]
 
     def step(self):
-        """One step of Eq. 7, or of Eq. 9 with or without its acceleration term."""
+        """One step of Eq. 7, of Eq. 9 with or without its acceleration term, or of DPD-VV."""
         dt, v, f = self.system.dt, self.velocity, self.force
         self.steps += 1
         if self.scheme == "euler":
@@ -110,3 +110,8 @@ class Reference:
             self.position = self.position + dt * v + acceleration
             self.evaluate(v + self.prediction * dt * f)
             self.velocity = v + dt * (f + self.force) / 2
+        if self.scheme == "dpd-vv":
+            # The same place and noise, friction of the final velocities; the virial stays.
+            kept = self.virial, self.energy
+            self.evaluate(self.velocity)
+            self.virial, self.energy = kept

@@ -23,7 +23,7 @@ from tests.engine.build import (
 from tests.engine.reference import Reference
 
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
-SCHEMES = [("euler", 0.5), ("gw-vv", 0.65), ("verlet-no-acceleration", 0.5)]
+SCHEMES = [("euler", 0.5), ("gw-vv", 0.65), ("verlet-no-acceleration", 0.5), ("dpd-vv", 0.5)]
 GAMMA, DT = 2.0, 0.01
 
 

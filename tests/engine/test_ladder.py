@@ -22,6 +22,7 @@ SCHEMES = [
     ("gw-vv", 0.65),
     ("verlet-no-acceleration", 0.5),
     ("verlet-no-acceleration", 0.65),
+    ("dpd-vv", 0.5),
 ]
 
 

@@ -1,60 +1,14 @@
 """Mean-square displacements over time: local slopes, exponents, diffusion constants."""
 
-import json
-from typing import NamedTuple
-
 import numpy as np
 import xarray as xr
 
-from dpd.scene import Scene
+from dpd.analysis.resampling import resampled
 
-GROUPS = 20  # of molecules, left out in turn
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
 ROUSE, SEMENOV_JOHNER = 1 / 2, 8 / 15  # exponents of g_i: ideal chains; compact ones in 2D
 CONFIDENT = 3.0  # standard errors at which an exponent excludes another, 99.7 %
-
-
-class Displacements(NamedTuple):
-    """Mean-square displacement at some lags, and what it is without some of the data.
-
-    Attributes
-    ----------
-    time : (lags,) array
-        In tau, increasing.
-    value : (lags,) array
-    without_molecules : (groups, lags) array
-        Leaving out a group of molecules in turn.
-    without_part : (parts, lags) array
-        Leaving out a part of a run in turn: what all molecules do together shows here.
-    """
-
-    time: np.ndarray
-    value: np.ndarray
-    without_molecules: np.ndarray
-    without_part: np.ndarray
-
-    def derived(self, function):
-        """A quantity with its standard error.
-
-        The larger of two jackknife errors: over molecules, and over parts of the runs.
-
-        Parameters
-        ----------
-        function : callable
-            Of a (lags,) array of displacements; gives a number or an array.
-
-        Returns
-        -------
-        value, error
-        """
-        errors = []
-        for left_out in (self.without_molecules, self.without_part):
-            found = np.array([function(row) for row in left_out])
-            n = len(found)
-            spread = ((found - found.mean(axis=0)) ** 2).sum(axis=0)
-            errors.append(np.sqrt((n - 1) / n * spread))
-        return function(self.value), np.maximum(*errors)
 
 
 def displacements(runs, kind):
@@ -70,37 +24,12 @@ def displacements(runs, kind):
 
     Returns
     -------
-    Displacements
-        At lags up to the length of a part: beyond, parts are not independent.
+    Resampled
+        In r_c^2.
     """
-    runs = runs.transpose("replica", "part", "lag", "molecule", ...)
-    scene = Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
-    longest = scene.steps[1] * scene.data["integrator"]["dt"] / runs.sizes["part"]
-    time = runs.lag_time.isel(replica=0).values
-    seen = time <= longest * (1 + 1e-9)
-    time = time[seen]
-    counts, sums = runs.lag_samples.values[:, :, seen], runs[f"msd_{kind}_sums"].values[:, :, seen]
-    order = np.argsort(time)
-    each = runs[f"msd_{kind}"].transpose("replica", "molecule", "lag").values[:, :, seen]
-    weight = counts.sum(axis=1)
-    molecules = np.flatnonzero(np.isfinite(each[0]).all(axis=1))
-    groups = np.array_split(molecules, min(GROUPS, len(molecules)))
-    without = []
-    for replica in range(len(each)):
-        for group in groups:
-            means = each[:, molecules].mean(axis=1)
-            means[replica] = each[replica, np.setdiff1d(molecules, group)].mean(axis=0)
-            without.append((means * weight).sum(axis=0) / weight.sum(axis=0))
-    total_sum, total_count = sums.sum(axis=(0, 1)), counts.sum(axis=(0, 1))
-    parts = [
-        (total_sum - sums[r, p]) / (total_count - counts[r, p])
-        for r in range(len(sums))
-        for p in range(sums.shape[1])
-    ]
-    return Displacements(
-        time[order], (total_sum / total_count)[order],
-        np.array(without)[:, order], np.array(parts)[:, order],
-    )  # fmt: skip
+    return resampled(
+        runs, "lag", "molecule", "lag_time", f"msd_{kind}", f"msd_{kind}_sums", "lag_samples"
+    )
 
 
 def local_slope(time, value):
@@ -141,7 +70,7 @@ def exponent_between(found, low, high):
 
     Parameters
     ----------
-    found : Displacements
+    found : Resampled
     low, high : float
         Of g, in r_c^2.
 

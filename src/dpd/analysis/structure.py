@@ -99,5 +99,11 @@ def radial_distribution(runs):
     runs : xarray.Dataset
         One point of a collected sweep, with the dimension ``replica``.
     """
-    blocks = runs.rdf.stack(part=("replica", "block")).transpose("part", "r").values
+    blocks = blocks_of(runs.rdf)
     return (*block_mean_and_error(blocks), blocks)
+
+
+def blocks_of(variable):
+    """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out."""
+    blocks = variable.stack(part=("replica", "block")).transpose("part", ...).values
+    return blocks[np.isfinite(blocks).all(axis=tuple(range(1, blocks.ndim)))]

@@ -6,6 +6,7 @@ from dpd.engine.bath import add_bath_forces
 from dpd.engine.bonds import add_bond_forces, bonded_slots
 from dpd.engine.cells import cell_of, row_buffers, row_pairs, starts_from_counts
 from dpd.engine.forces import add_pair_forces, measure_pairs
+from dpd.engine.friction import keep_pairs, kept_buffers, renew_friction
 from dpd.engine.jit import kernel, part
 from dpd.engine.noise import step_keys
 
@@ -18,7 +19,7 @@ def drift(position, velocity, predicted, force, box, dt, scheme):
 
     On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f.
     """
-    acceleration, prediction, correction = scheme
+    acceleration, prediction, correction, _ = scheme
     lost, distance = -1, 0.0
     for k in range(len(box)):
         edge = box[k]
@@ -89,21 +90,31 @@ def like(array):
 
 
 @part()
-def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, measure, sums):
-    """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked."""
+def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, measure, sums, kept):
+    """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked.
+
+    Returns
+    -------
+    None or Kept, int
+        The pairs, where the scheme needs them again, and their number.
+    """
     position, _, predicted, identity, species = beads
     virial, energy = sums
     bonds, core = fields[3], fields[4]
     slots = bonded_slots(bonds, identity)
     pairs = row_buffers(start, box, shape, ahead, fullest)
     force[:] = 0.0
+    count = 0
     for row in range((len(start) - 1) // shape[len(box) - 1]):
         n = row_pairs(row, position, start, box, shape, ahead, 1.0, fullest, pairs)
         add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
+        kept = keep_pairs(kept, count, pairs, n, fields[1][0], box)
+        count += np.int64(n)
         if measure:
             measure_pairs(virial, energy, pairs, n, box, core)
     add_bond_forces(force, position, slots, bonds, box, measure, sums)
     add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
+    return kept, count
 
 
 @part()
@@ -152,6 +163,7 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
     start = np.empty(cells_in(shape) + 1, np.uint32)
     sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
     correction = scheme[2]
+    kept = kept_buffers(scheme[3], len(box), 4 * position.shape[1])
     lost = (-1, step, 0.0)
     for s in range(max(steps, 1)):
         if steps > 0:
@@ -162,10 +174,11 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
                 break
         fullest = sort_by_cell(source, target, box, shape, start)
         source, target = target, source
-        total_force(
+        kept, count = total_force(
             source, force, fields, box, shape, ahead, start, fullest, step_keys(seed, step),
-            measure and s + 1 >= steps, sums,
+            measure and s + 1 >= steps, sums, kept,
         )  # fmt: skip
         if steps > 0 and correction > 0.0:
             source[1][:] += (correction * dt) * force
+            renew_friction(force, kept, count, source[1], source[2], fields[5], box)
     return (source[0], source[1], source[3], source[4]), force, sums, lost

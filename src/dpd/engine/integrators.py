@@ -7,25 +7,32 @@ Every scheme here evaluates the force once a step and is the predictor-corrector
     f'  = f(r, v~)
     v  += dt [ (1 - b) f + b f' ]
 
-with its own acceleration term c, prediction lambda and correction b.
+with its own acceleration term c, prediction lambda and correction b. DPD-VV then takes
+the friction in f' once more, with the velocity v that it has led to.
 """
 
 from typing import NamedTuple
 
 
 class Coefficients(NamedTuple):
-    """One scheme: ``acceleration`` c, ``prediction`` lambda, ``correction`` b."""
+    """One scheme: ``acceleration`` c, ``prediction`` lambda, ``correction`` b.
+
+    ``again`` is True if friction is evaluated once more, or None.
+    """
 
     acceleration: float
     prediction: float
     correction: float
+    again: bool | None = None
 
 
-# The schemes of Groot and Warren 1997, Fig. 1: Eq. 7, Eq. 9, and Eq. 9 without dt^2 f / 2.
+# The schemes of Groot and Warren 1997, Fig. 1: Eq. 7, Eq. 9, and Eq. 9 without dt^2 f / 2;
+# and that of Nikunen et al. 2007 (Besold et al. 2000).
 SCHEMES = {
     "euler": lambda prediction: Coefficients(0.0, 1.0, 0.0),
     "gw-vv": lambda prediction: Coefficients(0.5, prediction, 0.5),
     "verlet-no-acceleration": lambda prediction: Coefficients(0.0, prediction, 0.5),
+    "dpd-vv": lambda prediction: Coefficients(0.5, 0.5, 0.5, True),
 }
 
 
@@ -37,7 +44,7 @@ def coefficients(scheme, prediction=0.5):
     scheme : str
         A key of `SCHEMES`.
     prediction : float
-        Lambda; the Euler scheme has none.
+        Lambda; ``euler`` and ``dpd-vv`` have their own.
 
     Raises
     ------

@@ -14,6 +14,7 @@ from dpd.engine.bath import add_bath_forces
 from dpd.engine.bonds import add_bond_forces, bonded_slots
 from dpd.engine.cells import pair_buffers, row_buffers, row_pairs
 from dpd.engine.forces import add_pair_forces, measure_pairs
+from dpd.engine.friction import keep_pairs, kept_buffers, renew_friction
 from dpd.engine.jit import kernel, part
 from dpd.engine.noise import step_keys
 
@@ -53,8 +54,8 @@ def moved_too_far(position, reference, box, limit):
 
 
 @part()
-def list_force(beads, force, listed, slots, pairs, fields, box, keys, measure, sums):
-    """Evaluate all forces; pairs in the skin have w = 0 and feel none."""
+def list_force(beads, force, listed, slots, pairs, fields, box, keys, measure, sums, kept):
+    """Evaluate all forces; pairs in the skin have w = 0 and feel none. Return the pairs."""
     position, _, predicted, identity, species = beads
     virial, energy = sums
     bonds, core = fields[3], fields[4]
@@ -71,10 +72,12 @@ def list_force(beads, force, listed, slots, pairs, fields, box, keys, measure, s
                 d = position[k, pairs.i[p]] - position[k, pairs.j[p]]
                 pairs.separation[k, p] = d - edge * np.rint(d / edge)
         add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
+        kept = keep_pairs(kept, np.int64(first), pairs, n, fields[1][0], box)
         if measure:
             measure_pairs(virial, energy, pairs, n, box, core)
     add_bond_forces(force, position, slots, bonds, box, measure, sums)
     add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
+    return kept
 
 
 @kernel()
@@ -108,6 +111,7 @@ def advance_with_list(
     pairs = pair_buffers(len(box), CHUNK)
     sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
     correction = scheme[2]
+    kept = kept_buffers(scheme[3], len(box), 4 * position.shape[1])
     lost = (-1, step, 0.0)
     if steps == 0:
         fullest = sort_by_cell(source, target, box, shape, start)
@@ -132,7 +136,8 @@ def advance_with_list(
                 slots = bonded_slots(fields[3], source[3])
         keys = step_keys(seed, step)
         last = measure and s + 1 >= steps
-        list_force(source, force, listed, slots, pairs, fields, box, keys, last, sums)
+        kept = list_force(source, force, listed, slots, pairs, fields, box, keys, last, sums, kept)
         if steps > 0 and correction > 0.0:
             source[1][:] += (correction * dt) * force
+            renew_friction(force, kept, listed.shape[1], source[1], source[2], fields[5], box)
     return (source[0], source[1], source[3], source[4]), reference, force, sums, lost

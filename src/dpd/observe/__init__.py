@@ -10,9 +10,12 @@ from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
 from dpd.observe.crossings import Crossings
 from dpd.observe.displacement import Displacement
+from dpd.observe.end_to_end import EndToEnd
+from dpd.observe.passes import Passes
 from dpd.observe.profile import Profile
 from dpd.observe.rdf import RadialDistribution
 from dpd.observe.thermo import Thermo
+from dpd.observe.trace import Trace
 
 OBSERVABLES = {
     "thermo": Thermo,
@@ -22,7 +25,10 @@ OBSERVABLES = {
     "chains": Chains,
     "displacement": Displacement,
     "crossings": Crossings,
+    "passes": Passes,
+    "end_to_end": EndToEnd,
     "configuration": Configuration,
+    "trace": Trace,
 }
 
 

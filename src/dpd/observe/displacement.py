@@ -3,22 +3,18 @@
 import numpy as np
 
 from dpd.errors import UserError
+from dpd.observe.multitau import MultipleTau
 
-KEPT = 16  # positions kept at each level, and so the lags of the first
-COARSER = 4  # steps of a level in those of the level below
-PARTS = 10  # of the run, for errors that know about motion which all molecules share
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
 
 class Displacement:
     """Mean-square displacement of innermost beads and of centres of mass.
 
-    A level holds the last `KEPT` positions, each level at steps `COARSER` times as long, and
-    adds up squared differences: every lag is exact, none is averaged over positions
-    (Frenkel and Smit, Understanding Molecular Simulation, Sec. 4.4.2). Positions are
-    unwrapped from sample to sample and taken relative to the centre of mass of all beads,
-    so a drift of the box does not count. "Innermost" is the middle bead of a molecule, two
-    of them for an even number.
+    By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
+    to sample and taken relative to the centre of mass of all beads, so a drift of the box
+    does not count. "Innermost" is the middle bead of a molecule, two of them for an even
+    number.
 
     Parameters
     ----------
@@ -38,31 +34,17 @@ class Displacement:
         )
         self._first = np.cumsum(lengths) - lengths
         self._lengths = lengths
-        self._samples = scene.steps[1] // every
         self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
-        levels = 1  # up to the lag of one part of the run; beyond, no error is to be had
-        while KEPT * COARSER ** (levels - 1) < self._samples / PARTS:
-            levels += 1
         d, molecules = system.dimension, len(lengths)
-        self.arrays = {
-            "taken": np.zeros(1, np.int64),
+        self._correlation = MultipleTau(scene.steps[1] // every, (d, 3, molecules), 2)
+        self.arrays = self._correlation.arrays | {
             "last": np.zeros((d, scene.beads)),
             "moved": np.zeros((d, scene.beads)),
-            "kept": np.zeros((levels, KEPT, d, 3, molecules)),
-            "sums": np.zeros((levels, KEPT, 2, molecules)),
-            "part_sums": np.zeros((PARTS, levels, KEPT, 2)),
-            "part_counts": np.zeros((PARTS, levels, KEPT), np.int64),
         }
 
     def sample(self, simulation, sums):
         """Take one sample."""
-        tracked = self._tracked(simulation.state)
-        taken = int(self.arrays["taken"][0])
-        for level in range(len(self.arrays["kept"])):
-            if taken % COARSER**level:
-                break
-            self._correlate(level, taken // COARSER**level, tracked)
-        self.arrays["taken"][0] += 1
+        self._correlation.add(self._tracked(simulation.state), squares)
 
     def _tracked(self, state):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
@@ -82,47 +64,28 @@ class Displacement:
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
         return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
 
-    def _correlate(self, level, number, tracked):
-        """Add the differences to the positions that a level holds, then hold this one."""
-        arrays = self.arrays
-        kept = arrays["kept"][level]
-        part = int(arrays["taken"][0]) * PARTS // self._samples
-        for lag in range(1 if level == 0 else KEPT // COARSER + 1, min(number, KEPT) + 1):
-            apart = tracked - kept[(number - lag) % KEPT]
-            squares = (apart**2).sum(axis=0)
-            found = np.stack([0.5 * (squares[0] + squares[1]), squares[2]])
-            arrays["sums"][level, lag - 1] += found
-            arrays["part_sums"][part, level, lag - 1] += found.mean(axis=1)
-            arrays["part_counts"][part, level, lag - 1] += 1
-        kept[number % KEPT] = tracked
-
     def variables(self):
         """Displacements of each molecule, and sums in parts of the run, by increasing lag."""
-        part_counts = self.arrays["part_counts"].reshape(PARTS, -1)
-        part_sums = self.arrays["part_sums"].reshape(PARTS, -1, 2)
-        counts = part_counts.sum(axis=0)
-        seen = counts > 0
-        levels = len(self.arrays["kept"])
-        lag = np.arange(1, KEPT + 1) * COARSER ** np.arange(levels)[:, None]
-        sums = self.arrays["sums"].reshape(len(counts), 2, -1)[seen]
-        means = sums / counts[seen, None, None]
+        lag, means, counts, sums = self._correlation.results()
         along = ("lag", "molecule")
+        parts = ("part", "lag")
         return {
-            "lag_time": (
-                ("lag",), lag.ravel()[seen] * self.every * self._system.dt, "tau", "time apart",
-            ),
+            "lag_time": (("lag",), lag * self.every * self._system.dt, "tau", "time apart"),
             "msd_inner": (along, means[:, 0], "r_c^2", "displacement of innermost beads, squared"),
             "msd_centre": (along, means[:, 1], "r_c^2", "displacement of centres of mass, squared"),
-            "lag_samples": (
-                ("part", "lag"), part_counts[:, seen].astype(float), "1",
-                "pairs of samples that end in each part of the run",
-            ),
+            "lag_samples": (parts, counts, "1", "pairs of samples ending in each part of the run"),
             "msd_inner_sums": (
-                ("part", "lag"), part_sums[:, seen, 0], "r_c^2",
+                parts, sums[..., 0], "r_c^2",
                 "their squared displacements of innermost beads, mean over molecules, summed",
             ),
             "msd_centre_sums": (
-                ("part", "lag"), part_sums[:, seen, 1], "r_c^2",
+                parts, sums[..., 1], "r_c^2",
                 "their squared displacements of centres of mass, mean over molecules, summed",
             ),
         }  # fmt: skip
+
+
+def squares(now, then):
+    """Squared displacements: mean of the two innermost beads, and centre of mass."""
+    found = ((now - then) ** 2).sum(axis=0)
+    return np.stack([0.5 * (found[0] + found[1]), found[2]])

@@ -1,0 +1,110 @@
+"""Relaxation of chains: end-to-end correlation, relaxation times, diffusion, exponents."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.diffusion import diffusion_constant, displacements
+from dpd.analysis.resampling import part_length, resampled
+from dpd.analysis.statistics import linear_fit
+
+TAIL = (0.15, 0.6)  # of C(t) / C(0), where its slowest mode alone is left
+TEN = 10.0  # relaxation times that a run has to last
+
+
+def end_to_end(runs):
+    """<R(t) . R(0)> of the replicas of one point.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        One point of a collected sweep with ``end_to_end``, with the dimension ``replica``.
+
+    Returns
+    -------
+    Resampled
+        In r_c^2.
+    square : float
+        <R^2>.
+    """
+    found = resampled(
+        runs, "end_lag", "chain", "end_lag_time", "end_correlation", "end_sums", "end_samples"
+    )
+    return found, float(runs.end_square.mean())
+
+
+def relaxation_time(found, square):
+    """tau of exp(-t / tau) from the straight part of ln C(t).
+
+    Parameters
+    ----------
+    found : Resampled
+    square : float
+
+    Returns
+    -------
+    value, error : float
+        In tau; NaN where C(t) has fewer than four lags in the tail.
+    """
+    share = found.value / square
+    inside = (share < TAIL[1]) & (share > TAIL[0])
+    # The first lag below the tail ends it, whatever noise does later.
+    ended = np.flatnonzero(share <= TAIL[0])
+    if len(ended):
+        inside[ended[0] :] = False
+    if inside.sum() < 4:
+        return np.nan, np.nan
+    time = found.time[inside]
+
+    def tau(value):
+        return -1.0 / np.polyfit(time, np.log(np.maximum(value[inside], 1e-9)), 1)[0]
+
+    value, error = found.derived(tau)
+    return float(value), float(error)
+
+
+def chain_dynamics(sweep):
+    """Relaxation times and diffusion constants over chain length.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        With the axes ``length`` and ``replica``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``length``: ``tau``, ``diffusion``, each with ``_error``, ``duration`` of a run, and
+        ``long_enough``, 1 where that is ten tau or more.
+    """
+    rows = []
+    for length in sweep.length.values:
+        at = sweep.sel(length=length)
+        duration = part_length(at) * at.sizes["part"]
+        tau = relaxation_time(*end_to_end(at))
+        enough = duration >= TEN * tau[0]
+        constant = (np.nan, np.nan)
+        if enough:
+            constant = diffusion_constant(displacements(at, "centre"), 3, 0.5 * tau[0])
+        rows.append((*tau, *constant, duration, float(enough)))
+    names = ("tau", "tau_error", "diffusion", "diffusion_error", "duration", "long_enough")
+    units = ("tau", "tau", "r_c^2 / tau", "r_c^2 / tau", "tau", "1")
+    data = xr.Dataset(coords={"length": sweep.length.astype(float)})
+    for name, unit, column in zip(names, units, np.array(rows).T):
+        data[name] = ("length", column, {"units": unit, "long_name": name.replace("_", " ")})
+    return data
+
+
+def power(length, value, error, low, high):
+    """Exponent of value ~ N^x for low <= N <= high.
+
+    Returns
+    -------
+    exponent, error : float
+        NaN with fewer than two points.
+    """
+    use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
+    if use.sum() < 2:
+        return np.nan, np.nan
+    x = np.log(length[use])
+    fit = linear_fit([np.ones_like(x), x], np.log(value[use]), error[use] / value[use])
+    return float(fit.values[1]), float(fit.errors[1])

@@ -1,0 +1,104 @@
+"""Functions of the time between two samples, with what they are without some of the data."""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+
+from dpd.scene import Scene
+
+GROUPS = 20  # of molecules, left out in turn
+
+
+class Resampled(NamedTuple):
+    """A mean-square displacement or a correlation at some lags.
+
+    Attributes
+    ----------
+    time : (lags,) array
+        In tau, increasing.
+    value : (lags,) array
+    without_molecules : (groups, lags) array
+        Leaving out a group of molecules in turn.
+    without_part : (parts, lags) array
+        Leaving out a part of a run in turn: what all molecules do together shows here.
+    """
+
+    time: np.ndarray
+    value: np.ndarray
+    without_molecules: np.ndarray
+    without_part: np.ndarray
+
+    def derived(self, function):
+        """A quantity with its standard error.
+
+        The larger of two jackknife errors: over molecules, and over parts of the runs.
+
+        Parameters
+        ----------
+        function : callable
+            Of a (lags,) array of values; gives a number or an array.
+
+        Returns
+        -------
+        value, error
+        """
+        errors = []
+        for left_out in (self.without_molecules, self.without_part):
+            found = np.array([function(row) for row in left_out])
+            n = len(found)
+            spread = ((found - found.mean(axis=0)) ** 2).sum(axis=0)
+            errors.append(np.sqrt((n - 1) / n * spread))
+        return function(self.value), np.maximum(*errors)
+
+
+def part_length(runs):
+    """Length in tau of one of the parts that a run's sums are kept for."""
+    scene = Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+    return scene.steps[1] * scene.data["integrator"]["dt"] / runs.sizes["part"]
+
+
+def resampled(runs, lag, members, times, each, sums, counts):
+    """What an observable kept of the replicas of one point, taken together.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        One point of a collected sweep, with the dimension ``replica``.
+    lag, members : str
+        The dimensions of lags and of molecules.
+    times, each, sums, counts : str
+        Variables: lags in tau, means of each molecule, sums of means over molecules in parts
+        of the run, and how many were summed.
+
+    Returns
+    -------
+    Resampled
+        At lags up to the length of a part: beyond, parts are not independent.
+    """
+    runs = runs.transpose("replica", "part", lag, members, ...)
+    time = runs[times].isel(replica=0).values
+    seen = time <= part_length(runs) * (1 + 1e-9)
+    time = time[seen]
+    count, total = runs[counts].values[:, :, seen], runs[sums].values[:, :, seen]
+    order = np.argsort(time)
+    single = runs[each].transpose("replica", members, lag).values[:, :, seen]
+    weight = count.sum(axis=1)
+    molecules = np.flatnonzero(np.isfinite(single[0]).all(axis=1))
+    groups = np.array_split(molecules, min(GROUPS, len(molecules)))
+    without = []
+    for replica in range(len(single)):
+        for group in groups:
+            means = single[:, molecules].mean(axis=1)
+            means[replica] = single[replica, np.setdiff1d(molecules, group)].mean(axis=0)
+            without.append((means * weight).sum(axis=0) / weight.sum(axis=0))
+    all_sums, all_counts = total.sum(axis=(0, 1)), count.sum(axis=(0, 1))
+    parts = [
+        (all_sums - total[r, p]) / (all_counts - count[r, p])
+        for r in range(len(total))
+        for p in range(total.shape[1])
+    ]
+    return Resampled(
+        time[order], (all_sums / all_counts)[order],
+        np.array(without)[:, order], np.array(parts)[:, order],
+    )  # fmt: skip

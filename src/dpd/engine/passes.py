@@ -1,0 +1,137 @@
+"""Bonds that pass through each other in three dimensions."""
+
+import numpy as np
+
+from dpd.engine.advance import cells_in, sort_by_cell
+from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
+from dpd.engine.jit import kernel, part
+
+SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
+HALVINGS = 30  # of the time at which two bonds lie in one plane
+
+
+def passed_bonds(before, after, members, box):
+    """Pairs of bonds that went through each other while beads moved in straight lines.
+
+    Two bonds AB and CD lie in one plane where (C - A) . (AB x CD) = 0. They pass through
+    each other if that changes its sign while the nearest points of the two lines lie inside
+    both bonds. A pass and a return in the same interval is none.
+
+    Parameters
+    ----------
+    before, after : (3, n) arrays
+        Positions in the order of identities; each bead moves to the nearest image.
+    members : (bonds, 2) uint32 array
+        Identities of the two ends. Bonds that share a bead are not looked at.
+    box : tuple
+        Edges in r_c; bonds have to be shorter than half of them.
+
+    Returns
+    -------
+    (2, passes) uint32 array
+        Numbers of the bonds in each pair.
+    """
+    edges = np.array(box)[:, None]
+
+    def nearest(d):
+        return d - edges * np.rint(d / edges)
+
+    first, second = members[:, 0], members[:, 1]
+    start = before[:, first]
+    bond = nearest(before[:, second] - start)
+    move = np.stack([nearest(after[:, end] - before[:, end]) for end in (first, second)])
+    # Where a bond is half way decides which image of another one is near.
+    middle = start + 0.5 * bond + 0.25 * (move[0] + move[1])
+    offset = start - middle
+    wrapped = middle - edges * np.floor(middle / edges)
+    wrapped = np.where(wrapped < edges, wrapped, 0.0)
+    ends = np.stack([offset, offset + bond])  # relative to the middle, before
+    if not len(members):
+        return np.empty((2, 0), np.uint32)
+    # A bond reaches no further from its middle than its ends do, at either time.
+    reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
+    reach = min(reach, 0.5 * min(box))
+    shape = grid_shape(box, max(reach, SMALLEST_CELL))
+    return _passed(wrapped, ends, move, members, box, shape, forward_rows(3), reach)
+
+
+@part()
+def line_up(x, one, other, ends, move, t):
+    """Triple product of two bonds at time t; the nearest points in units of the bonds.
+
+    ``x`` is the vector from the middle of the other bond to that of the first. The places
+    of the nearest points count only where the triple product is zero.
+    """
+    u0, u1, u2 = (
+        _axis(0, one, ends, move, t),
+        _axis(1, one, ends, move, t),
+        _axis(2, one, ends, move, t),
+    )
+    v0, v1, v2 = (
+        _axis(0, other, ends, move, t),
+        _axis(1, other, ends, move, t),
+        _axis(2, other, ends, move, t),
+    )
+    w0 = x[0] + ends[0, 0, one] + t * move[0, 0, one] - ends[0, 0, other] - t * move[0, 0, other]
+    w1 = x[1] + ends[0, 1, one] + t * move[0, 1, one] - ends[0, 1, other] - t * move[0, 1, other]
+    w2 = x[2] + ends[0, 2, one] + t * move[0, 2, one] - ends[0, 2, other] - t * move[0, 2, other]
+    c0, c1, c2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    square = c0 * c0 + c1 * c1 + c2 * c2
+    triple = w0 * c0 + w1 * c1 + w2 * c2
+    # w + p u = q v, crossed with v and with u.
+    a0, a1, a2 = w1 * v2 - w2 * v1, w2 * v0 - w0 * v2, w0 * v1 - w1 * v0
+    b0, b1, b2 = w1 * u2 - w2 * u1, w2 * u0 - w0 * u2, w0 * u1 - w1 * u0
+    p = -(a0 * c0 + a1 * c1 + a2 * c2) / square
+    q = -(b0 * c0 + b1 * c1 + b2 * c2) / square
+    return triple, p, q
+
+
+@part()
+def _axis(k, bond, ends, move, t):
+    """A component of a bond at time t."""
+    return ends[1, k, bond] - ends[0, k, bond] + t * (move[1, k, bond] - move[0, k, bond])
+
+
+@kernel()
+def _passed(middle, ends, move, members, box, shape, ahead, reach):
+    bonds = middle.shape[1]
+    start = np.empty(cells_in(shape) + 1, np.uint32)
+    number = np.arange(bonds).astype(np.uint32)
+    spare = np.empty_like(middle)
+    source = (middle, middle, middle, number, None)
+    ordered, numbers = np.empty_like(middle), np.empty_like(number)
+    fullest = sort_by_cell(source, (ordered, spare, spare, numbers, None), box, shape, start)
+    pairs = row_buffers(start, box, shape, ahead, fullest)
+    found = np.empty((2, 16), np.uint32)
+    total = 0
+    x = np.empty(3)
+    for row in range((len(start) - 1) // shape[len(box) - 1]):
+        n = row_pairs(row, ordered, start, box, shape, ahead, reach, fullest, pairs)
+        for s in range(n):
+            one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
+            for k in range(3):
+                x[k] = pairs.separation[k, s]
+            low_sign = line_up(x, one, other, ends, move, 0.0)[0]
+            if low_sign * line_up(x, one, other, ends, move, 1.0)[0] >= 0.0:
+                continue
+            if members[one, 0] == members[other, 0] or members[one, 0] == members[other, 1]:
+                continue
+            if members[one, 1] == members[other, 0] or members[one, 1] == members[other, 1]:
+                continue
+            low, high = 0.0, 1.0
+            for _ in range(HALVINGS):
+                t = 0.5 * (low + high)
+                if line_up(x, one, other, ends, move, t)[0] * low_sign > 0.0:
+                    low = t
+                else:
+                    high = t
+            _, p, q = line_up(x, one, other, ends, move, 0.5 * (low + high))
+            if not (0.0 <= p <= 1.0 and 0.0 <= q <= 1.0):
+                continue
+            if total == found.shape[1]:
+                larger = np.empty((2, 2 * total), np.uint32)
+                larger[:, :total] = found
+                found = larger
+            found[0, total], found[1, total] = min(one, other), max(one, other)
+            total += 1
+    return found[:, :total].copy()

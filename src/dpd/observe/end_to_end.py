@@ -1,0 +1,72 @@
+"""How long chains remember where they point."""
+
+import numpy as np
+
+from dpd.observe.multitau import MultipleTau
+
+
+class EndToEnd:
+    """Autocorrelation of the end-to-end vector, <R(t) . R(0)> (Nikunen et al. 2007, Fig. 4b).
+
+    By multiple-tau correlation (`dpd.observe.multitau`), for each chain of two beads
+    or more.
+
+    Parameters
+    ----------
+    scene : Scene
+        With bonds shorter than half the box.
+    system : System
+    every : int
+        Steps between samples: the shortest lag.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every = every
+        self._system = system
+        lengths = np.repeat(
+            [len(kind.beads) for kind in scene.molecules], [kind.count for kind in scene.molecules]
+        )
+        lengths = lengths[lengths > 1]
+        self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
+        samples = scene.steps[1] // every
+        self._correlation = MultipleTau(samples, (system.dimension, len(lengths)), 1)
+        self.arrays = self._correlation.arrays | {"square": np.zeros(len(lengths))}
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        state, members = simulation.state, self._system.bonds[0]
+        position = state.by_identity(state.position)
+        box = np.array(self._system.box)[:, None]
+        bonds = position[:, members[:, 1]] - position[:, members[:, 0]]
+        bonds -= box * np.rint(bonds / box)
+        vector = np.add.reduceat(bonds, self._bonds_first, axis=1)
+        self.arrays["square"] += (vector**2).sum(axis=0)
+        self._correlation.add(vector, product)
+
+    def variables(self):
+        """Correlations of each molecule, and sums in parts of the run, by increasing lag."""
+        lag, means, counts, sums = self._correlation.results()
+        taken = max(1, int(self.arrays["taken"][0]))
+        return {
+            "end_lag_time": (("end_lag",), lag * self.every * self._system.dt, "tau", "time apart"),
+            "end_correlation": (
+                ("end_lag", "chain"), means[:, 0], "r_c^2", "<R(t) . R(0)> of each chain",
+            ),
+            "end_square": (
+                ("chain",), self.arrays["square"] / taken, "r_c^2", "<R^2> of each chain",
+            ),
+            "end_samples": (
+                ("part", "end_lag"), counts, "1", "pairs of samples ending in each part of the run",
+            ),
+            "end_sums": (
+                ("part", "end_lag"), sums[..., 0], "r_c^2",
+                "their products, mean over molecules, summed",
+            ),
+        }  # fmt: skip
+
+
+def product(now, then):
+    """Scalar products of vectors."""
+    return (now * then).sum(axis=0)[None]

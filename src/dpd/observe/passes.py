@@ -1,0 +1,54 @@
+"""Bonds that pass through each other in three dimensions."""
+
+import numpy as np
+
+from dpd.engine.passes import passed_bonds
+
+
+class Passes:
+    """Number of pairs of bonds that passed through each other since the sample before.
+
+    Parameters
+    ----------
+    scene : Scene
+        In three dimensions, with bonds.
+    system : System
+    every : int
+        Steps between samples: beads are taken to move in straight lines between.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every = every
+        self._system = system
+        self.arrays = {
+            "taken": np.zeros(1, np.int64),
+            "last": np.zeros((system.dimension, scene.beads)),
+            "passes": np.full(scene.steps[1] // every, np.nan),
+        }
+
+    def sample(self, simulation, sums):
+        """Take one sample; the first one has none before it."""
+        state, arrays = simulation.state, self.arrays
+        position = state.by_identity(state.position)
+        at = int(arrays["taken"][0])
+        if at:
+            members = self._system.bonds[0]
+            found = passed_bonds(arrays["last"], position, members, self._system.box)
+            arrays["passes"][at] = found.shape[1]
+        else:
+            arrays["passes"][at] = 0
+        arrays["last"][...] = position
+        arrays["taken"][0] += 1
+
+    def variables(self):
+        """Counts for the file."""
+        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["passes"])))
+        along = ("pass_sample",)
+        return {
+            "pass_time": (along, time, "tau", "time since the end of equilibration"),
+            "passes": (
+                along, self.arrays["passes"], "1", "bonds passed through since the sample before",
+            ),
+        }  # fmt: skip

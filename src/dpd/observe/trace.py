@@ -1,0 +1,53 @@
+"""The way of one chain."""
+
+import numpy as np
+
+from dpd.observe.chains import unwrapped
+
+
+class Trace:
+    """Configurations of the first molecule, one after the other.
+
+    Each is in one piece, at the image whose centre of mass is nearest to that of the one
+    before.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every = every
+        self._system = system
+        self._length = len(scene.molecules[0].beads)
+        shape = (scene.steps[1] // every, system.dimension, self._length)
+        self.arrays = {"taken": np.zeros(1, np.int64), "trace": np.full(shape, np.nan)}
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        state, arrays = simulation.state, self.arrays
+        box = np.array(self._system.box)
+        beads = state.by_identity(state.position)[:, None, : self._length]
+        chain = unwrapped(beads, self._system.box)[:, 0]
+        at = int(arrays["taken"][0])
+        if at:
+            moved = (chain - arrays["trace"][at - 1]).mean(axis=1)
+            chain -= (box * np.rint(moved / box))[:, None]
+        arrays["trace"][at] = chain
+        arrays["taken"][0] += 1
+
+    def variables(self):
+        """Configurations for the file."""
+        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["trace"])))
+        return {
+            "trace_time": (("moment",), time, "tau", "time since the end of equilibration"),
+            "trace": (
+                ("moment", "axis", "monomer"), self.arrays["trace"], "r_c",
+                "positions of the first molecule in one piece",
+            ),
+        }  # fmt: skip

@@ -1,0 +1,393 @@
+"""Bonds that pass through each other are those that the roots of a cubic say, each pair once."""
+
+from itertools import pairwise, permutations, product
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+from dpd.engine.loop import run
+from dpd.engine.passes import passed_bonds
+from dpd.engine.simulation import Simulation
+from dpd.observe import observables
+from dpd.scene import Scene
+from dpd.start import make_start, system_of
+from tests.engine.build import BOX_3D, by_identity, chains
+
+MARGIN = 1e-7  # of a time and of a place along a bond, within which nothing is decided
+AXES = list(permutations(range(3)))
+SEPARATE = np.array([[0, 1], [2, 3]], np.uint32)
+PLACES = [(1.1, 1.8, 2.5), (0.0, 0.0, 0.0), (2.19, 0.01, 5.05)]  # two of them at the boundary
+
+
+def passes(before, after, members, box):
+    """What `passed_bonds` returns, as a set; no pair twice, the smaller number first."""
+    found = passed_bonds(before, after, members, box)
+    assert found.shape[0] == 2
+    assert found.dtype == np.uint32
+    assert (found[0] < found[1]).all()
+    seen = {(int(i), int(j)) for i, j in found.T}
+    assert len(seen) == found.shape[1]
+    return seen
+
+
+def wrapped(position, box):
+    """Positions in the box."""
+    edges = np.array(box)[:, None]
+    inside = position - edges * np.floor(position / edges)
+    return np.where(inside < edges, inside, 0.0)
+
+
+def placed(ends, axes, place, box=BOX_3D):
+    """Ends (beads, 3) along three axes by number, around a place in the box."""
+    position = np.empty((3, len(ends)))
+    position[list(axes)] = np.array(ends, float).T
+    return wrapped(position + np.array(place)[:, None], box)
+
+
+def level(height, at=0.0):
+    """Ends of a bond of 0.8 along the first axis."""
+    return [(at - 0.4, 0.0, height), (at + 0.4, 0.0, height)]
+
+
+def across(height, at=0.0):
+    """Ends of a bond of 0.8 along the second axis."""
+    return [(0.0, at - 0.4, height), (0.0, at + 0.4, height)]
+
+
+@pytest.mark.parametrize("place", PLACES, ids=str)
+@pytest.mark.parametrize("axes", AXES, ids=str)
+def test_perpendicular_bonds_pass_through_each_others_middle(axes, place):
+    """Whichever moves, up or down, along each axis, and across the boundary."""
+    moves = [(0.1, -0.1, 0.0, 0.0), (0.0, 0.0, -0.1, 0.1), (0.1, -0.05, -0.05, 0.1)]
+    for one, one_after, other, other_after in moves:
+        for sign in (1, -1):
+            before = placed(level(sign * one) + across(sign * other), axes, place)
+            after = placed(level(sign * one_after) + across(sign * other_after), axes, place)
+            assert passes(before, after, SEPARATE, BOX_3D) == {(0, 1)}
+
+
+@pytest.mark.parametrize("axes", AXES, ids=str)
+def test_bonds_that_do_not_come_through_do_not_pass(axes):
+    """They stop before or turn away; two bonds side by side have never met."""
+    before = placed(level(0.1) + across(0.0), axes, PLACES[2])
+    for height in (0.01, 0.1, 0.2):
+        after = placed(level(height) + across(0.0), axes, PLACES[2])
+        assert passes(before, after, SEPARATE, BOX_3D) == set()
+
+
+@pytest.mark.parametrize("place", PLACES, ids=str)
+@pytest.mark.parametrize("axes", AXES, ids=str)
+def test_just_inside_and_just_beside_an_end(axes, place):
+    """1e-6 decides, for each of the four ends; places are rounded by 1e-15, times by 1e-9.
+
+    The bonds only move along the third axis, so where they pass does not depend on when.
+    """
+    for end in (0.4, -0.4):
+        for beside in (1e-6, -1e-6):
+            at = end + np.sign(end) * beside
+            expected = {(0, 1)} if beside < 0 else set()
+            for one, other in ((level(0.1, at), across(0.0)), (level(0.1), across(0.0, at))):
+                before = placed(one + other, axes, place)
+                after = placed([(x, y, -z) for x, y, z in one] + other, axes, place)
+                assert passes(before, after, SEPARATE, BOX_3D) == expected
+
+
+@pytest.mark.parametrize("place", PLACES, ids=str)
+@pytest.mark.parametrize("axes", AXES, ids=str)
+def test_a_pass_and_a_return_is_none(axes, place):
+    """A bond that rocks as it slides is above the other at 0, below at 1/2 and above at 1.
+
+    Each half of that is a pass. At the middle its height is -0.05 + 0.4 s^2 at time 1/2 + s.
+    """
+
+    def at(s):
+        slide, tilt = 0.4 * s, 0.4 * s
+        rocking = [(slide - 0.4, 0.0, tilt - 0.05), (slide + 0.4, 0.0, -tilt - 0.05)]
+        return placed(rocking + across(0.0), axes, place)
+
+    assert passes(at(-0.5), at(0.5), SEPARATE, BOX_3D) == set()
+    assert passes(at(-0.5), at(0.0), SEPARATE, BOX_3D) == {(0, 1)}
+    assert passes(at(0.0), at(0.5), SEPARATE, BOX_3D) == {(0, 1)}
+
+
+PARALLEL = {
+    "along each other": ([(-8, 0, 0), (24, 0, 0)], [(16, 0, 0), (16, 0, 0)]),
+    "through each other": ([(-8, 0, 6), (24, 0, 6)], [(0, 0, -12), (0, 0, -12)]),
+    "turned, in one plane": ([(0, -8, 0), (8, 24, 0)], [(24, 8, 0), (16, 0, 0)]),
+    "across, at a distance": ([(8, -16, 5), (8, 16, 5)], [(16, 9, 0), (16, 9, 0)]),
+}
+
+
+@pytest.mark.parametrize("axes", AXES, ids=str)
+@pytest.mark.parametrize("name", PARALLEL)
+def test_bonds_that_stay_parallel_in_one_plane_or_apart_do_not_pass(name, axes):
+    """On a grid of 1/64, and in a box of whole numbers, their triple product is 0 exactly, or
+    the same at all times. The other bond is at rest along the first axis."""
+    ends, move = (np.array(part) / 64 for part in PARALLEL[name])
+    still, box = np.array([(-16, 0, 0), (16, 0, 0)]) / 64, (3.0, 4.0, 5.0)
+    for place in ((1.0, 2.0, 2.5), (0.0, 0.0, 0.0)):
+        before = placed([*still, *ends], axes, place, box)
+        after = placed([*still, *(ends + move)], axes, place, box)
+        assert np.abs(after - before).max() > 0.1
+        assert passes(before, after, SEPARATE, box) == set()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bonds_that_share_a_bead_never_pass(seed):
+    """They lie in one plane at all times, up to rounding, whichever ends they share."""
+    rng = np.random.default_rng(seed)
+    for _ in range(200):
+        flight = np.concatenate([rng.random((3, 1)) * 3, rng.normal(scale=0.3, size=(3, 2))], 1)
+        before = flight.cumsum(axis=1)
+        after = before + rng.uniform(-0.2, 0.2, (3, 3))
+        for members in ([(0, 1), (1, 2)], [(1, 0), (1, 2)], [(0, 1), (2, 1)], [(1, 0), (2, 1)]):
+            box = (3.0, 3.0, 3.0)
+            moved = wrapped(before, box), wrapped(after, box)
+            assert passes(*moved, np.array(members, np.uint32), box) == set()
+
+
+def test_numbers_of_the_pairs():
+    """The last bond of a chain goes through the first; the one between shares beads with both.
+
+    The order of beads along a bond and that of bonds only renames.
+    """
+    ends = np.array([(-0.4, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.1), (0.0, -0.4, 0.1)])
+    before = placed(ends, (0, 1, 2), PLACES[2])
+    after = placed(ends - [(0, 0, 0), (0, 0, 0), (0, 0, 0.2), (0, 0, 0.2)], (0, 1, 2), PLACES[2])
+    assert passes(before, after, chains(1, 4), BOX_3D) == {(0, 2)}
+    turned = chains(1, 4)[[2, 0, 1], ::-1].copy()
+    assert passes(before, after, turned, BOX_3D) == {(0, 1)}
+
+
+def test_more_passes_than_bonds():
+    """Ten bonds each way make a hundred passes: the list of them grows as it must.
+
+    On a grid of 1/64 bonds beside each other are parallel exactly, and do not pass.
+    """
+    at, box = np.arange(-5, 5) / 16, (3.0, 4.0, 5.0)
+    ends = [end for x in at for end in [(x, -0.375, 0.125), (x, 0.375, 0.125)]]
+    ends += [end for y in at for end in [(-0.375, y, 0.0), (0.375, y, 0.0)]]
+    before = placed(ends, (0, 1, 2), (0.0, 0.0, 0.0), box)
+    after = placed([(x, y, -z) for x, y, z in ends], (0, 1, 2), (0.0, 0.0, 0.0), box)
+    members = np.arange(40, dtype=np.uint32).reshape(20, 2)
+    found = passes(before, after, members, box)
+    assert found == {(i, 10 + j) for i in range(10) for j in range(10)}
+
+
+def test_no_bonds():
+    """Nothing to pass."""
+    found = passed_bonds(np.zeros((3, 2)), np.ones((3, 2)), np.zeros((0, 2), np.uint32), BOX_3D)
+    assert found.shape == (2, 0)
+
+
+def moving_chains(box, count, length, bond, move, seed):
+    """Chains of bonds up to a length in any direction, whose beads move up to a distance.
+
+    Returns
+    -------
+    before, after, members
+        Beads are numbered in no order.
+    """
+    rng = np.random.default_rng(seed)
+
+    def vectors(*shape):
+        found = rng.normal(size=(3, *shape))
+        return found * rng.uniform(0.4, 1, shape) / np.sqrt((found**2).sum(axis=0))
+
+    first = rng.random((3, count, 1)) * np.array(box)[:, None, None]
+    flights = np.concatenate([first, bond * vectors(count, length - 1)], axis=2).cumsum(axis=2)
+    number = rng.permutation(count * length)
+    before, after = np.empty((2, 3, len(number)))
+    before[:, number] = flights.reshape(3, -1)
+    after[:, number] = before[:, number] + move * vectors(len(number))
+    members = number[chains(count, length)].astype(np.uint32)
+    return wrapped(before, box), wrapped(after, box), members
+
+
+def line_of(start, end):
+    """A vector that moves in a straight line in a unit of time, as three polynomials."""
+    return [Polynomial([a, b - a]) for a, b in zip(start, end)]
+
+
+def planes(one, other):
+    """Whether two bonds meet inside both at each time they lie in one plane; None if unclear.
+
+    A bond is ((A, A after), (B, B after)). The times are roots of w . (u x v), a cubic; there
+    w + p u - q v = 0.
+    """
+    a, b, c, d = (line_of(*end) for end in (*one, *other))
+    u, v, w = ([y - x for x, y in zip(*ends)] for ends in ((a, b), (c, d), (c, a)))
+    triple = sum(
+        w[i] * (u[j] * v[k] - u[k] * v[j]) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+    )
+    inside = []
+    for root in np.roots(triple.coef[::-1]):
+        if root.imag or not -MARGIN < root.real < 1 + MARGIN:
+            continue
+        now_u, now_v, now_w = (np.array([x(root.real) for x in line]) for line in (u, v, w))
+        places = np.linalg.lstsq(np.stack([now_u, -now_v], axis=1), -now_w, rcond=None)[0]
+        if np.abs([root.real, 1 - root.real, *places, *(1 - places)]).min() < MARGIN:
+            return None
+        inside.append(bool(((places > 0) & (places < 1)).all()))
+    return inside
+
+
+def passes_by_looking(before, after, members, box):
+    """Pairs of bonds without a common bead that meet an odd number of times, and unclear ones.
+
+    Every pair at every image whose bounds overlap is looked at. Unclear are those within
+    `MARGIN` of touching an end or of a pass just at the beginning or the end, and those that
+    lie in one plane several times, inside both bonds at some of them but not at all.
+    """
+    edges = np.array(box)[:, None]
+    start = before[:, members[:, 0]]
+    bond = before[:, members[:, 1]] - start
+    ends = np.stack([start, start + bond - edges * np.round(bond / edges)])
+    move = np.stack([(after - before)[:, members[:, end]] for end in (0, 1)])
+    track = np.stack([ends, ends + move - edges * np.round(move / edges)], axis=1)
+    low, high = track.min(axis=(0, 1)), track.max(axis=(0, 1))
+    track = track.transpose(3, 0, 1, 2)  # bond, end, time, axis
+    found, unclear = set(), set()
+    for image in product((-1, 0, 1), repeat=3):
+        shift = np.array(image) * np.array(box)
+        aside = (low + shift[:, None])[:, None] > high[:, :, None]
+        aside |= low[:, :, None] > (high + shift[:, None])[:, None]
+        for i, j in np.argwhere(np.triu(~aside.any(axis=0), 1)):
+            if set(members[i]) & set(members[j]):
+                continue
+            inside = planes(track[i], track[j] + shift)
+            if inside is None or 0 < sum(inside) < len(inside):
+                unclear.add((int(i), int(j)))
+            elif sum(inside) % 2:
+                found.add((int(i), int(j)))
+    return found, unclear
+
+
+# Box, chains, beads in each, longest bond, farthest move. A bond and twice the move are less
+# than half the box. Two cells an axis and three, many, and moves as long as bonds.
+CASES = [
+    ((2.0, 2.0, 2.0), 200, 2, 0.7, 0.14),
+    ((2.2, 3.1, 2.6), 250, 2, 0.8, 0.15),
+    ((3.1, 2.2, 2.2), 60, 6, 0.6, 0.12),
+    ((5.1, 2.2, 3.7), 60, 10, 0.5, 0.1),
+    ((2.2, 2.6, 3.1), 500, 2, 0.3, 0.1),
+    ((6.0, 6.0, 6.0), 60, 10, 0.9, 0.2),
+    ((3.1, 3.1, 3.1), 250, 2, 0.5, 0.5),
+]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_random_bonds_pass_as_the_roots_say(case, seed):
+    """The same pairs but for unclear ones, of which there are few unless moves are long."""
+    box = case[0]
+    before, after, members = moving_chains(*case, seed)
+    found = passes(before, after, members, box)
+    expected, unclear = passes_by_looking(before, after, members, box)
+    assert len(expected) > 5
+    assert len(unclear) < len(expected) / 3
+    assert found - unclear == expected - unclear
+
+
+def test_cases_pass_across_the_boundary():
+    """Bonds and moves across the boundary are among those that pass above."""
+    bonds_across, moves_across = 0, 0
+    for case in CASES:
+        before, after, members = moving_chains(*case, 0)
+        half = np.array(case[0])[:, None] / 2
+        one = np.array(sorted(passes(before, after, members, case[0])))
+        beads = members[one.ravel()]
+        bonds_across += (np.abs(before[:, beads[:, 0]] - before[:, beads[:, 1]]) > half).sum()
+        moves_across += (np.abs(before - after)[:, beads.ravel()] > half).sum()
+    assert min(bonds_across, moves_across) > 10
+
+
+@pytest.mark.parametrize("case", CASES[:3], ids=str)
+def test_what_changes_nothing(case):
+    """The same pairs after a shift of all beads, with axes exchanged, and backwards in time;
+    renamed ones with bonds in another order and their ends exchanged.
+
+    Random bonds come no nearer to touching than rounding can tell.
+    """
+    box, seed = case[0], 7
+    before, after, members = moving_chains(*case, seed)
+    expected = passes(before, after, members, box)
+    assert len(expected) > 5
+    for shift in ((1.0, 0.3, 1.9), (-0.7, 1.25, 0.01)):
+        moved = [wrapped(x + np.array(shift)[:, None], box) for x in (before, after)]
+        assert passes(*moved, members, box) == expected
+    for axes in AXES:
+        turned = [x[list(axes)].copy() for x in (before, after)]
+        assert passes(*turned, members, tuple(box[k] for k in axes)) == expected
+    assert passes(after, before, members, box) == expected
+    order = np.random.default_rng(seed).permutation(len(members))
+    renamed = {tuple(sorted((int(order[i]), int(order[j])))) for i, j in expected}
+    other = np.empty_like(members)
+    other[order] = members[:, ::-1]
+    assert passes(before, after, other, box) == renamed
+
+
+PHANTOM = {
+    "dimension": 3,
+    "box": [3.0, 3.5, 4.0],
+    "molecules": [{"architecture": "A 6", "count": 15}, {"architecture": "A", "count": 20}],
+    "repulsion": {"A A": 1},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 30, "sample": 400},
+    "observe": [{"passes": {"every": 4}}],
+}
+
+
+class States:
+    """An observer that keeps simulations as it saw them."""
+
+    every, needs_forces = 4, False
+
+    def __init__(self):
+        self.arrays, self.seen = {}, []
+
+    def sample(self, simulation, sums):
+        self.seen.append(Simulation(simulation.system, simulation.state))
+
+
+@pytest.fixture(scope="module")
+def phantom():
+    """Chains that hardly repel each other: what was counted, and what it was counted from."""
+    scene, states = Scene(PHANTOM), States()
+    system = system_of(scene)
+    observer = observables(scene, system)[0]
+    run(Simulation(system, make_start(scene)), scene.steps, [observer, states])
+    return scene, observer, states.seen
+
+
+def test_passes_of_a_run_are_those_between_its_samples(phantom):
+    """None at the first sample; in all of them many, since the chains do not feel each other."""
+    scene, observer, seen = phantom
+    places = [by_identity(simulation, "position") for simulation in seen]
+    expected = [0] + [
+        passed_bonds(*two, scene.bonded, scene.box).shape[1] for two in pairwise(places)
+    ]
+    found = {name: variable[1] for name, variable in observer.variables().items()}
+    assert len(seen) == 100
+    assert sum(expected) > 20
+    np.testing.assert_array_equal(found["passes"], expected)
+    np.testing.assert_allclose(found["pass_time"], 0.08 * np.arange(1, 101), rtol=1e-12)
+
+
+@pytest.mark.parametrize("taken", [1, 47])
+def test_arrays_are_all_that_goes_on(phantom, taken):
+    """A fresh observer that is given copies of the arrays half-way counts on the same; samples
+    that are not there yet are no number."""
+    scene, whole, seen = phantom
+    half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
+    for simulation in seen[:taken]:
+        half.sample(simulation, None)
+    assert np.isnan(half.variables()["passes"][1][taken:]).all()
+    for name, array in half.arrays.items():
+        other.arrays[name][...] = array.copy()
+    for simulation in seen[taken:]:
+        other.sample(simulation, None)
+    for name, array in whole.arrays.items():
+        np.testing.assert_array_equal(other.arrays[name], array, err_msg=name)

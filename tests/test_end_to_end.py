@@ -1,0 +1,231 @@
+"""Correlations by multiple tau are those of the whole series: of any, and of chains."""
+
+from itertools import pairwise
+from types import SimpleNamespace
+
+import netCDF4
+import numpy as np
+import pytest
+
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation
+from dpd.observe import observables
+from dpd.observe.multitau import COARSER, KEPT, PARTS, MultipleTau
+from dpd.scene import Scene
+from dpd.simulate import simulate
+from dpd.start import make_start, system_of
+from tests.engine.build import by_identity
+
+# Lags of each level, and how many samples apart those are that it begins with.
+LEVELS = [
+    (range(1, 17), 1), (range(20, 65, 4), 4), (range(80, 257, 16), 16), (range(320, 1025, 64), 64),
+]  # fmt: skip
+LAGS = [(lag, apart) for lags, apart in LEVELS for lag in lags]
+
+
+def pairs_of(samples, lag, apart, expected):
+    """Numbers of the samples that a lag compares: then, now, and the part of the run of now."""
+    then = np.arange(0, samples - lag, apart)
+    return then, then + lag, (then + lag) * PARTS // expected
+
+
+def two_quantities(now, then):
+    """A product, and a difference that tells the later sample from the earlier one."""
+    return np.stack([(now * then).sum(axis=0), now[0] - then[0]])
+
+
+def correlate(series, expected):
+    """`MultipleTau` over a series."""
+    found = MultipleTau(expected, series.shape[1:], 2)
+    for sample in series:
+        found.add(sample, two_quantities)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("samples", "levels"), [(9, 1), (160, 1), (161, 2), (640, 2), (641, 3), (1700, 3), (2561, 4)]
+)
+def test_every_lag_of_a_random_series(samples, levels):
+    """Means of each molecule, numbers and sums of pairs in each part, to 1e-11: a level that
+    takes every 4th sample sees every 4th pair.
+
+    Lags reach a part of the run and no more than four of them; sums are below 1e4 of numbers
+    of order 1.
+    """
+    rng = np.random.default_rng(samples)
+    series = rng.normal(size=(samples, 2, 3)) + rng.normal(size=(1, 2, 3))
+    found = correlate(series, samples)
+    lag, means, counts, sums = found.results()
+    expected = [(n, apart) for n, apart in LAGS if n < samples and apart < COARSER**levels]
+    np.testing.assert_array_equal(lag, [n for n, _ in expected])
+    assert len(found.arrays["kept"]) == levels
+    if samples > KEPT:
+        assert lag.max() >= samples // PARTS
+    for number, (n, apart) in enumerate(expected):
+        then, now, part = pairs_of(samples, n, apart, samples)
+        values = np.stack(
+            [(series[now] * series[then]).sum(axis=1), (series[now] - series[then])[:, 0]]
+        )
+        np.testing.assert_allclose(means[number], values.mean(axis=1), rtol=0, atol=1e-11)
+        np.testing.assert_array_equal(counts[:, number], np.bincount(part, minlength=PARTS))
+        for quantity, over in enumerate(values.mean(axis=2)):
+            expected_sums = np.bincount(part, over, minlength=PARTS)
+            np.testing.assert_allclose(sums[:, number, quantity], expected_sums, rtol=0, atol=1e-9)
+    # Over all parts they are the means over molecules of what is kept of each.
+    total = sums.sum(axis=0) / counts.sum(axis=0)[:, None]
+    np.testing.assert_allclose(total, means.mean(axis=2), rtol=0, atol=1e-11)
+
+
+def test_a_series_that_ends_early():
+    """Six samples of 1700 are one to five apart, in 5, 4, 3, 2, 1 pairs, all in the first
+    part; one sample has no lag."""
+    series = np.random.default_rng(1).normal(size=(6, 2, 3))
+    lag, means, counts, sums = correlate(series, 1700).results()
+    np.testing.assert_array_equal(lag, [1, 2, 3, 4, 5])
+    np.testing.assert_array_equal(counts[0], [5, 4, 3, 2, 1])
+    np.testing.assert_array_equal(counts[1:], 0)
+    np.testing.assert_allclose(means[4], two_quantities(series[5], series[0]), rtol=1e-14)
+    lag, means, counts, sums = correlate(series[:1], 1700).results()
+    assert (lag.shape, means.shape) == ((0,), (0, 2, 3))
+    assert (counts.shape, sums.shape) == ((PARTS, 0), (PARTS, 0, 2))
+
+
+def test_a_series_with_its_arrays_copied():
+    """Half-way into others: the same bits in the end."""
+    series = np.random.default_rng(2).normal(size=(700, 2, 3))
+    whole, half = correlate(series, 700), MultipleTau(700, (2, 3), 2)
+    for sample in series[:333]:
+        half.add(sample, two_quantities)
+    other = MultipleTau(700, (2, 3), 2)
+    for name, array in half.arrays.items():
+        other.arrays[name][...] = array
+    for sample in series[333:]:
+        other.add(sample, two_quantities)
+    for one, two in zip(whole.results(), other.results()):
+        np.testing.assert_array_equal(one, two)
+
+
+SCENE = {
+    "dimension": 3,
+    "box": [2.5, 3.5, 4.0],
+    "molecules": [
+        {"architecture": "A", "count": 4},
+        {"architecture": "A 8", "count": 3},
+        {"architecture": "A", "count": 6},
+        {"architecture": "A 3", "count": 4},
+    ],
+    "repulsion": {"A A": 25},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.02},
+    "steps": {"equilibrate": 30, "sample": 3400},
+    "observe": [{"end_to_end": {"every": 2}}],
+}
+# The beads of each chain; 0 to 3 and 28 to 33 are single.
+CHAINS = [*[range(f, f + 8) for f in (4, 12, 20)], *[range(f, f + 3) for f in (34, 37, 40, 43)]]
+
+
+class States:
+    """An observer that keeps simulations as it saw them."""
+
+    every, needs_forces = 2, False
+
+    def __init__(self):
+        self.arrays, self.seen = {}, []
+
+    def sample(self, simulation, sums):
+        self.seen.append(SimpleNamespace(state=simulation.state))
+
+
+def end_to_end(place, beads, box):
+    """From the first bead of a chain to the last, from bead to bead by the shortest way."""
+    vector = np.zeros(3)
+    for one, other in pairwise(beads):
+        for k in range(3):
+            vector[k] += min(
+                (place[k, other] - place[k, one] + s * box[k] for s in (-1, 0, 1)), key=abs
+            )
+    return vector
+
+
+@pytest.fixture(scope="module")
+def chain_run():
+    """A run of chains among single beads: its observer, its states, and (samples, 3, chains)
+    end-to-end vectors."""
+    scene, states = Scene(SCENE), States()
+    system = system_of(scene)
+    observer = observables(scene, system)[0]
+    run(Simulation(system, make_start(scene)), scene.steps, [observer, states])
+    places = np.array([by_identity(simulation, "position") for simulation in states.seen])
+    vectors = np.array(
+        [[end_to_end(place, beads, scene.box) for beads in CHAINS] for place in places]
+    )
+    return scene, observer, states.seen, places, vectors.transpose(0, 2, 1)
+
+
+def test_chains_lie_across_the_boundary(chain_run):
+    """Each of them at some time, and some reach further than half an edge: the nearest image
+    of one end is not the vector to it."""
+    scene, _, _, places, vectors = chain_run
+    edges = np.array(scene.box)[:, None]
+    for beads in CHAINS:
+        assert (np.abs(np.diff(places[:, :, list(beads)], axis=2)) > edges / 2).any()
+    assert (np.abs(vectors) > edges / 2).sum() > 10
+
+
+def test_every_lag_is_that_of_the_whole_run(chain_run):
+    """To 1e-10, for each chain of both kinds; the same pairs once more by parts of the run."""
+    _, observer, _, _, vectors = chain_run
+    found = {name: variable[1] for name, variable in observer.variables().items()}
+    assert vectors.shape == (1700, 3, len(CHAINS))
+    expected = [(n, apart) for n, apart in LAGS if apart < 64]
+    lags = np.array([n for n, _ in expected])
+    np.testing.assert_allclose(found["end_lag_time"], lags * 2 * 0.02, rtol=1e-12)
+    assert lags.max() >= 170
+    square = (vectors**2).sum(axis=1).mean(axis=0)
+    np.testing.assert_allclose(found["end_square"], square, rtol=1e-11)
+    for number, (n, apart) in enumerate(expected):
+        then, now, part = pairs_of(1700, n, apart, 1700)
+        products = (vectors[now] * vectors[then]).sum(axis=1)
+        mean = found["end_correlation"][number]
+        np.testing.assert_allclose(mean, products.mean(axis=0), rtol=0, atol=1e-10)
+        counts = found["end_samples"][:, number]
+        np.testing.assert_array_equal(counts, np.bincount(part, minlength=PARTS))
+        sums = np.bincount(part, products.mean(axis=1), minlength=PARTS)
+        np.testing.assert_allclose(found["end_sums"][:, number], sums, rtol=1e-10, atol=1e-8)
+
+
+def test_correlation_begins_at_the_square_and_is_forgotten(chain_run):
+    """Over 0.04 tau chains hardly turn, over 4 tau those of three beads turn many times."""
+    _, observer, _, _, _ = chain_run
+    found = {name: variable[1] for name, variable in observer.variables().items()}
+    left = found["end_correlation"] / found["end_square"]
+    assert (left[0] > 0.95).all()
+    assert (left[0] < 1).all()
+    late = np.searchsorted(found["end_lag_time"], 4.0)
+    assert abs(left[late, 3:].mean()) < 0.2
+
+
+@pytest.mark.parametrize("taken", [1, 877])
+def test_arrays_are_all_that_goes_on(chain_run, taken):
+    """A fresh observer that is given the arrays half-way ends with the same bits."""
+    scene, whole, seen, _, _ = chain_run
+    half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
+    for simulation in seen[:taken]:
+        half.sample(simulation, None)
+    for name, array in half.arrays.items():
+        other.arrays[name][...] = array
+    for simulation in seen[taken:]:
+        other.sample(simulation, None)
+    assert other.arrays.keys() == whole.arrays.keys()
+    for name, variable in whole.variables().items():
+        np.testing.assert_array_equal(other.variables()[name][1], variable[1], err_msg=name)
+
+
+def test_a_file_holds_them_beside_displacements(tmp_path):
+    """Molecules are not as many there: single beads move, and have no ends."""
+    observe = [{"end_to_end": {"every": 2}}, {"displacement": {"every": 2}}]
+    scene = Scene(SCENE | {"steps": {"sample": 40}, "observe": observe})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    with netCDF4.Dataset(tmp_path / "run.nc") as file:
+        assert file["end_correlation"].shape == (16, len(CHAINS))
+        assert file["msd_centre"].shape == (16, len(CHAINS) + 10)

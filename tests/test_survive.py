@@ -1,0 +1,225 @@
+"""Long runs: killed, stopped, short of room, with a checkpoint that is no good."""
+
+import errno
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import netCDF4
+import numpy as np
+import pytest
+import yaml
+
+from dpd.digest import ROOT
+from dpd.engine.loop import Checkpoint, Stopped, run
+from dpd.engine.simulation import Simulation
+from dpd.errors import UserError
+from dpd.files import check_room
+from dpd.observe import observables
+from dpd.plan import as_text, plan
+from dpd.scene import Scene
+from dpd.start import make_start, system_of
+from dpd.study import Paper, read_paper
+
+SCENE = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A 4", "density": 3}],
+    "repulsion": {"A A": 25},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "dpd-vv", "dt": 0.02},
+    "steps": {"equilibrate": 20, "sample": 3000},
+    "observe": ["thermo", {"displacement": {"every": 5}}, {"end_to_end": {"every": 5}}],
+}
+KEY = {"scene": "this one"}
+
+
+def new_run():
+    """A simulation and its observers at their beginning."""
+    scene = Scene(SCENE)
+    system = system_of(scene)
+    return Simulation(system, make_start(scene)), observables(scene, system)
+
+
+@pytest.fixture
+def kept(tmp_path):
+    """A checkpoint after 100 steps, and its bytes."""
+    simulation, observers = new_run()
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
+    run(simulation, (20, 80), observers)
+    assert checkpoint.save(simulation, observers) == ""
+    return checkpoint
+
+
+def stored(checkpoint):
+    with np.load(checkpoint.path) as file:
+        return dict(file)
+
+
+def cut(checkpoint):
+    checkpoint.path.write_bytes(checkpoint.path.read_bytes()[:-2000])
+
+
+def garble(checkpoint):
+    data = bytearray(checkpoint.path.read_bytes())
+    data[len(data) // 2 : len(data) // 2 + 64] = bytes(64)
+    checkpoint.path.write_bytes(bytes(data))
+
+
+def empty(checkpoint):
+    checkpoint.path.write_bytes(b"")
+
+
+def lose_a_part(checkpoint):
+    arrays = stored(checkpoint)
+    del arrays["force"]
+    with open(checkpoint.path, "wb") as file:
+        np.savez(file, **arrays)
+
+
+def change_a_shape(checkpoint):
+    arrays = stored(checkpoint)
+    arrays["0/kT"] = arrays["0/kT"][:-1]
+    with open(checkpoint.path, "wb") as file:
+        np.savez(file, **arrays)
+
+
+def rename(checkpoint):
+    checkpoint.key = json.dumps({"scene": "another"})
+
+
+BAD = {
+    cut: "damaged", garble: "damaged", empty: "damaged", lose_a_part: "parts missing",
+    change_a_shape: "parts missing", rename: "another scene",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("spoil", BAD, ids=lambda spoil: spoil.__name__)
+def test_a_bad_checkpoint_is_refused_and_changes_nothing(kept, spoil):
+    """The sentence names file and reason; state and observers stay at their beginning."""
+    spoil(kept)
+    simulation, observers = new_run()
+    state = simulation.state
+    before = [{n: a.copy() for n, a in o.arrays.items()} for o in observers]
+    said = kept.resume(simulation, observers)
+    assert str(kept.path) in said and BAD[spoil] in said and "starting anew" in said
+    assert simulation.state is state
+    for observer, arrays in zip(observers, before):
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(observer.arrays[name], array, err_msg=name)
+
+
+def test_a_good_checkpoint_says_nothing(kept):
+    """It resumes at its step."""
+    simulation, observers = new_run()
+    assert kept.resume(simulation, observers) == ""
+    assert simulation.state.step == 100
+
+
+def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatch):
+    """A full disk for a while: a sentence, no half file, the former one stays, the run goes on."""
+    former = kept.path.read_bytes()
+
+    def full(file, **arrays):
+        file.write(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    simulation, observers = new_run()
+    said = []
+    done = run(simulation, (20, 500), observers, kept, every_seconds=0.0, say=said.append)
+    assert done == 420 and simulation.state.step == 520
+    assert any("No space left" in sentence and "going on" in sentence for sentence in said)
+    assert kept.path.read_bytes() == former
+    assert [path.name for path in kept.path.parent.iterdir()] == [kept.path.name]
+
+
+def test_a_run_that_is_asked_to_stop_saves_its_state(tmp_path):
+    """It ends at the next look at the clock, and goes on from there to the same bits."""
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
+    first, observers = new_run()
+    with pytest.raises(Stopped, match="as asked"):
+        run(first, (20, 1000), observers, checkpoint, stopping=lambda: first.state.step >= 300)
+    second, observers = new_run()
+    run(second, (20, 1000), observers, checkpoint)
+    whole, whole_observers = new_run()
+    run(whole, (20, 1000), whole_observers)
+    np.testing.assert_array_equal(second.state.position, whole.state.position)
+    for found, expected in zip(observers, whole_observers):
+        for name, array in expected.arrays.items():
+            np.testing.assert_array_equal(found.arrays[name], array, err_msg=name)
+
+
+def test_room_is_asked_for_before_a_run(tmp_path, monkeypatch):
+    """A full disk and a place that is no folder are errors with file and remedy."""
+    check_room(tmp_path / "new" / "run.nc", 10)
+    assert list((tmp_path / "new").iterdir()) == []
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="cannot be written"):
+        check_room(tmp_path / "file" / "run.nc", 10)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=5 * 2**20))
+    with pytest.raises(UserError, match="5 MiB are free there, 9 MiB are needed"):
+        check_room(tmp_path / "run.nc", 9 * 2**20)
+
+
+def command(folder, name):
+    """``python -m dpd run`` on `SCENE`, with a checkpoint after every stretch."""
+    (folder / "scene.yaml").write_text(yaml.safe_dump(SCENE))
+    arguments = ["run", "scene.yaml", "-o", name, "--checkpoint-every", "0"]
+    return subprocess.Popen(
+        [sys.executable, "-m", "dpd", *arguments], cwd=folder, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+def wait_for_step(path, step):
+    """Until a checkpoint beyond a step is there; False if the run has ended before."""
+    while not (path.exists() and stored(SimpleNamespace(path=path))["step"] >= step):
+        if path.with_suffix(".nc").exists():
+            return False
+    return True
+
+
+def test_a_run_killed_at_random_moments_ends_like_one_that_was_not(tmp_path):
+    """SIGKILL twice and SIGTERM once, at steps that differ from day to day."""
+    rng = np.random.default_rng()
+    moments = np.sort(rng.integers(30, 2500, size=3))
+    print("moments", moments)  # to repeat a failure
+    for moment, number in zip(moments, (signal.SIGKILL, signal.SIGTERM, signal.SIGKILL)):
+        with command(tmp_path, "run.nc") as process:
+            if not wait_for_step(tmp_path / "run.checkpoint", moment):
+                break
+            process.send_signal(number)
+            errors = process.communicate()[1]
+        if number == signal.SIGTERM and not (tmp_path / "run.nc").exists():
+            assert process.returncode == 1 and "stopped at step" in errors
+            assert "run.checkpoint" in errors and "Traceback" not in errors
+    for name in ("run.nc", "whole.nc"):
+        with command(tmp_path, name) as process:
+            assert process.wait() == 0 or process.communicate()[1] == ""
+    found, expected = (netCDF4.Dataset(tmp_path / name) for name in ("run.nc", "whole.nc"))
+    with found, expected:
+        assert found.variables.keys() == expected.variables.keys()
+        for name, variable in expected.variables.items():
+            np.testing.assert_array_equal(found[name][...], variable[...], err_msg=name)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml", "whole.nc"]
+
+
+def test_a_plan_adds_up():
+    """Bead-steps are those of the scenes; hours follow from the rate; the sum from the rows."""
+    paper = read_paper("groot_warren_1997", "smoke")
+    chosen = {name: paper.sweeps[name] for name in ("springs", "relaxation")}
+    some = Paper(paper.name, paper.title, paper.reference, chosen, {})
+    rows = plan([some], measure_seconds=0.02)
+    assert [row["sweep"] for row in rows] == ["springs", "relaxation"]
+    for row in rows:
+        scenes = [point.scene for point in chosen[row["sweep"]].points]
+        assert row["bead_steps"] == sum(s.beads * sum(s.steps) for s in scenes)
+        assert row["core_hours"] == pytest.approx(row["bead_steps"] / row["rate"] / 3600)
+        assert 1e4 < row["rate"] < 1e9 and row["memory"] > 100 and row["disk"] > 0
+    text = as_text(rows, 2)
+    assert len(text.splitlines()) == 4 and "on 2 cores" in text.splitlines()[-1]
