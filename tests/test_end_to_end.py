@@ -49,8 +49,7 @@ def test_every_lag_of_a_random_series(samples, levels):
     """Means of each molecule, numbers and sums of pairs in each part, to 1e-11: a level that
     takes every 4th sample sees every 4th pair.
 
-    Lags reach a part of the run and no more than four of them; sums are below 1e4 of numbers
-    of order 1.
+    Lags reach the length of a part of the run; sums are of up to 256 numbers of order 1.
     """
     rng = np.random.default_rng(samples)
     series = rng.normal(size=(samples, 2, 3)) + rng.normal(size=(1, 2, 3))

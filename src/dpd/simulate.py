@@ -208,7 +208,10 @@ def compile_for(scenes):
         core = "core" if system_of(scene).core else "no core"
         search = "list" if scene.skin else "cells"
         thermostat = scene.data["thermostat"]["kind"]
-        variant = (scene.dimension, species, bonds, core, thermostat, search, *scene.observe)
+        friction = "friction twice" if system_of(scene).scheme.again else "friction once"
+        variant = (
+            scene.dimension, species, bonds, core, thermostat, friction, search, *scene.observe,
+        )  # fmt: skip
         smallest = variants.setdefault(variant, scene)
         if scene.beads < smallest.beads:
             variants[variant] = scene

@@ -95,6 +95,17 @@ def test_just_inside_and_just_beside_an_end(axes, place):
 
 @pytest.mark.parametrize("place", PLACES, ids=str)
 @pytest.mark.parametrize("axes", AXES, ids=str)
+def test_bonds_that_pass_by_their_ends_are_found(axes, place):
+    """Nearly in line, 0.01 from an end of each: their middles are as far apart as they can be."""
+    one = [(-0.79, 0.0, 0.1), (0.01, 0.0, 0.1)]
+    other = [(-0.01, -0.004, 0.0), (0.79, 0.316, 0.0)]
+    before = placed(one + other, axes, place)
+    after = placed([(x, y, -z) for x, y, z in one] + other, axes, place)
+    assert passes(before, after, SEPARATE, BOX_3D) == {(0, 1)}
+
+
+@pytest.mark.parametrize("place", PLACES, ids=str)
+@pytest.mark.parametrize("axes", AXES, ids=str)
 def test_a_pass_and_a_return_is_none(axes, place):
     """A bond that rocks as it slides is above the other at 0, below at 1/2 and above at 1.
 

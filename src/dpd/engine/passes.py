@@ -5,6 +5,7 @@ import numpy as np
 from dpd.engine.advance import cells_in, sort_by_cell
 from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
 from dpd.engine.jit import kernel, part
+from dpd.errors import UserError
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 HALVINGS = 30  # of the time at which two bonds lie in one plane
@@ -15,7 +16,8 @@ def passed_bonds(before, after, members, box):
 
     Two bonds AB and CD lie in one plane where (C - A) . (AB x CD) = 0. They pass through
     each other if that changes its sign while the nearest points of the two lines lie inside
-    both bonds. A pass and a return in the same interval is none.
+    both bonds. A pass and a return in the same interval is none; nor is a pass of two bonds
+    that lie in one plane twice in it, which happens where beads move half a bond or more.
 
     Parameters
     ----------
@@ -24,12 +26,17 @@ def passed_bonds(before, after, members, box):
     members : (bonds, 2) uint32 array
         Identities of the two ends. Bonds that share a bead are not looked at.
     box : tuple
-        Edges in r_c; bonds have to be shorter than half of them.
+        Edges in r_c.
 
     Returns
     -------
     (2, passes) uint32 array
         Numbers of the bonds in each pair.
+
+    Raises
+    ------
+    UserError
+        If a bond is longer than half the smallest edge: its nearest image is not its own.
     """
     edges = np.array(box)[:, None]
 
@@ -48,6 +55,12 @@ def passed_bonds(before, after, members, box):
     ends = np.stack([offset, offset + bond])  # relative to the middle, before
     if not len(members):
         return np.empty((2, 0), np.uint32)
+    longest = float(np.sqrt((bond**2).sum(axis=0).max()))
+    if longest > 0.5 * min(box):
+        raise UserError(
+            f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): passes "
+            "cannot be told; take a larger box or stiffer bonds"
+        )
     # A bond reaches no further from its middle than its ends do, at either time.
     reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
     reach = min(reach, 0.5 * min(box))
