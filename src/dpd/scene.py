@@ -122,6 +122,13 @@ class Scene:
         return np.concatenate(pairs).astype(np.uint32)
 
     @cached_property
+    def lengths(self):
+        """(molecules,) array: beads of each molecule."""
+        return np.repeat(
+            [len(kind.beads) for kind in self.molecules], [kind.count for kind in self.molecules]
+        )
+
+    @cached_property
     def steps(self):
         """Steps to equilibrate and to sample: the longer of steps and duration."""
         dt = self.data["integrator"]["dt"]

@@ -205,10 +205,11 @@ def compile_for(scenes):
     for scene in scenes:
         species = "several species" if len(scene.species) > 1 else "one species"
         bonds = "bonds" if "bond" in scene.data else "no bonds"
-        core = "core" if system_of(scene).core else "no core"
+        system = system_of(scene)
+        core = "core" if system.core else "no core"
         search = "list" if scene.skin else "cells"
         thermostat = scene.data["thermostat"]["kind"]
-        friction = "friction twice" if system_of(scene).scheme.again else "friction once"
+        friction = "friction twice" if system.scheme.again else "friction once"
         variant = (
             scene.dimension, species, bonds, core, thermostat, friction, search, *scene.observe,
         )  # fmt: skip

@@ -3,11 +3,11 @@
 import numpy as np
 
 from dpd.engine.advance import cells_in, sort_by_cell
+from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
 from dpd.engine.jit import kernel
-from dpd.errors import UserError
+from dpd.engine.periodic import nearest, wrapped
 
-SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at
 
 
@@ -36,21 +36,11 @@ def crossing_bonds(position, members, box):
     UserError
         If a bond is longer than half the smallest edge: its nearest image is not its own.
     """
-    edges = np.array(box)[:, None]
     end = position[:, members[:, 0]]
-    along = position[:, members[:, 1]] - end
-    along -= edges * np.rint(along / edges)
-    half = 0.5 * along
-    middle = end + half
-    middle -= edges * np.floor(middle / edges)
-    middle = np.where(middle < edges, middle, 0.0)
-    longest = float(np.sqrt((along**2).sum(axis=0).max())) if len(members) else 0.0
-    if longest > 0.5 * min(box):
-        raise UserError(
-            f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): "
-            "crossings cannot be told; take a larger box or stiffer bonds"
-        )
-    reach = longest * (1.0 + SLACK) + SLACK
+    bond = nearest(position[:, members[:, 1]] - end, box)
+    half = 0.5 * bond
+    middle = wrapped(end + half, box)
+    reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
     shape = grid_shape(box, max(reach, SMALLEST_CELL))
     return _crossing(middle, half, members, box, shape, forward_rows(2), reach)
 
@@ -82,14 +72,7 @@ def _crossing(middle, half, members, box, shape, ahead, reach):
             if turn == 0.0 and (abs(x) > abs(ix) + abs(jx) or abs(y) > abs(iy) + abs(jy)):
                 continue
             a, b = numbers[i], numbers[j]
-            if members[a, 0] == members[b, 0] or members[a, 0] == members[b, 1]:
-                continue
-            if members[a, 1] == members[b, 0] or members[a, 1] == members[b, 1]:
-                continue
-            if total == found.shape[1]:
-                larger = np.empty((2, 2 * total), np.uint32)
-                larger[:, :total] = found
-                found = larger
-            found[0, total], found[1, total] = min(a, b), max(a, b)
-            total += 1
+            if not share_a_bead(members, a, b):
+                found = with_pair(found, total, a, b)
+                total += 1
     return found[:, :total].copy()

@@ -3,11 +3,11 @@
 import numpy as np
 
 from dpd.engine.advance import cells_in, sort_by_cell
+from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
 from dpd.engine.jit import kernel, part
-from dpd.errors import UserError
+from dpd.engine.periodic import nearest, wrapped
 
-SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 HALVINGS = 30  # of the time at which two bonds lie in one plane
 
 
@@ -38,34 +38,22 @@ def passed_bonds(before, after, members, box):
     UserError
         If a bond is longer than half the smallest edge: its nearest image is not its own.
     """
-    edges = np.array(box)[:, None]
-
-    def nearest(d):
-        return d - edges * np.rint(d / edges)
-
+    if not len(members):
+        return np.empty((2, 0), np.uint32)
     first, second = members[:, 0], members[:, 1]
     start = before[:, first]
-    bond = nearest(before[:, second] - start)
-    move = np.stack([nearest(after[:, end] - before[:, end]) for end in (first, second)])
+    bond = nearest(before[:, second] - start, box)
+    longest_bond(bond, box, "passes")
+    move = np.stack([nearest(after[:, end] - before[:, end], box) for end in (first, second)])
     # Where a bond is half way decides which image of another one is near.
     middle = start + 0.5 * bond + 0.25 * (move[0] + move[1])
     offset = start - middle
-    wrapped = middle - edges * np.floor(middle / edges)
-    wrapped = np.where(wrapped < edges, wrapped, 0.0)
     ends = np.stack([offset, offset + bond])  # relative to the middle, before
-    if not len(members):
-        return np.empty((2, 0), np.uint32)
-    longest = float(np.sqrt((bond**2).sum(axis=0).max()))
-    if longest > 0.5 * min(box):
-        raise UserError(
-            f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): passes "
-            "cannot be told; take a larger box or stiffer bonds"
-        )
     # A bond reaches no further from its middle than its ends do, at either time.
     reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
     reach = min(reach, 0.5 * min(box))
     shape = grid_shape(box, max(reach, SMALLEST_CELL))
-    return _passed(wrapped, ends, move, members, box, shape, forward_rows(3), reach)
+    return _passed(wrapped(middle, box), ends, move, members, box, shape, forward_rows(3), reach)
 
 
 @part()
@@ -127,9 +115,7 @@ def _passed(middle, ends, move, members, box, shape, ahead, reach):
             low_sign = line_up(x, one, other, ends, move, 0.0)[0]
             if low_sign * line_up(x, one, other, ends, move, 1.0)[0] >= 0.0:
                 continue
-            if members[one, 0] == members[other, 0] or members[one, 0] == members[other, 1]:
-                continue
-            if members[one, 1] == members[other, 0] or members[one, 1] == members[other, 1]:
+            if share_a_bead(members, one, other):
                 continue
             low, high = 0.0, 1.0
             for _ in range(HALVINGS):
@@ -139,12 +125,7 @@ def _passed(middle, ends, move, members, box, shape, ahead, reach):
                 else:
                     high = t
             _, p, q = line_up(x, one, other, ends, move, 0.5 * (low + high))
-            if not (0.0 <= p <= 1.0 and 0.0 <= q <= 1.0):
-                continue
-            if total == found.shape[1]:
-                larger = np.empty((2, 2 * total), np.uint32)
-                larger[:, :total] = found
-                found = larger
-            found[0, total], found[1, total] = min(one, other), max(one, other)
-            total += 1
+            if 0.0 <= p <= 1.0 and 0.0 <= q <= 1.0:
+                found = with_pair(found, total, one, other)
+                total += 1
     return found[:, :total].copy()

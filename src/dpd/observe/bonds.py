@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.periodic import nearest
 from dpd.observe.blocks import Blocks
 
 LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
@@ -34,10 +35,8 @@ class Bonds:
     def sample(self, simulation, sums):
         """Take one sample."""
         members = self._system.bonds[0]
-        box = np.array(self._system.box)[:, None]
         position = simulation.state.by_identity(simulation.state.position)
-        apart = position[:, members[:, 0]] - position[:, members[:, 1]]
-        apart -= box * np.rint(apart / box)
+        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], self._system.box)
         length = np.sqrt((apart**2).sum(axis=0))
         into = self._blocks.open()
         block = self._blocks.current

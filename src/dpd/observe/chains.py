@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.periodic import nearest
 from dpd.observe.blocks import Blocks
 
 
@@ -57,9 +58,7 @@ def unwrapped(beads, box):
         In the box.
     box : tuple
     """
-    steps = np.diff(beads, axis=2)
-    edges = np.array(box)[:, None, None]
-    steps -= edges * np.rint(steps / edges)
+    steps = nearest(np.diff(beads, axis=2), box)
     return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.periodic import nearest
 from dpd.errors import UserError
 from dpd.observe.multitau import MultipleTau
 
@@ -29,9 +30,7 @@ class Displacement:
     def __init__(self, scene, system, every):
         self.every = every
         self._system = system
-        lengths = np.repeat(
-            [len(kind.beads) for kind in scene.molecules], [kind.count for kind in scene.molecules]
-        )
+        lengths = scene.lengths
         self._first = np.cumsum(lengths) - lengths
         self._lengths = lengths
         self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
@@ -51,8 +50,7 @@ class Displacement:
         arrays, box = self.arrays, np.array(self._system.box)[:, None]
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            step = position - arrays["last"]
-            step -= box * np.rint(step / box)
+            step = nearest(position - arrays["last"], self._system.box)
             if np.abs(step / box).max() > FARTHEST:
                 raise UserError(
                     "observe.displacement.every: a bead moved more than a third of the box between "

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.periodic import nearest
 from dpd.observe.multitau import MultipleTau
 
 
@@ -25,10 +26,7 @@ class EndToEnd:
     def __init__(self, scene, system, every):
         self.every = every
         self._system = system
-        lengths = np.repeat(
-            [len(kind.beads) for kind in scene.molecules], [kind.count for kind in scene.molecules]
-        )
-        lengths = lengths[lengths > 1]
+        lengths = scene.lengths[scene.lengths > 1]
         self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
         samples = scene.steps[1] // every
         self._correlation = MultipleTau(samples, (system.dimension, len(lengths)), 1)
@@ -38,9 +36,7 @@ class EndToEnd:
         """Take one sample."""
         state, members = simulation.state, self._system.bonds[0]
         position = state.by_identity(state.position)
-        box = np.array(self._system.box)[:, None]
-        bonds = position[:, members[:, 1]] - position[:, members[:, 0]]
-        bonds -= box * np.rint(bonds / box)
+        bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], self._system.box)
         vector = np.add.reduceat(bonds, self._bonds_first, axis=1)
         self.arrays["square"] += (vector**2).sum(axis=0)
         self._correlation.add(vector, product)

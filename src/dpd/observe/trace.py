@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.periodic import nearest
 from dpd.observe.chains import unwrapped
 
 
@@ -31,13 +32,12 @@ class Trace:
     def sample(self, simulation, sums):
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
-        box = np.array(self._system.box)
         beads = state.by_identity(state.position)[:, None, : self._length]
         chain = unwrapped(beads, self._system.box)[:, 0]
         at = int(arrays["taken"][0])
         if at:
             moved = (chain - arrays["trace"][at - 1]).mean(axis=1)
-            chain -= (box * np.rint(moved / box))[:, None]
+            chain += (nearest(moved, self._system.box) - moved)[:, None]
         arrays["trace"][at] = chain
         arrays["taken"][0] += 1
 

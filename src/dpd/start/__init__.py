@@ -6,6 +6,7 @@ import numpy as np
 
 from dpd.engine.crossings import crossing_bonds
 from dpd.engine.integrators import coefficients
+from dpd.engine.periodic import wrapped
 from dpd.engine.simulation import Simulation, State, System
 from dpd.errors import UserError
 from dpd.start.polymerize import LOOK, polymerize
@@ -198,9 +199,7 @@ def _positions(scene, method, rng):
             slab[along] = box[along] * beads / scene.beads
         filled += beads
         parts.append(_flights(kind.count, len(kind.beads), low, slab, rng))
-    x = np.concatenate(parts, axis=1)
-    x -= box[:, None] * np.floor(x / box[:, None])
-    return np.where(x < box[:, None], x, 0.0)
+    return wrapped(np.concatenate(parts, axis=1), scene.box)
 
 
 def _flights(count, length, low, size, rng):

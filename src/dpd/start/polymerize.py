@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from dpd.engine.crossings import crossing_bonds
+from dpd.engine.periodic import nearest
 from dpd.engine.simulation import Simulation, State
 from dpd.errors import UserError
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
@@ -135,9 +136,7 @@ class Growth:
 
 def _cells(position, members, box, radius):
     """Cells for `grow`."""
-    apart = position[:, members[:, 0]] - position[:, members[:, 1]]
-    edges = np.array(box)[:, None]
-    apart -= edges * np.rint(apart / edges)
+    apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
     longest = np.sqrt((apart**2).sum(axis=0).max()) if len(members) else 0.0
     edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9), SMALLEST_CELL)
     return tuple(max(1, int(length / edge)) for length in box)
