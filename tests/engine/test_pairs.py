@@ -5,33 +5,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from dpd.engine.advance import sort_by_cell
-from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
+from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
 from dpd.engine.pairs import pair_histogram
+from dpd.engine.search import next_pairs, search_buffers
 from tests.engine.build import BOX_3D, random_beads
 
 DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side
 
 
 @kernel()
-def pairs_by_cells(position, box, shape, ahead, cutoff):
+def pairs_by_cells(position, box, grid, cutoff):
     """Identities and separations of all pairs, by the engine's sort and search."""
-    d, n = position.shape
-    cells = 1
-    for k in range(len(box)):
-        cells *= shape[k]
-    start = np.empty(cells + 1, np.uint32)
-    identity = np.arange(n).astype(np.uint32)
-    ordered, spare, number = np.empty((d, n)), np.empty((d, n)), np.empty(n, np.uint32)
+    beads = position.shape[1]
+    identity = np.arange(beads).astype(np.uint32)
     source = (position, position, position, identity, None)
-    fullest = sort_by_cell(source, (ordered, spare, spare, number, None), box, shape, start)
-    cells_in_row = shape[len(box) - 1]
-    pairs = row_buffers(start, box, shape, ahead, fullest)
+    ordered = empty_like(source)
+    cells = cell_buffers(grid, beads)
+    sort_by_cell(source, ordered, box, grid, cells)
+    line, pairs = search_buffers(cells.start, box, grid)
+    number = ordered[3]
     found = [(number[0], number[0], position[:, 0]) for _ in range(0)]
-    for row in range(cells // cells_in_row):
-        m = row_pairs(row, ordered, start, box, shape, ahead, cutoff, fullest, pairs)
-        for p in range(m):
+    at = (0, -1)
+    while at[0] < beads:
+        at, n = next_pairs(at, ordered[0], cells, box, grid, cutoff, line, pairs)
+        for p in range(n):
             apart = pairs.separation[:, p].copy()
             found.append((number[pairs.i[p]], number[pairs.j[p]], apart))
     return found
@@ -71,7 +69,7 @@ def boxes_of_beads(draw, most=60):
 def test_cells_find_every_pair_once(case):
     """The pairs within the cutoff, each once, with r_i - r_j at the nearest image."""
     position, box, cutoff = case
-    found = pairs_by_cells(position, box, grid_shape(box, cutoff), forward_rows(len(box)), cutoff)
+    found = pairs_by_cells(position, box, grid(box, cutoff), cutoff)
     i, j, apart, distance = pairs_by_looking(position, box)
     expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
     sure = {pair for pair, r in zip(zip(i, j), distance) if r < cutoff - DOUBTFUL}

@@ -1,14 +1,22 @@
-"""The compiled loop over steps."""
+"""The compiled loop over steps.
+
+Pairs are found by cells in every step, or, where beads hardly move in a step, listed once
+within the cutoff and a skin; the list serves until some bead has moved half the skin.
+Between rebuilds the beads stay in the order of the last sort, and the list follows from the
+positions at that time (the reference), so a resumed run has the same list in the same order.
+"""
 
 import numpy as np
 
 from dpd.engine.bath import add_bath_forces
 from dpd.engine.bonds import add_bond_forces, bonded_slots
-from dpd.engine.cells import cell_of, row_buffers, row_pairs, starts_from_counts
+from dpd.engine.cells import cell_buffers, empty_like, sort_by_cell
 from dpd.engine.forces import add_pair_forces, measure_pairs
 from dpd.engine.friction import keep_pairs, kept_buffers, renew_friction
 from dpd.engine.jit import kernel, part
+from dpd.engine.lists import CHUNK, list_again, list_anew, listed_pairs, moved_too_far
 from dpd.engine.noise import step_keys
+from dpd.engine.search import next_pairs, pair_buffers, search_buffers
 
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 
@@ -37,107 +45,82 @@ def drift(position, velocity, predicted, force, box, dt, scheme):
 
 
 @part()
-def count_cells(position, box, shape, start):
-    """Fill ``start`` with the first slot of each cell; return the fullest cell's count."""
-    start[:] = 0
-    for i in range(position.shape[1]):
-        start[cell_of(position, i, box, shape) + 1] += np.uint32(1)
-    return starts_from_counts(start)
+def correct(velocity, force, share):
+    """Add that share of the force to the velocity."""
+    for k in range(velocity.shape[0]):
+        for i in range(velocity.shape[1]):
+            velocity[k, i] += share * force[k, i]
 
 
 @part()
-def sort_by_cell(source, target, box, shape, start):
-    """Copy (position, velocity, predicted, identity, species) sorted by cell.
-
-    The sort is stable, so the order of storage follows from the state alone and a
-    resumed run adds up its forces in the same order as an uninterrupted one.
-
-    Returns
-    -------
-    int
-        Beads in the fullest cell.
-    """
-    position, velocity, predicted, identity, species = source
-    n = position.shape[1]
-    fullest = count_cells(position, box, shape, start)
-    free = start.copy()
-    for i in range(n):
-        cell = cell_of(position, i, box, shape)
-        s = free[cell]
-        free[cell] += np.uint32(1)
-        for k in range(len(box)):
-            target[0][k, s] = position[k, i]
-            target[1][k, s] = velocity[k, i]
-            target[2][k, s] = predicted[k, i]
-        target[3][s] = identity[i]
-        copy_species(target[4], s, species, i)
-    return fullest
+def pair_forces(beads, force, pairs, n, fields, box, keys, measure, sums, kept, count):
+    """Add the forces of ``n`` pairs; keep them after ``count`` others, add up if asked."""
+    _, _, predicted, identity, species = beads
+    virial, energy = sums
+    add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
+    if measure:
+        measure_pairs(virial, energy, pairs, n, box, fields[4])
+    return keep_pairs(kept, count, pairs, n, fields[1][0], box)
 
 
 @part()
-def copy_species(target, s, source, i):
-    """Copy one bead's species, where there are several."""
-    if source is not None:
-        target[s] = source[i]
-
-
-@part()
-def like(array):
-    """An empty array like another; None for None."""
-    if array is None:
-        return None
-    return np.empty_like(array)
-
-
-@part()
-def total_force(beads, force, fields, box, shape, ahead, start, fullest, keys, measure, sums, kept):
+def total_force(beads, force, cells, listed, slots, fields, box, grid, keys, measure, sums, kept):
     """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked.
+
+    Parameters
+    ----------
+    listed : None or (2, n) array
+        None to find pairs by cells. Pairs in the skin have w = 0 and feel no force.
 
     Returns
     -------
     None or Kept, int
         The pairs, where the scheme needs them again, and their number.
     """
-    position, _, predicted, identity, species = beads
-    virial, energy = sums
-    bonds, core = fields[3], fields[4]
-    slots = bonded_slots(bonds, identity)
-    pairs = row_buffers(start, box, shape, ahead, fullest)
+    position, _, predicted, identity, _ = beads
     force[:] = 0.0
     count = 0
-    for row in range((len(start) - 1) // shape[len(box) - 1]):
-        n = row_pairs(row, position, start, box, shape, ahead, 1.0, fullest, pairs)
-        add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
-        kept = keep_pairs(kept, count, pairs, n, fields[1][0], box)
-        count += np.int64(n)
-        if measure:
-            measure_pairs(virial, energy, pairs, n, box, core)
-    add_bond_forces(force, position, slots, bonds, box, measure, sums)
+    if listed is None:
+        line, pairs = search_buffers(cells.start, box, grid)
+        at = (0, -1)
+        while at[0] < position.shape[1]:
+            at, n = next_pairs(at, position, cells, box, grid, 1.0, line, pairs)
+            kept, count = pair_forces(
+                beads, force, pairs, n, fields, box, keys, measure, sums, kept, count
+            )
+    else:
+        pairs = pair_buffers(len(box), CHUNK)
+        for first in range(0, listed.shape[1], CHUNK):
+            n = listed_pairs(first, position, listed, box, pairs)
+            kept, count = pair_forces(
+                beads, force, pairs, n, fields, box, keys, measure, sums, kept, count
+            )
+    add_bond_forces(force, position, slots, fields[3], box, measure, sums)
     add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
     return kept, count
 
 
-@part()
-def cells_in(shape):
-    """Number of cells."""
-    cells = 1
-    for k in range(len(shape)):
-        cells *= shape[k]
-    return cells
-
-
 @kernel()
-def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, steps, measure):
+def advance(
+    beads, reference, force, fields, box, grid, skin, dt, scheme, seed, step, steps, measure
+):
     """Advance by ``steps`` steps, or for 0 steps evaluate the force where the beads are.
 
     Parameters
     ----------
     beads : (position, velocity, identity, species)
         (dimension, n) arrays, (n,) uint32 and (n,) uint8 or None.
+    reference : None or (dimension, n) array
+        None to find pairs by cells in every step. With a list, where the beads were at the
+        last sort, in today's order; 0 steps sort and list afresh.
     force : (dimension, n) array
         The force on the beads as they are; ignored for 0 steps.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         See `dpd.engine.forces`, `dpd.engine.bonds`, `dpd.engine.bath`.
+    grid : Grid
+        Cells with edges of at least 1 + ``skin``.
+    skin : float
+        Distance beyond the cutoff within which pairs are listed.
     step : int
         Steps done so far: the key of the noise.
     measure : bool
@@ -145,7 +128,7 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
 
     Returns
     -------
-    beads : as above, sorted by cell
+    beads, reference : as above, in the order of the last sort by cell
     force : (dimension, n) array
     sums : (virial, energy)
         (2, dimension, dimension) and (2,) arrays: conservative and full virial; pair and
@@ -154,17 +137,15 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
         Identity of a bead that moved too far, or -1.
     """
     position, velocity, identity, species = beads
-    predicted = velocity.copy()
-    source = (position, velocity, predicted, identity, species)
-    target = (
-        np.empty_like(position), np.empty_like(position), np.empty_like(position),
-        np.empty_like(identity), like(species),
-    )  # fmt: skip
-    start = np.empty(cells_in(shape) + 1, np.uint32)
+    source = (position, velocity, velocity.copy(), identity, species)
+    target = empty_like(source)
+    cells = cell_buffers(grid, position.shape[1])
     sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
     correction = scheme[2]
     kept = kept_buffers(scheme[3], len(box), 4 * position.shape[1])
     lost = (-1, step, 0.0)
+    listed = list_again(reference, steps, cells, box, grid, skin)
+    slots = bonded_slots(fields[3], identity)
     for s in range(max(steps, 1)):
         if steps > 0:
             step += 1
@@ -172,13 +153,16 @@ def advance(beads, force, fields, box, shape, ahead, dt, scheme, seed, step, ste
             if bead >= 0:
                 lost = (np.int64(source[3][bead]), step, distance)
                 break
-        fullest = sort_by_cell(source, target, box, shape, start)
-        source, target = target, source
+        if steps == 0 or moved_too_far(source[0], reference, box, 0.5 * skin):
+            sort_by_cell(source, target, box, grid, cells)
+            source, target = target, source
+            slots = bonded_slots(fields[3], source[3])
+            reference, listed = list_anew(reference, source[0], cells, box, grid, skin)
         kept, count = total_force(
-            source, force, fields, box, shape, ahead, start, fullest, step_keys(seed, step),
+            source, force, cells, listed, slots, fields, box, grid, step_keys(seed, step),
             measure and s + 1 >= steps, sums, kept,
         )  # fmt: skip
         if steps > 0 and correction > 0.0:
-            source[1][:] += (correction * dt) * force
+            correct(source[1], force, correction * dt)
             renew_friction(force, kept, count, source[1], source[2], fields[5], box)
-    return (source[0], source[1], source[3], source[4]), force, sums, lost
+    return (source[0], source[1], source[3], source[4]), reference, force, sums, lost

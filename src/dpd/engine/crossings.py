@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from dpd.engine.advance import cells_in, sort_by_cell
 from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
-from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
+from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
 from dpd.engine.periodic import nearest, wrapped
+from dpd.engine.search import next_pairs, search_buffers
 
 SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at
 
@@ -41,25 +41,25 @@ def crossing_bonds(position, members, box):
     half = 0.5 * bond
     middle = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
-    shape = grid_shape(box, max(reach, SMALLEST_CELL))
-    return _crossing(middle, half, members, box, shape, forward_rows(2), reach)
+    cells = grid(box, max(reach, SMALLEST_CELL))
+    return _crossing(middle, half, members, box, cells, reach)
 
 
 @kernel()
-def _crossing(middle, half, members, box, shape, ahead, reach):
+def _crossing(middle, half, members, box, grid, reach):
     """Two segments meet unless a line along one of them has the other on one side."""
     bonds = middle.shape[1]
-    start = np.empty(cells_in(shape) + 1, np.uint32)
-    number = np.arange(bonds).astype(np.uint32)
-    source = (middle, half, half, number, None)
-    ordered, halves, spare = np.empty_like(middle), np.empty_like(half), np.empty_like(half)
-    numbers = np.empty_like(number)
-    fullest = sort_by_cell(source, (ordered, halves, spare, numbers, None), box, shape, start)
-    pairs = row_buffers(start, box, shape, ahead, fullest)
+    source = (middle, half, half, np.arange(bonds).astype(np.uint32), None)
+    ordered = empty_like(source)
+    cells = cell_buffers(grid, bonds)
+    sort_by_cell(source, ordered, box, grid, cells)
+    middles, halves, _, numbers, _ = ordered
+    line, pairs = search_buffers(cells.start, box, grid)
     found = np.empty((2, 16), np.uint32)
     total = 0
-    for row in range((len(start) - 1) // shape[len(box) - 1]):
-        n = row_pairs(row, ordered, start, box, shape, ahead, reach, fullest, pairs)
+    at = (0, -1)
+    while at[0] < bonds:
+        at, n = next_pairs(at, middles, cells, box, grid, reach, line, pairs)
         for p in range(n):
             i, j = pairs.i[p], pairs.j[p]
             x, y = pairs.separation[0, p], pairs.separation[1, p]

@@ -67,7 +67,7 @@ def pair_identities(pairs, n, identity):
 
 @part()
 def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, keys):
-    """Add the forces of ``n`` pairs; leave each force over its distance in scratch[3].
+    """Add the forces of ``n`` pairs; leave w / r in scratch[2], force / r in scratch[3].
 
     Parameters
     ----------
@@ -105,6 +105,7 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
         push = conservative_force(strength[p], r, w, core)
         drag = friction * w * approach[p] * inverse
         over_r[p] = inverse * (push + w * (noise * theta[p] - drag))
+        theta[p] = w * inverse
     for p in range(n):
         i, j = pairs.i[p], pairs.j[p]
         for k in range(len(box)):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from dpd.engine.advance import cells_in, sort_by_cell
-from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
+from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
+from dpd.engine.search import next_pairs, search_buffers
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 
@@ -28,26 +28,23 @@ def pair_histogram(position, box, farthest, bins):
     (bins,) array
         Pairs at their nearest images, each counted once.
     """
-    shape = grid_shape(box, max(farthest, SMALLEST_CELL))
-    return _histogram(position, box, shape, forward_rows(len(box)), farthest, bins)
+    cells = grid(box, max(farthest, SMALLEST_CELL))
+    return _histogram(position, box, cells, farthest, bins)
 
 
 @kernel()
-def _histogram(position, box, shape, ahead, farthest, bins):
-    cells = cells_in(shape)
-    start = np.empty(cells + 1, np.uint32)
-    identity = np.empty(position.shape[1], np.uint32)
-    source = (position, position, position, identity, None)
-    ordered = np.empty_like(position)
-    spare = np.empty_like(position)
-    fullest = sort_by_cell(
-        source, (ordered, spare, spare, np.empty_like(identity), None), box, shape, start
-    )
-    pairs = row_buffers(start, box, shape, ahead, fullest)
+def _histogram(position, box, grid, farthest, bins):
+    beads = position.shape[1]
+    source = (position, position, position, np.empty(beads, np.uint32), None)
+    ordered = empty_like(source)
+    cells = cell_buffers(grid, beads)
+    sort_by_cell(source, ordered, box, grid, cells)
+    line, pairs = search_buffers(cells.start, box, grid)
     counts = np.zeros(bins)
     scale = bins / farthest
-    for row in range(cells // shape[len(box) - 1]):
-        n = row_pairs(row, ordered, start, box, shape, ahead, farthest, fullest, pairs)
+    at = (0, -1)
+    while at[0] < beads:
+        at, n = next_pairs(at, ordered[0], cells, box, grid, farthest, line, pairs)
         for p in range(n):
             r2 = 0.0
             for k in range(len(box)):

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from dpd.engine.advance import cells_in, sort_by_cell
 from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
-from dpd.engine.cells import forward_rows, grid_shape, row_buffers, row_pairs
+from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel, part
 from dpd.engine.periodic import nearest, wrapped
+from dpd.engine.search import next_pairs, search_buffers
 
 HALVINGS = 30  # of the time at which two bonds lie in one plane
 
@@ -52,8 +52,8 @@ def passed_bonds(before, after, members, box):
     # A bond reaches no further from its middle than its ends do, at either time.
     reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
     reach = min(reach, 0.5 * min(box))
-    shape = grid_shape(box, max(reach, SMALLEST_CELL))
-    return _passed(wrapped(middle, box), ends, move, members, box, shape, forward_rows(3), reach)
+    cells = grid(box, max(reach, SMALLEST_CELL))
+    return _passed(wrapped(middle, box), ends, move, members, box, cells, reach)
 
 
 @part()
@@ -94,20 +94,20 @@ def _axis(k, bond, ends, move, t):
 
 
 @kernel()
-def _passed(middle, ends, move, members, box, shape, ahead, reach):
+def _passed(middle, ends, move, members, box, grid, reach):
     bonds = middle.shape[1]
-    start = np.empty(cells_in(shape) + 1, np.uint32)
-    number = np.arange(bonds).astype(np.uint32)
-    spare = np.empty_like(middle)
-    source = (middle, middle, middle, number, None)
-    ordered, numbers = np.empty_like(middle), np.empty_like(number)
-    fullest = sort_by_cell(source, (ordered, spare, spare, numbers, None), box, shape, start)
-    pairs = row_buffers(start, box, shape, ahead, fullest)
+    source = (middle, middle, middle, np.arange(bonds).astype(np.uint32), None)
+    ordered = empty_like(source)
+    cells = cell_buffers(grid, bonds)
+    sort_by_cell(source, ordered, box, grid, cells)
+    numbers = ordered[3]
+    line, pairs = search_buffers(cells.start, box, grid)
     found = np.empty((2, 16), np.uint32)
     total = 0
     x = np.empty(3)
-    for row in range((len(start) - 1) // shape[len(box) - 1]):
-        n = row_pairs(row, ordered, start, box, shape, ahead, reach, fullest, pairs)
+    at = (0, -1)
+    while at[0] < bonds:
+        at, n = next_pairs(at, ordered[0], cells, box, grid, reach, line, pairs)
         for s in range(n):
             one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
             for k in range(3):

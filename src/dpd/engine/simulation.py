@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.advance import advance
-from dpd.engine.cells import forward_rows, grid_shape
+from dpd.engine.cells import grid
 from dpd.engine.integrators import Coefficients
-from dpd.engine.lists import advance_with_list
 from dpd.errors import UserError
 
 CUTOFF = 1.0
@@ -142,8 +141,7 @@ class Simulation:
     def __init__(self, system, state):
         self.system = system
         self.state = state
-        self._shape = grid_shape(system.box, CUTOFF + system.skin)
-        self._ahead = forward_rows(system.dimension)
+        self._grid = grid(system.box, CUTOFF + system.skin)
         noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
         thermostat = (float(system.friction), float(noise))
         self._fields = (
@@ -193,16 +191,14 @@ class Simulation:
         # Copies: the loop swaps these with its own, and a former state must stay as it was.
         species = None if state.species is None else state.species.copy()
         beads = (state.position.copy(), state.velocity.copy(), state.identity.copy(), species)
-        rest = (system.dt, system.scheme, np.uint64(system.seed), state.step, steps, measure)
-        place = (self._fields, system.box, self._shape, self._ahead)
         reference = None
         if system.skin > 0:
-            listed_at = state.position if state.reference is None else state.reference
-            beads, reference, force, sums, lost = advance_with_list(
-                beads, listed_at, state.force.copy(), *place, float(system.skin), *rest
-            )
-        else:
-            beads, force, sums, lost = advance(beads, state.force.copy(), *place, *rest)
+            reference = state.position if state.reference is None else state.reference
+        beads, reference, force, sums, lost = advance(
+            beads, reference, state.force.copy(), self._fields, system.box, self._grid,
+            float(system.skin), system.dt, system.scheme, np.uint64(system.seed), state.step,
+            steps, measure,
+        )  # fmt: skip
         bead, step, distance = lost
         if bead >= 0:
             raise Unstable(bead, step, distance, system.dt)
