@@ -55,7 +55,7 @@ BAD = [
     ({"thermostat": {"noise": "pink"}}, ["thermostat.noise", "pink", "uniform"]),
     ({"thermostat": {"gamma": -1}}, ["thermostat.gamma", "-1", ">= 0"]),
     ({"core": {"radius": 0.6, "force": 100}}, ["core.radius", "0.6", "< 0.5"]),
-    ({"box": 2.2, "pairs": {"search": "list"}}, ["pairs.skin", "2.4", "search: cells"]),
+    ({"box": 2.2, "pairs": {"search": "list"}}, ["pairs.skin", "2.3", "search: cells"]),
     ({"seed": 1.5}, ["seed", "1.5", "integer"]),
 ]  # fmt: skip
 

@@ -11,7 +11,7 @@ from dpd.errors import UserError
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
-SMALL_STEP = 0.01  # dt sqrt(kT) in r_c, a thermal step up to which a pair list pays
+SMALL_STEP = {2: 0.01, 3: 0.005}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # tau between samples where the scene does not say: about the memory of the momenta, a
@@ -149,7 +149,7 @@ class Scene:
         if chosen == "auto":
             thermal = dt * self.data["thermostat"]["kT"] ** 0.5
             room = min(self.box) >= 2 * (CUTOFF + skin)
-            chosen = "list" if room and thermal <= SMALL_STEP else "cells"
+            chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
 
     @cached_property
