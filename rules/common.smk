@@ -19,6 +19,21 @@ def scene_of(wildcards):
     return PAPERS[wildcards.paper].sweeps[wildcards.sweep].point(wildcards.point).scene
 
 
+def work_of(wildcards):
+    """Millions of bead-steps of a run: its priority, so that no long run is left to the end."""
+    return round(scene_of(wildcards).work / 1e6)
+
+
+def work_after(wildcards):
+    """The same for a start: of the longest run that waits for it."""
+    return max(
+        round(point.scene.work / 1e6)
+        for sweep in PAPERS[wildcards.paper].sweeps.values()
+        for point in sweep.points
+        if start_digest(point.scene) == wildcards.start
+    )
+
+
 def start_of(wildcards):
     """First configuration of a run."""
     return f"{OUT}/{wildcards.paper}/starts/{start_digest(scene_of(wildcards))}.nc"

@@ -13,6 +13,7 @@ rule simulate:
         study=STUDY,
         sources=stage_digest("simulate"),
         scene=lambda wildcards: scene_of(wildcards).digest,
+    priority: work_of
     shell:
         "python -m dpd simulate {params.study} {wildcards.paper} {wildcards.sweep}"
         " {wildcards.point} --start {input} -o {output} 2>&1 | tee {log}"

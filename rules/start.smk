@@ -25,6 +25,7 @@ rule make_start:
         study=STUDY,
         sources=stage_digest("start"),
         point=first_with_start,
+    priority: work_after
     shell:
         "python -m dpd start {params.study} {wildcards.paper} {params.point} -o {output}"
         " 2>&1 | tee {log}"

@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import COVERAGE, mean_and_error
-from dpd.analysis.structure import jackknife, peak, radial_distribution
+from dpd.analysis.statistics import COVERAGE, jackknife, mean_and_error
+from dpd.analysis.structure import peak, radial_distribution
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, RED, panels
 

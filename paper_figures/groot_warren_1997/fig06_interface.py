@@ -1,10 +1,9 @@
 """Figure 6: density profile across an interface."""
 
-import json
-
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
 from dpd.analysis.composition import bulk_windows
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
@@ -24,7 +23,7 @@ def compute(sweeps):
     density = sweep.density_profile.stack(part=("replica", "block"))
     density = density.transpose("part", "species", "z")
     z = sweep.z.values
-    length = json.loads(str(sweep.scene.values.ravel()[0]))["box"][2]
+    length = first_scene(sweep).box[2]
     mean, error = block_mean_and_error(density.values)
     total, total_error = block_mean_and_error(density.values.sum(axis=1))
     # The dip: the slices within half a cutoff of either interface, against the bulk.

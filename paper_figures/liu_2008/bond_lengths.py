@@ -1,11 +1,9 @@
 """Bond lengths of the two sets against the size of the core: may bonds cross?"""
 
-import json
-
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.collect import samples_of
+from dpd.analysis.collect import first_scene, samples_of
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.structure import blocks_of, contact
 from dpd.analysis.verdicts import Measured
@@ -33,7 +31,7 @@ def compute(sweeps):
     chosen = [name for name in SETS if name in runs.set.values]
     for name in chosen:
         at = runs.sel(set=name)
-        scene = json.loads(str(at.scene.values.ravel()[0]))
+        scene = first_scene(at).data
         limit = 2 * scene["bond"]["length"]
         blocks = blocks_of(at.bond_density)
         density, error = block_mean_and_error(blocks)

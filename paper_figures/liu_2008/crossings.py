@@ -1,10 +1,9 @@
 """Bonds that cross, counted over time."""
 
-import json
-
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, panels
@@ -31,19 +30,15 @@ def compute(sweeps):
         axes = [d for d in sweep.kT.dims if d != "replica"]
         for place in np.ndindex(*(sweep.sizes[d] for d in axes)):
             at = sweep.isel(dict(zip(axes, place)))
-            scene = json.loads(str(at.scene.values.ravel()[0]))
-            length = int(scene["molecules"][0]["architecture"].partition(" ")[2])
+            length = len(first_scene(at).molecules[0].beads)
             time = at.crossing_time.isel(replica=0).dropna("crossing_sample").values
             begun = at.crossings_begun.sum("replica").values[: len(time)]
             label = ", ".join(f"{SYMBOLS.get(d, d)} {at[d].item()}" for d in axes)
             names.append(f"{name}: {label}")
-            curves.append((time, begun.cumsum()))
+            curves.append(np.array([time, begun.cumsum()]))
             bonds.append(float(at.beads.sum()) * (length - 1) / length)
             most.append(float(at.crossings.max()))
-    longest = max(len(time) for time, _ in curves)
-    table = np.full((2, len(curves), longest), np.nan)
-    for row, curve in enumerate(curves):
-        table[:, row, : len(curve[0])] = curve
+    table = np.stack(padded(curves), axis=1)
     return xr.Dataset(
         {
             "time": (("run", "look"), table[0], {"units": "tau"}),

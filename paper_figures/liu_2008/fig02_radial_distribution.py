@@ -4,11 +4,10 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import samples_of
-from dpd.analysis.statistics import COVERAGE, linear_fit
+from dpd.analysis.statistics import COVERAGE, jackknife, linear_fit
 from dpd.analysis.structure import (
     contact,
     contact_over_sampling,
-    jackknife,
     peak,
     radial_distribution,
     rise,

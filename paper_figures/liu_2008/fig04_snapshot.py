@@ -1,11 +1,10 @@
 """Figure 4: a window of the melt, every chain its own colour."""
 
-import json
-
 import numpy as np
 import xarray as xr
 from matplotlib.collections import LineCollection
 
+from dpd.analysis.collect import first_scene
 from dpd.analysis.verdicts import Measured
 from dpd.observe.chains import sizes, unwrapped
 from dpd.report.style import mpl, panels
@@ -27,11 +26,10 @@ def compute(sweeps):
     lengths = melts.length.values
     length = PAPER_LENGTH if PAPER_LENGTH in lengths else int(lengths.max())
     at = melts.sel(length=length).isel(replica=0)
-    scene = json.loads(str(at.scene.values))
-    box = np.broadcast_to(np.array(scene["box"], dtype=float), 2)
+    box = first_scene(at).box
     beads = int(at.beads)
     place = at.position.values[:, :beads].reshape(2, -1, length)
-    chains = unwrapped(place, tuple(box))
+    chains = unwrapped(place, box)
     gyration, across = sizes(chains)
     return xr.Dataset(
         {

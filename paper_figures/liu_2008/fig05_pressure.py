@@ -1,9 +1,9 @@
 """Figure 5: equation of state of monomers with rigid cores, and whether it is a parabola."""
 
 import numpy as np
-import xarray as xr
 
-from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
+from dpd.analysis.pressure import excess_pressure
+from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 from dpd.theory.virial import core_limits
@@ -24,23 +24,7 @@ REPULSION, FORCE = 25.0, 100.0
 
 def compute(sweeps):
     """Excess pressures, parabolas, and exponents."""
-    parts = []
-    for sweep in sweeps.values():
-        value, error = over_replicas(
-            sweep.excess_conservative.values, sweep.excess_conservative_error.values, -1
-        )
-        along = ("r_s", "density")
-        parts.append(
-            xr.Dataset(
-                {"excess": (along, value), "excess_error": (along, error)},
-                {"r_s": sweep.r_s.astype(float), "density": sweep.density.astype(float)},
-            )
-        )
-    data = xr.concat(parts, "r_s", join="outer").sortby("r_s")
-    for name in ("excess", "excess_error"):
-        data[name].attrs = {"units": "kT / r_c^2", "long_name": name.replace("_", " ")}
-    scale = REPULSION * data.density**2
-    data["scaled"], data["scaled_error"] = data.excess / scale, data.excess_error / scale
+    data = excess_pressure(list(sweeps.values()), "r_s")
     rows = [_fits(data.sel(r_s=radius)) for radius in data.r_s.values]
     names = (
         "kappa",
@@ -56,7 +40,7 @@ def compute(sweeps):
     limits = [core_limits(REPULSION, radius, FORCE) for radius in data.r_s.values]
     data["virial"] = ("r_s", [low for low, _ in limits])
     data["mean_field"] = ("r_s", [high for _, high in limits])
-    for name in ("scaled", "scaled_error", "kappa", "kappa_error", "virial", "mean_field"):
+    for name in ("kappa", "kappa_error", "virial", "mean_field"):
         data[name].attrs = {"units": "r_c^3"}
     for name in ("chi_square", "exponent", "exponent_error", "trend", "trend_error"):
         data[name].attrs = {"units": "1"}

@@ -1,10 +1,9 @@
 """What the core force F_max and the spring constant C do."""
 
-import json
-
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.structure import contact, radial_distribution, rise
 from dpd.analysis.verdicts import Measured
@@ -38,11 +37,11 @@ def compute(sweeps):
     table = {name: np.full(shape, np.nan) for name in names}
     for place in np.ndindex(shape):
         at = runs.isel(force=place[0], stiffness=place[1])
-        scene = json.loads(str(at.scene.values.ravel()[0]))
+        scene = first_scene(at)
         g = radial_distribution(at)[0]
         density = at.bond_density.mean(("replica", "block")).values
         spread = block_mean_and_error((at.bond_mean_square - at.bond_mean**2).values.ravel())
-        bonds = float(at.beads.sum()) * (1 - 1 / _length(scene))
+        bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
         time = float(at.crossing_time.isel(replica=0).max())
         found = {
             "contact": contact(r, g),
@@ -50,7 +49,7 @@ def compute(sweeps):
             "longest": float(at.bond_longest.max()),
             "spread": float(spread[0]),
             "spread_error": float(spread[1]),
-            "share": density[length > 2 * scene["bond"]["length"]].sum() * width,
+            "share": density[length > 2 * scene.data["bond"]["length"]].sum() * width,
             "rate": float(at.crossings_begun.sum()) / (bonds * time),
             "stable_dt": _stable(steps.isel(force=place[0], stiffness=place[1])),
         }
@@ -62,12 +61,8 @@ def compute(sweeps):
         data[name] = (("force", "stiffness"), table[name], {"units": unit})
     data["kT"] = steps.kT.mean("replica").assign_attrs(units="kT")
     data.attrs["bin"] = float(r[1] - r[0])
-    data.attrs["limit"] = 2 * scene["bond"]["length"]
+    data.attrs["limit"] = 2 * scene.data["bond"]["length"]
     return data
-
-
-def _length(scene):
-    return int(scene["molecules"][0]["architecture"].partition(" ")[2])
 
 
 def _stable(at):

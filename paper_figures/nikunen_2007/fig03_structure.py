@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error
-from dpd.analysis.structure import blocks_of, jackknife, radial_distribution, rise
+from dpd.analysis.statistics import block_mean_and_error, jackknife
+from dpd.analysis.structure import blocks_of, fall, radial_distribution, rise
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels
 
@@ -24,16 +24,6 @@ COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 LEVEL = 0.05
 
 
-def fall(length, density):
-    """Length at which a density falls to `LEVEL` on its long side."""
-    last = np.flatnonzero(density >= LEVEL)[-1]
-    if last + 1 == len(density):
-        return np.nan
-    high, low = density[last], density[last + 1]
-    step = length[last + 1] - length[last]
-    return float(length[last] + (high - LEVEL) / (high - low) * step)
-
-
 def compute(sweeps):
     """Curves and numbers of the longest chains, for each set."""
     runs = sweeps["statics"]
@@ -45,7 +35,7 @@ def compute(sweeps):
         g, _, blocks = radial_distribution(at)
         bonds = blocks_of(at.bond_density)
         closest = jackknife(blocks, lambda mean: rise(r, mean, LEVEL))
-        longest = jackknife(bonds, lambda mean: fall(length, mean))
+        longest = jackknife(bonds, lambda mean: fall(length, mean, LEVEL))
         mean, mean_error = block_mean_and_error(blocks_of(at.bond_mean))
         deviation = at.bond_mean_square - at.bond_mean**2
         rms, rms_error = block_mean_and_error(np.sqrt(blocks_of(deviation)))
@@ -78,7 +68,7 @@ def measured(data):
                 found[f"{quantity}_{name}"] = Measured(np.nan, np.nan)
                 continue
             at = data.sel(set=name)
-            note = f"N {data.length}, kT {float(at.kT):.3f} at the paper's dt"
+            note = f"N {data.attrs['length']}, kT {float(at.kT):.3f} at the paper's dt"
             found[f"{quantity}_{name}"] = Measured(
                 float(at[quantity]), float(at[f"{quantity}_error"]), note
             )
@@ -88,8 +78,8 @@ def measured(data):
 def draw(data):
     """Two panels with insets."""
     figure, (left, right) = panels(2)
-    inner = left.inset_axes([0.5, 0.1, 0.46, 0.4])
-    outer = right.inset_axes([0.56, 0.42, 0.4, 0.4])
+    inner = left.inset_axes([0.55, 0.5, 0.42, 0.45])
+    outer = right.inset_axes([0.58, 0.42, 0.39, 0.45])
     for name in data.set.values:
         at, color = data.sel(set=name), COLORS.get(str(name), BLACK)
         for axes in (left, inner):
@@ -103,8 +93,8 @@ def draw(data):
         axes.tick_params(labelsize=5)
     inner.set(xlim=(0.3, 0.9), ylim=(0, 0.2))
     outer.set(xlim=(1.0, 1.5), ylim=(0, 0.5))
-    left.set(xlim=(0, 3), ylim=(0, None), xlabel="distance r / $r_c$", ylabel="g(r)", title="(a)")
+    left.set(xlim=(0, 3), ylim=(0, 3.3), xlabel="distance r / $r_c$", ylabel="g(r)", title="(a)")
     right.set(xlim=(0.6, 1.6), ylim=(0, None), xlabel="bond length / $r_c$",
               ylabel="probability density / $r_c^{-1}$", title="(b)")  # fmt: skip
-    right.legend(loc="upper right")
+    right.legend(loc="upper left")
     return figure

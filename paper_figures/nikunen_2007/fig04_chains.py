@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import padded
 from dpd.analysis.relaxation import TAIL, chain_dynamics, end_to_end, power
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.structure import blocks_of
@@ -41,12 +42,8 @@ def compute(sweeps):
     for n in runs.length.values:
         found, square = end_to_end(runs.sel(length=n))
         value, error = found.derived(lambda c, square=square: c / square)
-        curves.append((found.time, value, error))
-    most = max(len(time) for time, _, _ in curves)
-    table = np.full((3, len(curves), most), np.nan)
-    for row, curve in enumerate(curves):
-        for k, column in enumerate(curve):
-            table[k, row, : len(column)] = column
+        curves.append(np.array([found.time, value, error]))
+    table = np.stack(padded(curves), axis=1)
     exponents = [power(length, *size[k].T, SHORTEST, np.inf) for k in range(len(size))]
     dynamics = chain_dynamics(runs)
     return xr.Dataset(
@@ -84,6 +81,24 @@ def measured(data):
     }  # fmt: skip
 
 
+def warnings(data):
+    """Boxes that the paper's rule calls too small."""
+    found = []
+    for name in data.set.values:
+        room = data.room.sel(set=name)
+        tight = [
+            f"N = {n:g} ({float(room.sel(length=n)):.2f})"
+            for n in data.length.values
+            if room.sel(length=n) < ROOM
+        ]
+        if tight:
+            found.append(
+                f"Box below {ROOM} end-to-end distances, the paper's rule, for a {str(name)[1:]}: "
+                f"{', '.join(tight)}."
+            )
+    return found
+
+
 def draw(data):
     """Sizes and correlations."""
     figure, (left, right) = panels(2)
@@ -97,6 +112,11 @@ def draw(data):
     left.set(
         xscale="log", yscale="log", xlabel="chain length N", ylabel="$R_g$ / $r_c$", title="(a)"
     )
+    left.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
+    low, high = left.get_ylim()
+    sizes = [size for size in (0.5, 0.7, 1, 1.5, 2, 3, 4, 6, 8) if low <= size <= high]
+    left.set_yticks(sizes, [f"{size:g}" for size in sizes])
+    left.minorticks_off()
     left.legend(loc="upper left")
     for chain, color in zip(data.chain.values, SERIES):
         at = data.sel(chain=chain).dropna("end_lag", subset=["time"])

@@ -1,23 +1,27 @@
 """Figure 5: relaxation time and diffusion over chain length, from Rouse to reptation."""
 
 import numpy as np
+import pandas as pd
 
 from dpd.analysis.relaxation import chain_dynamics, power
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, panels, points
+from dpd.report.text import with_error
 
 TITLE = "Relaxation time (a) and diffusion constant of chains (b) over chain length, a 100, k 200."
 PAPER_SHOWS = (
     "The paper shows tau ~ N^2 crossing to N^3 and D ~ 1/N crossing to N^-2, with the crossover "
-    "between N = 40 and 60 (shaded). Drawn here as tau / N^2 and D N, which are level for Rouse "
-    "chains. Only runs of ten tau or more have a tau and a D; lengths without one are listed in "
-    "the table. Fits: N up to 40, and from 60 on."
+    "between N = 40 and 60 (shaded). Below, tau / N^2 and D N, which are level for Rouse chains "
+    "whatever the crossover. Only runs of ten tau or more count; others are drawn open and left "
+    "out of the fits, N from 8 to 40 and from 60 on. Dashed: the published laws, through the "
+    "longest of the chains fitted."
 )
 ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
     " out tenths of the run."
 )
 ROUSE, REPTATION = (8, 40), (60, np.inf)
+ROUSE_LAW = {"tau": 2, "diffusion": -1}
 
 
 def compute(sweeps):
@@ -71,24 +75,57 @@ def _crossover(data):
     return Measured(float(crossing), float(np.std(spread)), "lines of both regimes in tau")
 
 
+def table(data):
+    """tau and D of each chain length, with how long its run was."""
+    rows = []
+    for n in data.length.values:
+        at = data.sel(length=n)
+        fitted = "yes" if at.long_enough else "no: shorter than ten tau"
+        rows.append((
+            f"{n:g}", with_error(float(at.tau), float(at.tau_error)),
+            with_error(float(at.diffusion), float(at.diffusion_error)),
+            with_error(float(at.diffusion) * n, float(at.diffusion_error) * n),
+            f"{float(at.duration):.4g}", fitted,
+        ))  # fmt: skip
+    return pd.DataFrame(rows, columns=["N", "tau", "D", "D N", "run / tau", "counts"])
+
+
 def draw(data):
-    """tau / N^2 and D N."""
-    figure, axes = panels(2)
+    """tau and D, and below both with Rouse's law taken out."""
+    figure, axes = panels(2, rows=2)
     n, good = data.length, data.long_enough > 0
     shown = (
-        ("tau", n**-2.0, r"$\tau / N^2$ / $\tau_0$", "N^2"),
-        ("diffusion", n, r"$D N$ / ($r_c^2$ $\tau_0^{-1}$)", "1 / N"),
+        ("tau", 2, r"$\tau$ / $\tau_0$", r"$\tau / N^2$ / $\tau_0$", (2, 3)),
+        ("diffusion", -1, r"$D \tau_0$ / $r_c^2$", r"$D N \tau_0$ / $r_c^2$", (-1, -2)),
     )
-    for panel, (name, scale, label, law), title in zip(axes, shown, ("(a)", "(b)")):
-        value, error = data[name] * scale, data[f"{name}_error"] * scale
-        points(panel, n[good], value[good], error[good], "ten relaxation times or more", BLUE)
-        if (~good).any() and np.isfinite(value[~good]).any():
-            points(panel, n[~good], value[~good], error[~good], "shorter, not fitted", BLUE,
-                   filled=False)  # fmt: skip
-        seen = value[good & np.isfinite(value)]
-        if seen.size:
-            panel.axhline(float(seen.mean()), color=BLACK, linewidth=0.6, label=f"${law}$")
-        panel.axvspan(40, 60, color=BLACK, alpha=0.1, linewidth=0, label="published crossover")
-        panel.set(xscale="log", yscale="log", xlabel="chain length N", ylabel=label, title=title)
-        panel.legend()
+    for column, (name, power_taken, label, reduced, laws) in zip(axes.T, shown):
+        for panel, taken in zip(column, (0, power_taken)):
+            value, error = data[name] / n**taken, data[f"{name}_error"] / n**taken
+            points(panel, n[good], value[good], error[good], "ten relaxation times or more", BLUE)
+            if (~good).any() and np.isfinite(value[~good]).any():
+                points(panel, n[~good], value[~good], error[~good], "shorter, not fitted", BLUE,
+                       filled=False)  # fmt: skip
+            for law, style in zip(laws, ("--", ":")):
+                _draw_law(panel, data, name, law, taken, style)
+            panel.axvspan(40, 60, color=BLACK, alpha=0.1, linewidth=0, label="published crossover")
+            panel.set(xscale="log", yscale="log", xlabel="chain length N",
+                      ylabel=reduced if taken else label)  # fmt: skip
+    for panel, title in zip(axes.flat, "abcd"):
+        panel.set_title(f"({title})")
+    axes[0, 0].legend()
+    axes[0, 1].legend()
     return figure
+
+
+def _draw_law(panel, data, name, law, taken, style):
+    """N^law, through the longest chain below the crossover that was fitted, or above it."""
+    n = data.length.values
+    use = (data.long_enough.values > 0) & np.isfinite(data[name].values)
+    rouse = abs(law) == abs(ROUSE_LAW[name])
+    use &= (n <= ROUSE[1]) if rouse else (n >= REPTATION[0])
+    if not use.any():
+        return
+    last = np.flatnonzero(use)[-1]
+    x = np.array([n[0], ROUSE[1]]) if rouse else np.array([REPTATION[0], n[-1]])
+    y = float(data[name].values[last]) * (x / n[last]) ** law
+    panel.plot(x, y / x**taken, color=BLACK, linestyle=style, linewidth=0.8, label=f"$N^{{{law}}}$")

@@ -1,70 +1,166 @@
 """Bonds that pass through each other, against the criterion that should forbid it."""
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
+from dpd.analysis.relaxation import chain_dynamics, power
+from dpd.analysis.statistics import jackknife
+from dpd.analysis.structure import blocks_of, fall, rise
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points
+from dpd.report.text import with_error
 
 TITLE = "Bonds passed through per bond and tau, against the margin of the criterion."
 PAPER_SHOWS = (
     "Not a figure of the paper, which holds that bonds cannot cross if sqrt(2) r_min > l_max. "
-    "Pairs of bonds that go through each other are counted directly, from looks every 2 and every"
-    " 4 steps between which beads are taken to move in straight lines. The margin is taken from "
-    "the longest chains of Figure 3's runs. Dashed: margin 0; sets to its right meet the "
-    "criterion."
+    "Pairs of bonds that go through each other are counted directly, from looks at two intervals "
+    "between which beads are taken to move in straight lines. The margin is taken from the "
+    "longest chains of Figure 3's runs. Dashed: margin 0; sets to its right meet the criterion. "
+    "Table: passes that a chain of the longest of these runs takes part in within its own tau, "
+    "which is the number that decides whether others hold it back; and the exponent of tau over "
+    "N, 2 for Rouse chains, from runs of ten tau or more with N of 60 and more."
 )
 ERRORS = (
-    "Bars: 95 % intervals, from the square root of the count. Triangles: none seen, 95 % limit."
+    "Bars: 95 % intervals, of rates from the square root of the count. Triangles: none seen, 95 %"
+    " limit."
 )
 AT_LEAST = 3.0  # counts that exclude none at 95 %
+HOLDS = "a200"  # the set for which the criterion holds by Table II
+LIMIT = 2e-8  # as in published.yaml
+LONG = (60, np.inf)  # chain lengths beyond the published crossover
+CERTAIN = 2.0  # standard errors
 
 
 def compute(sweeps):
-    """Counts for each set and interval, and the margin of each set."""
-    from dpd.analysis.structure import radial_distribution, rise
-
+    """Counts for each set and interval, the margin of each set, and how tau grows with N."""
     runs, statics = sweeps["passes"], sweeps["statics"]
     statics = statics.sel(length=statics.length.max())
     shape = (runs.sizes["set"], runs.sizes["interval"])
     count, exposure = np.zeros(shape), np.zeros(shape)
-    margin = []
+    rows = []
     for k, name in enumerate(runs.set.values):
-        at = statics.sel(set=name)
-        r_min = rise(statics.r.values, radial_distribution(at)[0])
-        density = at.bond_density.mean(("replica", "block")).values
-        margin.append(np.sqrt(2) * r_min - statics.bond_length.values[density >= 0.05].max())
         for m in range(shape[1]):
             one = runs.isel(set=k, interval=m)
+            length = len(first_scene(one).molecules[0].beads)
             count[k, m] = float(one.passes.sum())
-            beads = float(one.beads.sum())
-            exposure[k, m] = beads * float(one.pass_time.max())
-    return xr.Dataset(
+            bonds = float(one.beads.sum()) * (length - 1) / length
+            exposure[k, m] = bonds * float(one.pass_time.max())
+        rate = count[k, 0] / exposure[k, 0]
+        rows.append((*_margin(statics.sel(set=name)), *_behaviour(sweeps, str(name), rate)))
+    data = xr.Dataset(
         {
             "count": (("set", "interval"), count, {"units": "1"}),
             "exposure": (("set", "interval"), exposure, {"units": "tau"}),
-            "margin": ("set", margin, {"units": "r_c"}),
         },
         {"set": runs.set, "interval": runs.interval},
     )
+    names = ("margin", "margin_error", "exponent", "exponent_error", "longest", "in_a_tau")
+    for name, column in zip(names, np.array(rows).T):
+        data[name] = ("set", column, {"units": "r_c" if "margin" in name else "1"})
+    return data
+
+
+def _margin(at):
+    """sqrt(2) r_min - l_max and its standard error."""
+    r, length = at.r.values, at.bond_length.values
+    near, near_error = jackknife(blocks_of(at.rdf), lambda mean: rise(r, mean))
+    far, far_error = jackknife(blocks_of(at.bond_density), lambda mean: fall(length, mean))
+    return np.sqrt(2) * near - far, float(np.hypot(np.sqrt(2) * near_error, far_error))
+
+
+def _behaviour(sweeps, name, rate):
+    """Exponent of tau for long chains, its error, longest N that counts, passes in its tau."""
+    runs = sweeps["dynamics"] if name == "a100" else sweeps["dynamics_sets"]
+    if "set" in runs.dims:
+        if name not in runs.set.values:
+            return (np.nan,) * 4
+        runs = runs.sel(set=name)
+    found = chain_dynamics(runs)
+    good = found.long_enough.values > 0
+    if not good.any():
+        return (np.nan,) * 4
+    n, tau = found.length.values[good], found.tau.values[good]
+    exponent = power(n, tau, found.tau_error.values[good], *LONG)
+    # Each pass has two bonds, so two chains take part in it.
+    return (*exponent, n[-1], 2 * rate * (n[-1] - 1) * tau[-1])
 
 
 def measured(data):
-    """What the criterion says of each set, and what is counted."""
-    found = {}
-    for name in ("a25", "a50", "a100", "a150", "a200"):
-        if name not in data.set.values:
-            found[f"passes_{name}"] = Measured(np.nan, np.nan)
-            continue
-        at = data.sel(set=name).isel(interval=0)
-        count, exposure = float(at["count"]), float(at.exposure)
-        note = (
-            f"{count:.0f} passes in {exposure:.3g} beads times tau; margin {float(at.margin):.3f}"
-        )
-        found[f"passes_{name}"] = Measured(
-            count / exposure, np.sqrt(max(count, 1)) / exposure, note
-        )
-    return found
+    """The set for which the criterion holds."""
+    if HOLDS not in data.set.values:
+        return {f"passes_{HOLDS}": Measured(np.nan, np.nan)}
+    at = data.sel(set=HOLDS).isel(interval=0)
+    count, exposure = float(at["count"]), float(at.exposure)
+    note = f"{count:.0f} passes in {exposure:.3g} bonds times tau; margin {float(at.margin):.3f}"
+    limit = AT_LEAST / exposure
+    blind = (
+        "" if count or limit < LIMIT else f"none seen excludes only more than {limit:.1e} (95 %)"
+    )
+    rate = Measured(count / exposure, np.sqrt(max(count, 1)) / exposure, note, blind)
+    return {f"passes_{HOLDS}": rate}
+
+
+def halving(data):
+    """Relative change of each set's rate when the interval is halved, and its error."""
+    rate = data["count"] / data.exposure
+    fine, coarse = rate.isel(interval=0), rate.isel(interval=1)
+    error = np.sqrt((1 / data["count"]).sum("interval"))
+    return (fine / coarse - 1), error
+
+
+def warnings(data):
+    """Sets whose count is not yet independent of the interval."""
+    if data.sizes["interval"] < 2:
+        return [
+            "Passes were looked for at one interval only: nothing says that it is short enough."
+        ]
+    change, error = halving(data)
+    return [
+        f"For {_text(name)}, halving the interval of looks changes the count by "
+        f"{with_error(100 * float(change.sel(set=name)), 100 * float(error.sel(set=name)))} %."
+        for name in data.set.values
+        if abs(change.sel(set=name)) > CERTAIN * error.sel(set=name)
+    ]
+
+
+def table(data):
+    """The criterion, and what becomes of it."""
+    rows = []
+    for name in data.set.values:
+        at = data.sel(set=name)
+        one = at.isel(interval=0)
+        count, exposure = float(one["count"]), float(one.exposure)
+        rate = with_error(count / exposure, np.sqrt(count) / exposure)
+        change, error = (float(part.sel(set=name)) for part in halving(data))
+        rows.append((
+            _text(name),
+            with_error(float(at.margin), float(at.margin_error)),
+            "holds" if at.margin > 0 else "fails",
+            rate if count else f"< {AT_LEAST / exposure:.1e}",
+            with_error(100 * change, 100 * error) if np.isfinite(change) else "–",
+            f"{float(at.in_a_tau):.3g} (N {float(at.longest):g})" if at.longest > 0 else "–",
+            _verdict(at),
+        ))  # fmt: skip
+    return pd.DataFrame(rows, columns=[
+        "set", "margin / r_c", "criterion", "passes per bond and tau",
+        "change on halving the interval / %", "passes of a chain in its tau", "Rouse-like",
+    ])  # fmt: skip
+
+
+def _text(name):
+    return f"a {str(name)[1:]}, k {2 * int(str(name)[1:])}"
+
+
+def _verdict(at):
+    """Whether tau of long chains grows as N^2."""
+    exponent, error = float(at.exponent), float(at.exponent_error)
+    if not np.isfinite(exponent):
+        longest = f", N up to {float(at.longest):g}" if at.longest > 0 else ""
+        return f"not reached at this scale{longest}"
+    text = f"exponent {with_error(exponent, error)}"
+    return f"{'no' if exponent - 2 > CERTAIN * error else 'yes'}: {text}"
 
 
 def draw(data):
@@ -85,6 +181,6 @@ def draw(data):
                       textcoords="offset points", fontsize=6.5)  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
     axes.set(yscale="log", xlabel=r"margin $\sqrt{2} r_{min} - l_{max}$ / $r_c$",
-             ylabel=r"passes per bead and $\tau$")  # fmt: skip
+             ylabel=r"passes per bond and $\tau$")  # fmt: skip
     axes.legend()
     return figure

@@ -40,7 +40,7 @@ def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
     for paper in papers:
         for sweep in paper.sweeps.values():
             scenes = [point.scene for point in sweep.points]
-            work = np.array([scene.beads * sum(scene.steps) for scene in scenes], dtype=float)
+            work = np.array([scene.work for scene in scenes], dtype=float)
             rate = measured_rate(scenes[len(scenes) // 2], measure_seconds)
             sizes = [sizes_of(scene) for scene in scenes]
             rows.append({

@@ -139,6 +139,11 @@ class Scene:
         )
 
     @property
+    def work(self):
+        """Bead-steps of the whole run."""
+        return self.beads * sum(self.steps)
+
+    @property
     def skin(self):
         """Skin of the pair list in r_c; 0 for cells."""
         return self.skin_at(self.data["integrator"]["dt"])

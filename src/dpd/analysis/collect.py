@@ -81,7 +81,7 @@ def collect(sweep, paths):
                 "tau", f"integrated autocorrelation time of {long_name}",
             )  # fmt: skip
         elif "sample" not in variable.dims and _alike(parts):
-            put(name, _padded([part.values for part in parts]), units, long_name, variable.dims)
+            put(name, padded([part.values for part in parts]), units, long_name, variable.dims)
             data = data.assign_coords(
                 {c: runs[0][c] for c in variable.dims if c in runs[0].coords and c not in data}
             )
@@ -95,9 +95,14 @@ def collect(sweep, paths):
     return data
 
 
+def first_scene(runs):
+    """The scene of the first point of a sweep, or of some of its points."""
+    return Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+
+
 def samples_of(runs, observable):
     """Bead-samples that an observable of one point has taken, all replicas together."""
-    scene = Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+    scene = first_scene(runs)
     configurations = scene.steps[1] // scene.observe[observable]["every"]
     return scene.beads * configurations * runs.scene.size
 
@@ -111,7 +116,7 @@ def _alike(parts):
     )
 
 
-def _padded(arrays):
+def padded(arrays):
     """Arrays of one shape: shorter ones, as of fewer molecules, are filled up with NaN."""
     shape = np.max([array.shape for array in arrays], axis=0)
     if all((array.shape == shape).all() for array in arrays):

@@ -1,19 +1,18 @@
 """Compositions of coexisting phases, and the chi parameter that they stand for."""
 
-import json
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
-from dpd.analysis.statistics import block_mean_and_error, mean_and_error
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import block_mean_and_error, jackknife, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
 TAIL = 2.5  # r_c from either interface beyond which its tail is an exponential
 DECAY = (0.2, 1.5)  # r_c, lengths that the tail may have
-GROUPS = 10  # of blocks, left out in turn
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
@@ -85,22 +84,13 @@ def composition(density, z, length, slice_volume):
     series = minority / density[:, :, in_a | in_b].sum(axis=(1, 2))
     mean, error, tau = mean_and_error(series)
     error = max(error, float(block_mean_and_error(series)[1]))
-    fraction = bulk_fraction(density.mean(axis=0), z, length)
-    groups = np.array_split(np.arange(len(density)), min(GROUPS, len(density)))
-    left_out = np.array(
-        [
-            bulk_fraction(np.delete(density, group, axis=0).mean(axis=0), z, length)
-            for group in groups
-        ]
-    )
-    count = len(groups)
-    fitted = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2))
+    fraction, fitted = jackknife(density, lambda mean: bulk_fraction(mean, z, length))
     # Each half's mean has sqrt(2) times the error of the whole run's, their difference twice.
     half = len(series) // 2
     change = series[half:].mean() - series[:half].mean()
     drift = float(change / (2 * error)) if error > 0 else 0.0
     relative = error / mean if mean > 0 else 0.0
-    error = max(relative * fraction, float(fitted))
+    error = max(relative * fraction, fitted)
     samples = len(series) / (2 * tau)
     return Composition(fraction, error, drift, samples, float(minority.mean() * slice_volume))
 
@@ -170,9 +160,8 @@ def sweep_chi(sweep, axis):
     table = []
     for place in range(sweep.sizes[axis]):
         at = sweep.isel({axis: place})
-        scene = json.loads(str(at.scene.values.ravel()[0]))
-        length = int(scene["molecules"][0]["architecture"].partition(" ")[2] or 1)
-        box = scene["box"]
+        scene = first_scene(at)
+        length, box = len(scene.molecules[0].beads), scene.box
         slice_volume = float(np.prod(box)) / at.sizes["z"]
         parts = [
             composition(profile, at.z.values, max(box), slice_volume)
@@ -182,7 +171,8 @@ def sweep_chi(sweep, axis):
         error = float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts)
         drift = max((part.drift for part in parts), key=abs)
         counted = float(np.mean([part.counted for part in parts]))
-        excess = scene["repulsion"]["A B"] - scene["repulsion"]["A A"]
+        repulsion = scene.data["repulsion"]
+        excess = repulsion["A B"] - repulsion["A A"]
         samples = float(sum(part.samples for part in parts))
         settled = Composition(fraction, error, drift, samples, counted).settled
         chi = chi_and_error(fraction, error, length)

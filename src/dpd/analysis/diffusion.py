@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import padded
 from dpd.analysis.resampling import resampled
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
@@ -174,20 +175,17 @@ def subdiffusion(sweep, axis):
         constant = diffusion_constant(centre, at.sizes["axis"], after)
         rows.append((*exponents, low, high, *constant, *lowest_slope(inner)))
         slope, slope_error = inner.derived(lambda g, time=inner.time: local_slope(time, g))
-        curves.append((
+        curves.append(np.array([
             inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
             slope_error,
-        ))  # fmt: skip
-    most = max(len(curve[0]) for curve in curves)
+        ]))  # fmt: skip
+    curves = np.stack(padded(curves), axis=1)
     names = (
         "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
     )  # fmt: skip
     units = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
     data = xr.Dataset(coords={axis: sweep[axis]})
-    for k, (name, unit) in enumerate(zip(names, units)):
-        table = np.full((len(curves), most), np.nan)
-        for row, curve in zip(table, curves):
-            row[: len(curve[k])] = curve[k]
+    for name, unit, table in zip(names, units, curves):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
     names = (
         "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",

@@ -3,21 +3,24 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import over_replicas
 
 
-def excess_pressure(sweeps):
-    """Excess pressure of several sweeps over repulsion and density, as one dataset.
+def excess_pressure(sweeps, axis="repulsion"):
+    """Excess pressure of several sweeps over an axis and density, as one dataset.
 
     Parameters
     ----------
     sweeps : list of xarray.Dataset
-        With axes ``repulsion``, ``density``, ``replica``.
+        With that axis, ``density`` and ``replica``.
+    axis : str
+        ``repulsion``, or another one where all have the same repulsion.
 
     Returns
     -------
     xarray.Dataset
-        ``excess`` and ``excess_error`` (standard error) over repulsion and density, NaN
+        ``excess`` and ``excess_error`` (standard error) over axis and density, NaN
         where no run was made; ``scaled`` and ``scaled_error`` are divided by a rho^2.
     """
     parts = []
@@ -25,21 +28,21 @@ def excess_pressure(sweeps):
         value, error = over_replicas(
             sweep.excess_conservative.values, sweep.excess_conservative_error.values, -1
         )
+        along = (axis, "density")
         parts.append(
             xr.Dataset(
-                {"excess": (("repulsion", "density"), value)}
-                | {"excess_error": (("repulsion", "density"), error)},
-                {
-                    "repulsion": sweep.repulsion.astype(float),
-                    "density": sweep.density.astype(float),
-                },
+                {"excess": (along, value), "excess_error": (along, error)},
+                {name: sweep[name].astype(float) for name in along},
             )
         )
-    data = xr.concat(parts, "repulsion", join="outer")
-    scale = data.repulsion * data.density**2
+    data = xr.concat(parts, axis, join="outer").sortby(axis)
+    scene = first_scene(sweeps[0])
+    repulsion = data.repulsion if axis == "repulsion" else scene.data["repulsion"]["A A"]
+    scale = repulsion * data.density**2
     data["scaled"] = data.excess / scale
     data["scaled_error"] = data.excess_error / scale
-    units = {"excess": "kT / r_c^3", "scaled": "r_c^4"}
+    d = scene.dimension
+    units = {"excess": f"kT / r_c^{d}", "scaled": f"r_c^{d + 1}"}
     for name, unit in units.items():
         data[name].attrs = {"units": unit, "long_name": f"{name} pressure, conservative virial"}
         data[f"{name}_error"].attrs = {"units": unit, "long_name": "standard error"}

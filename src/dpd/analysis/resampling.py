@@ -1,11 +1,11 @@
 """Functions of the time between two samples, with what they are without some of the data."""
 
-import json
 from typing import NamedTuple
 
 import numpy as np
 
-from dpd.scene import Scene
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import jackknife_error
 
 GROUPS = 20  # of molecules, left out in turn
 
@@ -45,16 +45,13 @@ class Resampled(NamedTuple):
         """
         errors = []
         for left_out in (self.without_molecules, self.without_part):
-            found = np.array([function(row) for row in left_out])
-            n = len(found)
-            spread = ((found - found.mean(axis=0)) ** 2).sum(axis=0)
-            errors.append(np.sqrt((n - 1) / n * spread))
+            errors.append(jackknife_error(np.array([function(row) for row in left_out])))
         return function(self.value), np.maximum(*errors)
 
 
 def part_length(runs):
     """Length in tau of one of the parts that a run's sums are kept for."""
-    scene = Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+    scene = first_scene(runs)
     return scene.steps[1] * scene.data["integrator"]["dt"] / runs.sizes["part"]
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+GROUPS = 10  # of blocks, left out in turn
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
 
 
@@ -83,6 +84,42 @@ def block_mean_and_error(blocks):
         even = len(x) // 2 * 2
         x = 0.5 * (x[0:even:2] + x[1:even:2])
     return mean, error
+
+
+def jackknife(blocks, function):
+    """A function of the mean over blocks, and its standard error by leaving out groups.
+
+    Parameters
+    ----------
+    blocks : (n, ...) array
+    function : callable
+        Of a (...) array.
+
+    Returns
+    -------
+    value, error : float
+    """
+    count = min(GROUPS, len(blocks))
+    groups = np.array_split(np.arange(len(blocks)), count)
+    left_out = np.array(
+        [function(np.delete(blocks, group, axis=0).mean(axis=0)) for group in groups]
+    )
+    return float(function(blocks.mean(axis=0))), float(jackknife_error(left_out))
+
+
+def jackknife_error(left_out):
+    """Standard error of what was found leaving out one group after the other.
+
+    Parameters
+    ----------
+    left_out : (groups, ...) array
+
+    Returns
+    -------
+    (...) array
+    """
+    n = len(left_out)
+    return np.sqrt((n - 1) / n * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
 
 
 def over_replicas(values, errors, axis):

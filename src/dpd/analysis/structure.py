@@ -5,29 +5,6 @@ import numpy as np
 from dpd.analysis.statistics import block_mean_and_error
 
 AROUND = 0.15  # r_c on either side of the highest bin, for the cubic through a peak
-GROUPS = 10  # of blocks, left out in turn
-
-
-def jackknife(blocks, function):
-    """A function of the mean over blocks, and its standard error by leaving out groups.
-
-    Parameters
-    ----------
-    blocks : (n, ...) array
-    function : callable
-        Of a (...) array.
-
-    Returns
-    -------
-    value, error : float
-    """
-    count = min(GROUPS, len(blocks))
-    groups = np.array_split(np.arange(len(blocks)), count)
-    left_out = np.array(
-        [function(np.delete(blocks, group, axis=0).mean(axis=0)) for group in groups]
-    )
-    spread = ((left_out - left_out.mean()) ** 2).sum()
-    return float(function(blocks.mean(axis=0))), float(np.sqrt((count - 1) / count * spread))
 
 
 def peak(r, g):
@@ -50,12 +27,33 @@ def contact(r, g):
 
 
 def rise(r, g, level=0.05):
-    """Distance at which g(r) first reaches a level, between bins by a straight line."""
+    """Distance at which g(r) first reaches a level, between bins by `crossing`."""
     above = int(np.argmax(g >= level))
     if above == 0:
         return float(r[0])
-    low, high = g[above - 1], g[above]
-    return float(r[above - 1] + (level - low) / (high - low) * (r[above] - r[above - 1]))
+    return crossing(r[above - 1], g[above - 1], r[above], g[above], level)
+
+
+def fall(length, density, level=0.05):
+    """Length at which a density last falls to a level, between bins by `crossing`.
+
+    NaN where it does not fall within the bins.
+    """
+    last = int(np.flatnonzero(density >= level)[-1])
+    if last + 1 == len(density):
+        return np.nan
+    return crossing(length[last], density[last], length[last + 1], density[last + 1], level)
+
+
+def crossing(x0, y0, x1, y1, level):
+    """Where a flank between two bins has a level.
+
+    Flanks of g(r) and of bond lengths are Boltzmann factors, so ln y is taken as straight: y
+    as straight would be off by a few 1e-4 r_c. Where one bin is empty, y is.
+    """
+    if min(y0, y1) > 0:
+        y0, y1, level = np.log([y0, y1, level])
+    return float(x0 + (level - y0) / (y1 - y0) * (x1 - x0))
 
 
 def contact_over_sampling(r, blocks, samples):

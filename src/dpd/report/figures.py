@@ -25,6 +25,9 @@ ERRORS = (
 def load_module(paper, figure):
     """The file of a figure: ``compute(sweeps)``, ``draw(numbers)``, ``measured(numbers)``.
 
+    It may also have ``warnings(numbers)``, sentences, and ``table(numbers)``, a data frame of
+    text; both go below its caption.
+
     Raises
     ------
     UserError
@@ -61,7 +64,7 @@ def make_figure(paper, figure, sweeps, folder):
         return folder / f"{figure}.{kind}"
 
     replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
-    replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data)))
+    replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data, numbers)))
     replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png"))
     undated = {"CreationDate": None}
     replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=undated))
@@ -89,11 +92,20 @@ def join_verdicts(papers, results, path):
     replace_whole(path, lambda draft: joined[COLUMNS].to_csv(draft, index=False))
 
 
-def caption(module, data):
-    """Title, what the paper shows, then system, parameters, samples, seeds, errors."""
+def caption(module, data, numbers):
+    """Title, what the paper shows, then system, parameters, samples, seeds, errors.
+
+    Below that what the figure warns of, and its table.
+    """
     parts = [f"**{module.TITLE}** {module.PAPER_SHOWS}"]
     parts += [f"*{name}*: {_sweep_line(sweep)}" for name, sweep in data.items()]
     parts.append(getattr(module, "ERRORS", ERRORS))
+    if hasattr(module, "warnings"):
+        parts += [f"**Warning.** {sentence}" for sentence in module.warnings(numbers)]
+    if hasattr(module, "table"):
+        table = module.table(numbers)
+        rows = [table.columns, ["---"] * table.shape[1], *table.values]
+        parts.append("\n".join(f"| {' | '.join(map(str, row))} |" for row in rows))
     return "\n\n".join(parts) + "\n"
 
 

@@ -16,6 +16,7 @@ from markupsafe import Markup, escape
 
 from dpd.digest import ROOT, stage_digest
 from dpd.files import replace_whole
+from dpd.report.text import with_error
 from dpd.simulate import start_digest
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
@@ -81,13 +82,23 @@ def _paper(paper, results):
 
 
 def _html(text):
-    """Paragraphs, **strong** and *emphasis* of a caption as HTML; all else is escaped."""
-    paragraphs = []
-    for part in text.strip().split("\n\n"):
-        safe = str(escape(part))
-        safe = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", safe)
-        paragraphs.append("<p>" + re.sub(r"(?<!\w)\*(\w+)\*", r"<em>\1</em>", safe) + "</p>")
-    return Markup("".join(paragraphs))
+    """Paragraphs, **strong**, *emphasis* and | tables | of a caption as HTML; all else escaped."""
+    return Markup("".join(_block(part) for part in text.strip().split("\n\n")))
+
+
+def _block(part):
+    """One paragraph or table."""
+    safe = str(escape(part))
+    if safe.startswith("|"):
+        head, _, *rows = [line.strip("| ").split(" | ") for line in safe.splitlines()]
+        lines = [_row("th", head), *(_row("td", row) for row in rows)]
+        return f'<div class="wide"><table>{"".join(lines)}</table></div>'
+    safe = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", safe)
+    return "<p>" + re.sub(r"(?<!\w)\*(\w+)\*", r"<em>\1</em>", safe) + "</p>"
+
+
+def _row(kind, cells):
+    return f"<tr>{''.join(f'<{kind}>{cell}</{kind}>' for cell in cells)}</tr>"
 
 
 def _checks(paper, results):
@@ -141,15 +152,8 @@ def _span(values, pattern):
 
 
 def _number(value, error=None):
-    """A number with as many digits as its error has meaning for."""
-    if not isinstance(value, float | int):
-        return value
-    if not np.isfinite(value):
-        return "–"
-    if error is None or not np.isfinite(error) or error <= 0:
-        return f"{value:.4g}"
-    digits = max(0, 1 - int(np.floor(np.log10(error))))
-    return f"{value:.{digits}f} ± {error:.{digits}f}"
+    """A number, with its error where it has one; text as it is."""
+    return with_error(value, error) if isinstance(value, float | int) else value
 
 
 def _pulled(row):

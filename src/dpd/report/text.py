@@ -1,0 +1,17 @@
+"""Numbers as text."""
+
+import numpy as np
+
+
+def with_error(value, error=None):
+    """A number with as many digits as its error has meaning for: two of the error's."""
+    if not np.isfinite(value):
+        return "–"
+    if error is None or not np.isfinite(error) or error <= 0:
+        return f"{value:.4g}"
+    first = int(np.floor(np.log10(error)))
+    if not -4 <= np.floor(np.log10(max(abs(value), error))) < 6:
+        power = int(np.floor(np.log10(max(abs(value), error))))
+        return f"({with_error(value / 10.0**power, error / 10.0**power)})e{power}"
+    digits = max(0, 1 - first)
+    return f"{value:.{digits}f} ± {error:.{digits}f}"

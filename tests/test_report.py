@@ -1,0 +1,53 @@
+"""Captions and numbers of the report."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from dpd.report.figures import caption
+from dpd.report.page import _html
+from dpd.report.text import with_error
+
+NUMBERS = [
+    (0.12345, 0.0067, "0.1235 ± 0.0067"),
+    (123.4, 5.6, "123.4 ± 5.6"),
+    (12345.0, 678.0, "12345 ± 678"),
+    (3.21e-6, 4.5e-8, "(3.210 ± 0.045)e-6"),
+    (2.5e8, 1.0e7, "(2.50 ± 0.10)e8"),
+    (0.0, 0.01, "0.000 ± 0.010"),
+    (1.5, np.nan, "1.5"),
+    (1.5, 0.0, "1.5"),
+    (np.nan, 1.0, "–"),
+]
+
+
+@pytest.mark.parametrize("value, error, text", NUMBERS, ids=[text for _, _, text in NUMBERS])
+def test_two_digits_of_the_error(value, error, text):
+    """And the value to the same place."""
+    assert with_error(value, error) == text
+
+
+def test_warnings_and_table_of_a_figure():
+    """They follow the caption, and come out as HTML with nothing left to the browser's mercy."""
+    frame = pd.DataFrame([("a < b", "1 ± 2")], columns=["set", "rate / %"])
+    module = SimpleNamespace(
+        TITLE="Rates.", PAPER_SHOWS="None.", ERRORS="Bars.",
+        warnings=lambda numbers: [f"Box {float(numbers.room)} is small."],
+        table=lambda numbers: frame,
+    )  # fmt: skip
+    text = caption(module, {}, xr.Dataset({"room": 1.5}))
+    assert "**Warning.** Box 1.5 is small." in text
+    page = str(_html(text))
+    assert "<strong>Warning.</strong> Box 1.5 is small." in page
+    assert "<tr><th>set</th><th>rate / %</th></tr>" in page
+    assert "<tr><td>a &lt; b</td><td>1 ± 2</td></tr>" in page
+    assert "---" not in page
+
+
+def test_a_figure_without_either():
+    """Most have no warnings and no table."""
+    module = SimpleNamespace(TITLE="Rates.", PAPER_SHOWS="None.", ERRORS="Bars.")
+    assert caption(module, {}, xr.Dataset()) == "**Rates.** None.\n\nBars.\n"
