@@ -1,0 +1,79 @@
+"""Numbers read off curves: flanks, exponents, relaxation times."""
+
+import numpy as np
+import pytest
+from scipy.special import erfinv
+
+from dpd.analysis.relaxation import power, relaxation_time
+from dpd.analysis.resampling import Resampled
+from dpd.analysis.statistics import jackknife
+from dpd.analysis.structure import fall, rise
+
+LEVEL = 0.05
+
+
+def bins(width, last):
+    """Middles of bins from 0."""
+    return np.arange(width / 2, last, width)
+
+
+@pytest.mark.parametrize("width", [0.005, 0.01, 0.02])
+def test_an_exponential_flank_is_found_between_bins(width):
+    """g = exp(30 (r - 0.8)) has 0.05 at 0.8 + ln(0.05) / 30, whatever the bins; a chord is off."""
+    r = bins(width, 1.0)
+    assert rise(r, np.exp(30 * (r - 0.8))) == pytest.approx(0.8 + np.log(LEVEL) / 30, abs=1e-12)
+
+
+def test_a_normal_flank_is_found_to_a_few_parts_in_ten_thousand():
+    """Where bond lengths of 0.97 +- 0.06 fall to 0.05: from the density's inverse."""
+    length = bins(0.005, 2.0)
+    density = np.exp(-0.5 * ((length - 0.97) / 0.06) ** 2) / (0.06 * np.sqrt(2 * np.pi))
+    exact = 0.97 + 0.06 * np.sqrt(-2 * np.log(LEVEL * 0.06 * np.sqrt(2 * np.pi)))
+    assert fall(length, density) == pytest.approx(exact, abs=1e-4)
+
+
+def test_flanks_that_end_at_an_empty_bin():
+    """A straight line there, and no number where the bins end before the flank does."""
+    r = np.array([0.1, 0.2, 0.3])
+    assert rise(r, np.array([0.0, 0.1, 0.5])) == pytest.approx(0.15)
+    assert fall(r, np.array([0.5, 0.1, 0.0])) == pytest.approx(0.25)
+    assert np.isnan(fall(r, np.array([0.1, 0.5, 0.2])))
+
+
+def test_jackknife_of_a_mean_is_its_standard_error():
+    """And that of its square, twice the mean times that."""
+    blocks = np.random.default_rng(1).normal(3.0, 1.0, size=(10, 1))
+    error = blocks.std(ddof=1) / np.sqrt(10)
+    assert jackknife(blocks, lambda mean: mean[0]) == pytest.approx((blocks.mean(), error))
+    squared = jackknife(blocks, lambda mean: mean[0] ** 2)[1]
+    assert squared == pytest.approx(2 * blocks.mean() * error, rel=0.05)
+
+
+def correlation(tau, noise=0.0, groups=20):
+    """C(t) of Rouse chains (Doi and Edwards 1986, Eq. 4.35), with jackknife rows."""
+    time = np.geomspace(0.1, 10 * tau, 200)
+    modes = np.arange(1, 200, 2)[:, None]
+    value = (8 / np.pi**2 * np.exp(-(modes**2) * time / tau) / modes**2).sum(axis=0)
+    rows = value * (1 + noise * np.random.default_rng(2).normal(size=(groups, 1)))
+    return Resampled(time, value, rows, rows)
+
+
+def test_relaxation_time_of_the_slowest_mode():
+    """That of a Rouse chain, whose next one, nine times quicker, shows no more from 0.6 on."""
+    tau, error = relaxation_time(correlation(50.0), 1.0)
+    assert tau == pytest.approx(50.0, rel=0.01)
+    assert error == pytest.approx(0.0, abs=1e-9)
+    assert np.isnan(relaxation_time(correlation(50.0), 1e3)[0])  # never in the tail
+
+
+def test_exponents_and_how_often_their_errors_cover():
+    """Relaxation times of 5 % error that go as N^3: 95 % of the intervals hold 3."""
+    rng = np.random.default_rng(3)
+    n = np.array([4.0, 64.0, 128.0, 256.0])
+    held = 0
+    for _ in range(400):
+        tau = n**3 * (1 + 0.05 * rng.normal(size=4))
+        value, error = power(n, tau, 0.05 * tau, 60, np.inf)
+        held += abs(value - 3) < np.sqrt(2) * erfinv(0.95) * error
+    assert 0.92 < held / 400 < 1.0
+    assert np.isnan(power(n, n, n, 200, np.inf)[0])  # one point has no slope
