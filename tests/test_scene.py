@@ -7,12 +7,13 @@ import pytest
 
 from dpd.digest import ROOT
 from dpd.engine.integrators import SCHEMES
+from dpd.engine.periodic import nearest
 from dpd.errors import UserError
 from dpd.report.document import config_readme
 from dpd.scene import Scene
 from dpd.schema import read_yaml, schema
 from dpd.simulate import start_digest
-from dpd.start import make_start
+from dpd.start import FLIGHT, make_start
 from dpd.study import merge, read_paper, read_study
 
 GOOD = {
@@ -140,6 +141,42 @@ def test_starts_are_inside_and_at_rest():
         assert np.abs(state.velocity.sum(axis=1)).max() < 1e-9
         spread = np.sqrt(2 / state.velocity.size)
         assert abs((state.velocity**2).mean() - 1) < 5 * spread
+
+
+MELT = {
+    "box": 8,
+    "molecules": [{"architecture": "A 16", "count": 32}],
+    "repulsion": {"A A": 200},
+    "bond": {"stiffness": 400, "length": 0.95},
+}
+
+
+def bond_lengths(scene, state):
+    """Of every bond, at its nearest image."""
+    i, j = scene.bonded.T
+    return np.linalg.norm(nearest(state.position[:, i] - state.position[:, j], scene.box), axis=0)
+
+
+def test_chains_start_as_random_flights_of_their_bonds():
+    """Steps of the rest length, across the box's faces; <R^2> = (N - 1) l^2 within 4 errors."""
+    scene = Scene(GOOD | MELT | {"molecules": [{"architecture": "A 16", "count": 2000}]})
+    state = make_start(scene)
+    np.testing.assert_allclose(bond_lengths(scene, state), 0.95, rtol=1e-12)
+    i, j = scene.bonded.T
+    bond = nearest(state.position[:, j] - state.position[:, i], scene.box)
+    square = (bond.reshape(3, 2000, 15).sum(axis=2) ** 2).sum(axis=0)
+    assert abs(square.mean() - 15 * 0.95**2) < 4 * square.std() / np.sqrt(2000)
+    bare = Scene(GOOD | MELT | {"bond": {"stiffness": 4, "length": 0}})
+    np.testing.assert_allclose(bond_lengths(bare, make_start(bare)), FLIGHT, rtol=1e-12)
+
+
+def test_the_push_off_keeps_bonds_whole():
+    """The hardest beads of Nikunen's sets, from overlaps: no bond beyond 1.3 r_c is left."""
+    relax = {"start": {"relax": {"steps": 2000, "dt": 0.005}}}
+    scene = Scene(GOOD | MELT | relax)
+    length = bond_lengths(scene, make_start(scene))
+    assert length.max() < 1.3
+    assert length.mean() == pytest.approx(0.966, abs=0.01)
 
 
 def test_slabs_are_apart():

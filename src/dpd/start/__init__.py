@@ -11,7 +11,7 @@ from dpd.engine.simulation import Simulation, State, System
 from dpd.errors import UserError
 from dpd.start.polymerize import LOOK, polymerize
 
-FLIGHT = 0.8  # r_c, a step of a random flight: about the distance of neighbours at density 3
+FLIGHT = 0.8  # r_c, a step of a random flight where bonds have no rest length
 
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
 
@@ -73,6 +73,8 @@ def start_description(scene):
     }
     if start["method"] == "polymerize":
         kept["polymerize"] = start["polymerize"]
+    elif "bond" in data:
+        kept["flight"] = float(data["bond"]["length"]) or FLIGHT
     if "relax" in start:
         kept["relax"] = start["relax"]
     if "relax" in start or start["method"] == "polymerize":
@@ -174,7 +176,8 @@ def make_start_and_record(scene, progress=None):
 def _random(scene, description):
     """Random flights with random velocities."""
     rng = np.random.default_rng(description["seed"])
-    position = _positions(scene, description["method"], rng)
+    flight = description.get("flight", FLIGHT)
+    position = _positions(scene, description["method"], flight, rng)
     velocity = _velocities(position.shape, description["kT"], rng)
     identity = np.arange(position.shape[1], dtype=np.uint32)
     return State(position, velocity, None, identity, _species(scene), 0)
@@ -186,7 +189,7 @@ def _velocities(shape, kT, rng):
     return velocity - velocity.mean(axis=1, keepdims=True)
 
 
-def _positions(scene, method, rng):
+def _positions(scene, method, flight, rng):
     """Random flights, each kind of molecule in the whole box or in a slab of its own."""
     box = np.array(scene.box)
     along = int(np.argmax(box))
@@ -198,19 +201,19 @@ def _positions(scene, method, rng):
             low[along] = box[along] * filled / scene.beads
             slab[along] = box[along] * beads / scene.beads
         filled += beads
-        parts.append(_flights(kind.count, len(kind.beads), low, slab, rng))
+        x = _flights(kind.count, len(kind.beads), slab, flight, rng)
+        if method == "slabs":
+            x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
+        parts.append((x + low).reshape(-1, len(box)).T)
     return wrapped(np.concatenate(parts, axis=1), scene.box)
 
 
-def _flights(count, length, low, size, rng):
-    """(dimension, count * length) positions of random flights, folded back into a slab."""
-    d = len(size)
-    first = rng.random((count, 1, d)) * size
-    steps = rng.normal(size=(count, length - 1, d))
-    steps *= FLIGHT / np.linalg.norm(steps, axis=2, keepdims=True)
-    x = np.concatenate([first, steps], axis=1).cumsum(axis=1)
-    x = np.abs((x + size) % (2 * size) - size)  # reflected at 0 and at the slab's size
-    return (x + low).reshape(-1, d).T.copy()
+def _flights(count, length, size, flight, rng):
+    """(count, length, dimension) positions of random flights that begin in a box."""
+    first = rng.random((count, 1, len(size))) * size
+    steps = rng.normal(size=(count, length - 1, len(size)))
+    steps *= flight / np.linalg.norm(steps, axis=2, keepdims=True)
+    return np.concatenate([first, steps], axis=1).cumsum(axis=1)
 
 
 def _species(scene):
