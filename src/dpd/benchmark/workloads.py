@@ -1,0 +1,65 @@
+"""The four systems that speed is measured on."""
+
+from dpd.scene import Scene
+
+FLUID = {
+    "dimension": 3,
+    "box": 20,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "start": {"relax": {"steps": 200, "dt": 0.02}},
+    "steps": {"sample": 200},
+}
+MELT = {
+    "dimension": 3,
+    "box": 20.1587,
+    "molecules": [{"architecture": "A 64", "count": 128}],
+    "repulsion": {"A A": 100},
+    "bond": {"stiffness": 200, "length": 0.95},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "start": {"relax": {"steps": 10000, "dt": 0.005}},
+    "steps": {"sample": 500},
+}
+# The chains begin as random flights: they cross, but move and cost as in a melt.
+FLAT_MELT = {
+    "dimension": 2,
+    "box": 100,
+    "molecules": [{"architecture": "A 100", "density": 2}],
+    "repulsion": {"A A": 25},
+    "core": {"radius": 0.15, "force": 100},
+    "bond": {"stiffness": 300, "length": 0.25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.002},
+    "start": {"relax": {"steps": 5000, "dt": 0.002}},
+    "steps": {"sample": 500},
+}
+SLABS = {
+    "dimension": 3,
+    "box": [8, 8, 20],
+    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
+    "repulsion": {"A A": 25, "B B": 25, "A B": 37},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "start": {"method": "slabs", "relax": {"steps": 500, "dt": 0.02}},
+    "steps": {"sample": 1000},
+}
+WORKLOADS = {
+    "W1": ("standard fluid: 24 000 beads, rho 3, a 25, dt 0.04", FLUID),
+    "W2": ("melt of Nikunen: 128 chains of 64, rho 1, a 100, k 200, dt 0.02", MELT),
+    "W3": ("melt of Liu: 20 000 beads in two dimensions, N 100, set (1), dt 0.002", FLAT_MELT),
+    "W4": ("slabs: 8 x 8 x 20, rho 3, a 25, a_AB 37, dt 0.04", SLABS),
+}
+
+
+def workload(name, **changes):
+    """Scene of a workload, with some keys changed.
+
+    Parameters
+    ----------
+    name : str
+        A key of `WORKLOADS`.
+
+    Returns
+    -------
+    Scene
+    """
+    return Scene(WORKLOADS[name][1] | changes, f"workload {name}")
