@@ -26,8 +26,8 @@ LEVEL = 0.05
 
 def compute(sweeps):
     """Curves and numbers of the longest chains, for each set."""
-    runs = sweeps["statics"]
-    runs = runs.sel(length=runs.length.max())
+    every = sweeps["statics"]
+    runs = every.sel(length=every.length.max())
     r, length = runs.r.values, runs.bond_length.values
     rows, curves = [], []
     for name in runs.set.values:
@@ -55,6 +55,15 @@ def compute(sweeps):
     )  # fmt: skip
     for name, column in zip(names, np.array(rows).T):
         data[name] = ("set", column, {"units": "kT" if name == "kT" else "r_c"})
+    shorter = [
+        [
+            rise(r, radial_distribution(every.sel(set=name, length=n))[0], LEVEL)
+            for n in every.length.values
+        ]
+        for name in runs.set.values
+    ]
+    data["r_min_of"] = (("set", "chain"), shorter, {"units": "r_c", "long_name": "r_min over N"})
+    data = data.assign_coords(chain=every.length.values)
     data["margin"] = (np.sqrt(2) * data.r_min - data.l_max).assign_attrs(units="r_c")
     return data
 
@@ -69,6 +78,10 @@ def measured(data):
                 continue
             at = data.sel(set=name)
             note = f"N {data.attrs['length']}, kT {float(at.kT):.3f} at the paper's dt"
+            if quantity == "r_min" and data.sizes["chain"] > 1:
+                trend = ", ".join(f"{value:.4f}" for value in at.r_min_of.values[:-1])
+                lengths = ", ".join(str(n) for n in data.chain.values[:-1])
+                note += f"; {trend} at N {lengths}"
             found[f"{quantity}_{name}"] = Measured(
                 float(at[quantity]), float(at[f"{quantity}_error"]), note
             )

@@ -108,12 +108,14 @@ def draw(data):
             for law, style in zip(laws, ("--", ":")):
                 _draw_law(panel, data, name, law, taken, style)
             panel.axvspan(40, 60, color=BLACK, alpha=0.1, linewidth=0, label="published crossover")
-            panel.set(xscale="log", yscale="log", xlabel="chain length N",
+            panel.set(xscale="log", yscale="linear" if taken else "log", xlabel="chain length N",
                       ylabel=reduced if taken else label)  # fmt: skip
+            panel.set_xticks(n.values, [f"{length:g}" for length in n.values])
+            panel.set_xticks([], minor=True)
     for panel, title in zip(axes.flat, "abcd"):
         panel.set_title(f"({title})")
-    axes[0, 0].legend()
-    axes[0, 1].legend()
+    axes[0, 0].legend(loc="upper left")
+    axes[0, 1].legend(loc="lower left")
     return figure
 
 

@@ -170,16 +170,19 @@ def draw(data):
         at = data.isel(interval=k)
         seen = at["count"] > 0
         rate, error = at["count"] / at.exposure, np.sqrt(at["count"]) / at.exposure
-        label = f"looks every {at.interval.item()} steps"
+        steps = at.interval.item()
+        label = f"looks every {steps} steps" if steps > 1 else "looks every step"
         points(axes, at.margin[seen], rate[seen], error[seen], label, color)
         axes.plot(at.margin[~seen], AT_LEAST / at.exposure[~seen], "v", color=color,
                   markerfacecolor="white")  # fmt: skip
-    for name in data.set.values:
+    for k, name in enumerate(data.set.values):
         at = data.sel(set=name).isel(interval=0)
         height = float(np.maximum(at["count"], AT_LEAST) / at.exposure)
-        axes.annotate(f"a = {str(name)[1:]}", (float(at.margin), height), (3, 4),
-                      textcoords="offset points", fontsize=6.5)  # fmt: skip
+        # Neighbours stand close together: every other label one line higher.
+        axes.annotate(f"a = {str(name)[1:]}", (float(at.margin), height), (0, 7 + 11 * (k % 2)),
+                      textcoords="offset points", fontsize=6.5, ha="center")  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
+    axes.margins(0.12)
     axes.set(yscale="log", xlabel=r"margin $\sqrt{2} r_{min} - l_{max}$ / $r_c$",
              ylabel=r"passes per bond and $\tau$")  # fmt: skip
     axes.legend()

@@ -83,5 +83,5 @@ def draw(data):
             panel.plot(at.dt[own], value[own], "o", color=color, zorder=3)
         panel.axhline(0, color="0.6", linewidth=0.6, zorder=0)
         panel.set(xlabel=r"time step dt / $\tau$", ylabel=label, title=title)
-    axes[0].legend()
+    axes[0].legend(loc="upper left")
     return figure
