@@ -7,6 +7,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from dpd.digest import value_digest
+from dpd.engine.integrators import coefficients
 from dpd.errors import UserError
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
@@ -186,6 +187,7 @@ class Scene:
         self._check_molecules()
         self._check_repulsion()
         self._check_bond()
+        self._check_thermostat()
         if self.steps[1] < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
         for name, settings in self.observe.items():
@@ -198,6 +200,8 @@ class Scene:
         for name, dimension in (("crossings", 2), ("passes", 3)):
             if name in self.observe and self.dimension != dimension:
                 self._fail("observe", f"{name!r} are counted in {dimension} dimensions only")
+        if "configurational" in self.observe and self.data.get("core", {}).get("radius"):
+            self._fail("observe", "'configurational' needs a force without the jump of a core")
         if self.data["start"]["method"] == "polymerize":
             if self.dimension != 2:
                 self._fail("start.method", "'polymerize' grows chains in two dimensions only")
@@ -256,6 +260,15 @@ class Scene:
             if np.isnan(self.repulsion[i, j]):
                 pair = f"{self.species[i]} {self.species[j]}"
                 self._fail("repulsion", f"no value for the pair {pair!r}; add '{pair}: 25'")
+
+    def _check_thermostat(self):
+        scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]
+        if kind == "langevin" and coefficients(scheme).exchange is not None:
+            self._fail(
+                "integrator.scheme",
+                f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "
+                "allowed: euler, gw-vv, verlet-no-acceleration, dpd-vv",
+            )
 
     def _check_bond(self):
         chains = any(len(kind.beads) > 1 for kind in self.molecules)

@@ -45,6 +45,10 @@ SLABS = {
 WORKLOADS = {
     "W1": ("standard fluid: 24 000 beads, rho 3, a 25, dt 0.04", FLUID),
     "W2": ("melt of Nikunen: 128 chains of 64, rho 1, a 100, k 200, dt 0.02", MELT),
+    "W2, dpd-vv": (
+        "the same with friction twice a step, which LAMMPS has not",
+        MELT | {"integrator": {"scheme": "dpd-vv", "dt": 0.02}},
+    ),
     "W3": ("melt of Liu: 20 000 beads in two dimensions, N 100, set (1), dt 0.002", FLAT_MELT),
     "W4": ("slabs: 8 x 8 x 20, rho 3, a 25, a_AB 37, dt 0.04", SLABS),
 }

@@ -11,10 +11,11 @@ import numpy as np
 from dpd.engine.bath import add_bath_forces
 from dpd.engine.bonds import add_bond_forces, bonded_slots
 from dpd.engine.cells import cell_buffers, empty_like, sort_by_cell
+from dpd.engine.exchange import exchange_momentum
 from dpd.engine.forces import add_pair_forces, measure_pairs
 from dpd.engine.friction import keep_pairs, kept_buffers, renew_friction
 from dpd.engine.jit import kernel, part
-from dpd.engine.lists import CHUNK, list_again, list_anew, listed_pairs, moved_too_far
+from dpd.engine.lists import CHUNK, listed_pairs, listing, moved_too_far, no_list
 from dpd.engine.noise import step_keys
 from dpd.engine.search import next_pairs, pair_buffers, search_buffers
 
@@ -22,23 +23,49 @@ FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost 
 
 
 @part()
+def put_inside(x, edge):
+    """The image of a coordinate that lies in the box."""
+    x -= edge * np.floor(x / edge)
+    return x if x < edge else 0.0
+
+
+@part()
+def finish(beads, force, kept, count, fields, exchange, box, dt, scheme, keys):
+    """What a step does after the force: the rest of the kick, and of the friction."""
+    position, velocity, predicted, identity, _ = beads
+    correction, middle = scheme[2], scheme[5]
+    if middle is None:
+        if correction > 0.0:
+            correct(velocity, force, correction * dt)
+            renew_friction(force, kept, count, velocity, predicted, fields[5], box, scheme[3])
+        exchange_momentum(velocity, identity, kept, count, exchange, fields[2], dt, keys, box)
+    else:
+        correct(velocity, force, 0.5 * dt)
+        exchange_momentum(velocity, identity, kept, count, exchange, fields[2], dt, keys, box)
+        correct(velocity, force, 0.5 * dt)
+        for k in range(len(box)):
+            for i in range(velocity.shape[1]):
+                position[k, i] = put_inside(position[k, i] + 0.5 * dt * velocity[k, i], box[k])
+
+
+@part()
 def drift(position, velocity, predicted, force, box, dt, scheme):
     """Move beads, predict velocities; return a bead that moved too far, or -1.
 
-    On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f.
+    On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f. A
+    scheme with its force in the middle of a step drifts for half of it.
     """
-    acceleration, prediction, correction, _ = scheme
+    acceleration, prediction, correction, _, _, middle = scheme
+    time = dt if middle is None else 0.5 * dt
     lost, distance = -1, 0.0
     for k in range(len(box)):
         edge = box[k]
         for i in range(position.shape[1]):
             f, v = force[k, i], velocity[k, i]
-            move = dt * v + acceleration * dt * dt * f
+            move = time * v + acceleration * dt * dt * f
             if lost < 0 and not abs(move) <= FARTHEST:  # also true for NaN
                 lost, distance = i, abs(move)
-            x = position[k, i] + move
-            x -= edge * np.floor(x / edge)
-            position[k, i] = x if x < edge else 0.0
+            position[k, i] = put_inside(position[k, i] + move, edge)
             predicted[k, i] = v + prediction * dt * f
             velocity[k, i] = v + (1.0 - correction) * dt * f
     return lost, distance
@@ -53,18 +80,30 @@ def correct(velocity, force, share):
 
 
 @part()
-def pair_forces(beads, force, pairs, n, fields, box, keys, measure, sums, kept, count):
+def friction_of(fields, exchange):
+    """gamma of the pairs that are kept."""
+    if exchange is None:
+        return fields[1][0]
+    return exchange[1]
+
+
+@part()
+def pair_forces(
+    beads, force, pairs, n, fields, exchange, box, keys, measure, sums, kept, count
+):  # fmt: skip
     """Add the forces of ``n`` pairs; keep them after ``count`` others, add up if asked."""
     _, _, predicted, identity, species = beads
     virial, energy = sums
     add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
     if measure:
         measure_pairs(virial, energy, pairs, n, box, fields[4])
-    return keep_pairs(kept, count, pairs, n, fields[1][0], box)
+    return keep_pairs(kept, count, pairs, n, friction_of(fields, exchange), box)
 
 
 @part()
-def total_force(beads, force, cells, listed, slots, fields, box, grid, keys, measure, sums, kept):
+def total_force(
+    beads, force, cells, listed, slots, fields, exchange, box, grid, keys, measure, sums, kept
+):  # fmt: skip
     """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked.
 
     Parameters
@@ -86,14 +125,14 @@ def total_force(beads, force, cells, listed, slots, fields, box, grid, keys, mea
         while at[0] < position.shape[1]:
             at, n = next_pairs(at, position, cells, box, grid, 1.0, line, pairs)
             kept, count = pair_forces(
-                beads, force, pairs, n, fields, box, keys, measure, sums, kept, count
+                beads, force, pairs, n, fields, exchange, box, keys, measure, sums, kept, count
             )
     else:
         pairs = pair_buffers(len(box), CHUNK)
         for first in range(0, listed.shape[1], CHUNK):
             n = listed_pairs(first, position, listed, box, pairs)
             kept, count = pair_forces(
-                beads, force, pairs, n, fields, box, keys, measure, sums, kept, count
+                beads, force, pairs, n, fields, exchange, box, keys, measure, sums, kept, count
             )
     add_bond_forces(force, position, slots, fields[3], box, measure, sums)
     add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
@@ -102,8 +141,9 @@ def total_force(beads, force, cells, listed, slots, fields, box, grid, keys, mea
 
 @kernel()
 def advance(
-    beads, reference, force, fields, box, grid, skin, dt, scheme, seed, step, steps, measure
-):
+    beads, reference, force, fields, exchange, box, grid, skin, dt, scheme, seed, step, steps,
+    measure,
+):  # fmt: skip
     """Advance by ``steps`` steps, or for 0 steps evaluate the force where the beads are.
 
     Parameters
@@ -117,6 +157,8 @@ def advance(
         The force on the beads as they are; ignored for 0 steps.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         See `dpd.engine.forces`, `dpd.engine.bonds`, `dpd.engine.bath`.
+    exchange : None or (kind, gamma, kT)
+        See `dpd.engine.exchange`; the thermostat of a scheme that splits it off.
     grid : Grid
         Cells with edges of at least 1 + ``skin``.
     skin : float
@@ -141,10 +183,9 @@ def advance(
     target = empty_like(source)
     cells = cell_buffers(grid, position.shape[1])
     sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
-    correction = scheme[2]
-    kept = kept_buffers(scheme[3], len(box), 4 * position.shape[1])
+    kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * position.shape[1])
     lost = (-1, step, 0.0)
-    listed = list_again(reference, steps, cells, box, grid, skin)
+    listed = no_list(reference)
     slots = bonded_slots(fields[3], identity)
     for s in range(max(steps, 1)):
         if steps > 0:
@@ -153,16 +194,19 @@ def advance(
             if bead >= 0:
                 lost = (np.int64(source[3][bead]), step, distance)
                 break
-        if steps == 0 or moved_too_far(source[0], reference, box, 0.5 * skin):
+        sort_now = steps == 0 or moved_too_far(source[0], reference, box, 0.5 * skin)
+        if sort_now:
             sort_by_cell(source, target, box, grid, cells)
             source, target = target, source
             slots = bonded_slots(fields[3], source[3])
-            reference, listed = list_anew(reference, source[0], cells, box, grid, skin)
+        reference, listed = listing(
+            reference, source[0], sort_now, s == 0, listed, cells, box, grid, skin
+        )
+        keys = step_keys(seed, step)
+        last = measure and s + 1 >= steps
         kept, count = total_force(
-            source, force, cells, listed, slots, fields, box, grid, step_keys(seed, step),
-            measure and s + 1 >= steps, sums, kept,
-        )  # fmt: skip
-        if steps > 0 and correction > 0.0:
-            correct(source[1], force, correction * dt)
-            renew_friction(force, kept, count, source[1], source[2], fields[5], box)
+            source, force, cells, listed, slots, fields, exchange, box, grid, keys, last, sums, kept
+        )
+        if steps > 0:
+            finish(source, force, kept, count, fields, exchange, box, dt, scheme, keys)
     return (source[0], source[1], source[3], source[4]), reference, force, sums, lost

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.arrays import columns
 from dpd.engine.jit import part
 from dpd.errors import UserError
 
@@ -46,8 +47,6 @@ def share_a_bead(members, a, b):
 def with_pair(found, total, a, b):
     """The (2, n) pairs found with one more, after ``total`` others; larger if it is full."""
     if total == found.shape[1]:
-        larger = np.empty((2, 2 * total), np.uint32)
-        larger[:, :total] = found
-        found = larger
+        found = columns(found, total, 2 * total)
     found[0, total], found[1, total] = min(a, b), max(a, b)
     return found

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.arrays import columns
 from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
@@ -75,4 +76,4 @@ def _crossing(middle, half, members, box, grid, reach):
             if not share_a_bead(members, a, b):
                 found = with_pair(found, total, a, b)
                 total += 1
-    return found[:, :total].copy()
+    return columns(found, total, total)

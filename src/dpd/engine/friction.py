@@ -10,33 +10,27 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine.arrays import columns
 from dpd.engine.jit import part
 
 
 class Kept(NamedTuple):
-    """Pairs of one evaluation: slots, and sqrt(gamma) w e, whose square is their friction."""
+    """Pairs of one evaluation.
 
-    i: np.ndarray
-    j: np.ndarray
+    ``ends`` are their (2, n) slots, ``drag`` is sqrt(gamma) w e, whose square is their friction.
+    """
+
+    ends: np.ndarray
     drag: np.ndarray
 
 
 @part()
-def kept_buffers(again, dimension, size):
-    """Buffers for ``size`` pairs; None for a scheme that evaluates friction once."""
-    if again is None:
-        return None
-    return Kept(np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((dimension, size)))
-
-
-@part()
-def larger(kept, count, size):
-    """The first ``count`` pairs in buffers for ``size``."""
-    more = kept_buffers(True, kept.drag.shape[0], size)
-    more.i[:count] = kept.i[:count]
-    more.j[:count] = kept.j[:count]
-    more.drag[:, :count] = kept.drag[:, :count]
-    return more
+def kept_buffers(again, exchange, dimension, size):
+    """Buffers for ``size`` pairs; None for a scheme that needs them once."""
+    if again is None:  # noqa: SIM102  Numba drops branches on None one by one
+        if exchange is None:
+            return None
+    return Kept(np.empty((2, size), np.uint32), np.empty((dimension, size)))
 
 
 @part()
@@ -52,21 +46,23 @@ def keep_pairs(kept, count, pairs, n, friction, box):
     """
     if kept is None:
         return None, 0
-    if count + np.int64(n) >= len(kept.i):
-        kept = larger(kept, count, 2 * (count + np.int64(n)))
+    ends, drag = kept
+    if count + np.int64(n) >= ends.shape[1]:
+        size = 2 * (count + np.int64(n))
+        ends, drag = columns(ends, count, size), columns(drag, count, size)
     root, weight = np.sqrt(friction), pairs.scratch[2]
     end = np.uint64(count)
     for p in range(n):
-        kept.i[end] = pairs.i[p]
-        kept.j[end] = pairs.j[p]
+        ends[0, end] = pairs.i[p]
+        ends[1, end] = pairs.j[p]
         for k in range(len(box)):
-            kept.drag[k, end] = root * weight[p] * pairs.separation[k, p]
+            drag[k, end] = root * weight[p] * pairs.separation[k, p]
         end += np.uint64(weight[p] > 0.0)
-    return kept, np.int64(end)
+    return Kept(ends, drag), np.int64(end)
 
 
 @part()
-def renew_friction(force, kept, count, velocity, predicted, bath, box):
+def renew_friction(force, kept, count, velocity, predicted, bath, box, again):
     """Replace the friction in a force by that of the velocities now.
 
     Parameters
@@ -78,15 +74,17 @@ def renew_friction(force, kept, count, velocity, predicted, bath, box):
     velocity, predicted : (dimension, n) arrays
         ``predicted`` is lost: it is made the velocity's change.
     bath : None or (gamma, sigma / sqrt(dt))
+    again : None or True
+        None for schemes that leave it.
     """
-    if kept is None:
+    if again is None:
         return
     change = predicted
     for k in range(len(box)):
         for i in range(velocity.shape[1]):
             change[k, i] -= velocity[k, i]
     for p in range(np.uint64(count)):
-        i, j = kept.i[p], kept.j[p]
+        i, j = kept.ends[0, p], kept.ends[1, p]
         pull = 0.0
         for k in range(len(box)):
             pull += kept.drag[k, p] * (change[k, i] - change[k, j])

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.arrays import columns
 from dpd.engine.cells import find_cells
 from dpd.engine.jit import part
 from dpd.engine.search import next_pairs, search_buffers
@@ -20,35 +21,39 @@ def list_pairs(position, cells, box, grid, reach):
         at, found = next_pairs(at, position, cells, box, grid, reach, line, pairs)
         n = np.int64(found)
         if total + n > listed.shape[1]:
-            larger = np.empty((2, 2 * (total + n)), np.uint32)
-            larger[:, :total] = listed[:, :total]
-            listed = larger
-        listed[0, total : total + n] = pairs.i[:n]
-        listed[1, total : total + n] = pairs.j[:n]
+            listed = columns(listed, total, 2 * (total + n))
+        for p in range(n):
+            listed[0, total + p] = pairs.i[p]
+            listed[1, total + p] = pairs.j[p]
         total += n
-    return listed[:, :total].copy()
+    return columns(listed, total, total)
 
 
 @part()
-def list_again(reference, steps, cells, box, grid, skin):
-    """The list that was made at the reference; None where there is none.
-
-    Before 0 steps, which sort and list afresh, it is empty.
-    """
+def no_list(reference):
+    """A list yet to be made; None where pairs are found by cells."""
     if reference is None:
         return None
-    if steps == 0:
-        return np.empty((2, 0), np.uint32)
-    find_cells(reference, box, grid, cells)
-    return list_pairs(reference, cells, box, grid, 1.0 + skin)
+    return np.empty((2, 0), np.uint32)
 
 
 @part()
-def list_anew(reference, position, cells, box, grid, skin):
-    """Reference and list of beads just sorted; None for both where there was none."""
+def listing(reference, position, sorted_now, first, listed, cells, box, grid, skin):
+    """Reference and list after a sort, or for the first step of a call; else as they were.
+
+    A call begins with the list that was made at its reference. (Numba drops the branch on
+    None only of an argument that is never assigned to.)
+    """
     if reference is None:
         return None, None
-    return position.copy(), list_pairs(position, cells, box, grid, 1.0 + skin)
+    made_at, pairs = reference, listed
+    if sorted_now:
+        made_at = position.copy()
+    elif first:
+        find_cells(made_at, box, grid, cells)
+    if sorted_now or first:
+        pairs = list_pairs(made_at, cells, box, grid, 1.0 + skin)
+    return made_at, pairs
 
 
 @part()

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.arrays import columns
 from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel, part
@@ -128,4 +129,4 @@ def _passed(middle, ends, move, members, box, grid, reach):
             if 0.0 <= p <= 1.0 and 0.0 <= q <= 1.0:
                 found = with_pair(found, total, one, other)
                 total += 1
-    return found[:, :total].copy()
+    return columns(found, total, total)

@@ -158,13 +158,19 @@ class Simulation:
         self.system = system
         self.state = state
         _refuse_nowhere(state)
-        state.position = wrapped(state.position, system.box)
+        # In rows, whatever they came in: each layout would compile kernels of its own.
+        state.position = np.ascontiguousarray(wrapped(state.position, system.box))
+        state.velocity = np.ascontiguousarray(state.velocity)
         self._grid = grid(system.box, CUTOFF + system.skin)
         noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
         thermostat = (float(system.friction), float(noise))
+        split = system.scheme.exchange is not None
+        self._exchange = None
+        if split:
+            self._exchange = (system.scheme.exchange, float(system.friction), float(system.kT))
         self._fields = (
             np.ascontiguousarray(system.repulsion, dtype=np.float64),
-            (0.0, 0.0) if system.per_bead else thermostat,
+            (0.0, 0.0) if system.per_bead or split else thermostat,
             bool(system.gaussian),
             system.bonds,
             system.core,
@@ -213,9 +219,9 @@ class Simulation:
         if system.skin > 0:
             reference = state.position if state.reference is None else state.reference
         beads, reference, force, sums, lost = advance(
-            beads, reference, state.force.copy(), self._fields, system.box, self._grid,
-            float(system.skin), system.dt, system.scheme, np.uint64(system.seed), state.step,
-            steps, measure,
+            beads, reference, state.force.copy(), self._fields, self._exchange, system.box,
+            self._grid, float(system.skin), system.dt, system.scheme, np.uint64(system.seed),
+            state.step, steps, measure,
         )  # fmt: skip
         bead, step, distance = lost
         if bead >= 0:

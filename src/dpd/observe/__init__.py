@@ -8,6 +8,7 @@ it) and ``variables()`` (name to (dimensions, array, units, long_name) for the f
 from dpd.observe.bonds import Bonds
 from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
+from dpd.observe.configurational import Configurational
 from dpd.observe.crossings import Crossings
 from dpd.observe.displacement import Displacement
 from dpd.observe.end_to_end import EndToEnd
@@ -29,6 +30,7 @@ OBSERVABLES = {
     "end_to_end": EndToEnd,
     "configuration": Configuration,
     "trace": Trace,
+    "configurational": Configurational,
 }
 
 

@@ -1,0 +1,85 @@
+"""Forces and curvature of the potential, whose ratio is a temperature without velocities."""
+
+import numpy as np
+
+from dpd.engine.bonds import add_bond_forces, bonded_slots
+from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
+from dpd.engine.forces import CLOSEST, pair_repulsion
+from dpd.engine.jit import kernel, part
+from dpd.engine.search import next_pairs, search_buffers
+
+
+def force_and_curvature(position, identity, species, repulsion, bonds, box):
+    """Sum of squared conservative forces, and the Laplacian of the potential.
+
+    In equilibrium <sum F_i^2> = kT <sum nabla_i^2 U> (Rugh 1997; Butler et al. 1998).
+
+    Parameters
+    ----------
+    position : (dimension, n) array
+        Inside the box.
+    identity : (n,) uint32 array
+    species : (n,) uint8 array or None
+    repulsion : (species, species) array
+    bonds : None or (members, stiffness, length)
+    box : tuple
+
+    Returns
+    -------
+    (2,) array
+        In (kT / r_c)^2 and kT / r_c^2.
+    """
+    return _sums(position, identity, species, repulsion, bonds, box, grid(box, 1.0))
+
+
+@kernel()
+def _sums(position, identity, species, repulsion, bonds, box, grid):
+    dimension, beads = len(box), position.shape[1]
+    source = (position, position, position, identity, species)
+    ordered = empty_like(source)
+    cells = cell_buffers(grid, beads)
+    sort_by_cell(source, ordered, box, grid, cells)
+    place, _, _, number, kinds = ordered
+    line, pairs = search_buffers(cells.start, box, grid)
+    force = np.zeros((dimension, beads))
+    curvature = 0.0
+    at = (0, -1)
+    while at[0] < beads:
+        at, n = next_pairs(at, place, cells, box, grid, 1.0, line, pairs)
+        strength = pairs.scratch[0]
+        pair_repulsion(strength, pairs, n, kinds, repulsion)
+        for p in range(n):
+            r2 = CLOSEST
+            for k in range(dimension):
+                r2 += pairs.separation[k, p] * pairs.separation[k, p]
+            r = np.sqrt(r2)
+            push = strength[p] * max(0.0, 1.0 - r) / r
+            # u'' + (d - 1) u' / r, for both beads of the pair
+            curvature += 2.0 * (strength[p] - (dimension - 1) * push)
+            i, j = pairs.i[p], pairs.j[p]
+            for k in range(dimension):
+                force[k, i] += push * pairs.separation[k, p]
+                force[k, j] -= push * pairs.separation[k, p]
+    slots = bonded_slots(bonds, number)
+    none = (np.zeros((2, dimension, dimension)), np.zeros(2))
+    add_bond_forces(force, place, slots, bonds, box, False, none)
+    curvature += bond_curvature(place, slots, bonds, box)
+    return np.array([(force * force).sum(), curvature])
+
+
+@part()
+def bond_curvature(position, slots, bonds, box):
+    """The part of bonds in the Laplacian."""
+    if bonds is None:
+        return 0.0
+    _, stiffness, length = bonds
+    total = 0.0
+    for b in range(slots.shape[1]):
+        r2 = CLOSEST
+        for k in range(len(box)):
+            d = position[k, slots[0, b]] - position[k, slots[1, b]]
+            d -= box[k] * np.rint(d / box[k])
+            r2 += d * d
+        pull = 1.0 - length / np.sqrt(r2)
+        total += 2.0 * stiffness * (1.0 + (len(box) - 1) * pull)
+    return total

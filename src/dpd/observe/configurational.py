@@ -1,0 +1,51 @@
+"""Configurational temperature: what the positions say of kT."""
+
+import numpy as np
+
+from dpd.engine.configurational import force_and_curvature
+from dpd.observe.blocks import Blocks
+
+
+class Configurational:
+    """Squared conservative forces and the Laplacian of the potential, in blocks of the run.
+
+    Their ratio, of means, is kT in equilibrium and does not look at velocities: it shows an
+    integrator's error where the kinetic temperature is right by construction.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without a rigid core, whose force jumps.
+    system : System
+    every : int
+        Steps between samples.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every = every
+        self._system = system
+        self._beads = scene.beads
+        self._blocks = Blocks((2,), scene.steps[1] // every)
+        self.arrays = self._blocks.arrays
+
+    def sample(self, simulation, sums):
+        """Take one sample."""
+        state, system = simulation.state, self._system
+        repulsion = np.ascontiguousarray(system.repulsion, dtype=np.float64)
+        self._blocks.open()[:] += force_and_curvature(
+            state.position, state.identity, state.species, repulsion, system.bonds, system.box
+        )
+
+    def variables(self):
+        """Both per bead, in blocks for the file."""
+        means = self._blocks.means() / self._beads
+        return {
+            "force_square": (
+                ("block",), means[:, 0], "(kT / r_c)^2", "squared conservative force per bead",
+            ),
+            "curvature": (
+                ("block",), means[:, 1], "kT / r_c^2", "Laplacian of the potential per bead",
+            ),
+        }  # fmt: skip

