@@ -46,8 +46,11 @@ def test_limit_is_the_cutoff():
 
 
 def test_not_a_number_is_noticed():
+    """Of a run under way; a start with one is refused before."""
+    simulation = fast_bead(0.0)
+    simulation.state.velocity[1, simulation.state.identity == 13] = np.nan
     with pytest.raises(Unstable, match="bead 13 moved nan"):
-        fast_bead(np.nan).advance(5)
+        simulation.advance(5)
 
 
 def doomed():
