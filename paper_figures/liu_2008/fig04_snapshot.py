@@ -26,10 +26,10 @@ def compute(sweeps):
     lengths = melts.length.values
     length = PAPER_LENGTH if PAPER_LENGTH in lengths else int(lengths.max())
     at = melts.sel(length=length).isel(replica=0)
-    box = first_scene(at).box
+    box = np.array(first_scene(at).box)
     beads = int(at.beads)
     place = at.position.values[:, :beads].reshape(2, -1, length)
-    chains = unwrapped(place, box)
+    chains = unwrapped(place, tuple(box))
     gyration, across = sizes(chains)
     return xr.Dataset(
         {

@@ -184,7 +184,8 @@ def subdiffusion(sweep, axis):
         "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
     )  # fmt: skip
     units = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
-    data = xr.Dataset(coords={axis: sweep[axis]})
+    # Numbered lags: sweeps of other lengths have others, and are filled up where they are joined.
+    data = xr.Dataset(coords={axis: sweep[axis], "lag": np.arange(curves.shape[-1])})
     for name, unit, table in zip(names, units, curves):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
     names = (
