@@ -47,7 +47,7 @@ def compute(sweeps):
             count[k, m] = float(one.passes.sum())
             bonds = float(one.beads.sum()) * (length - 1) / length
             exposure[k, m] = bonds * float(one.pass_time.max())
-        rate = count[k, 0] / exposure[k, 0]
+        rate = max(count[k, 0], AT_LEAST) / exposure[k, 0]
         rows.append((*_margin(statics.sel(set=name)), *_behaviour(sweeps, str(name), rate)))
     data = xr.Dataset(
         {
@@ -71,7 +71,10 @@ def _margin(at):
 
 
 def _behaviour(sweeps, name, rate):
-    """Exponent of tau for long chains, its error, longest N that counts, passes in its tau."""
+    """Exponent of tau for long chains, its error, longest N that counts, passes in its tau.
+
+    Where none was seen, the rate is the limit at 95 %.
+    """
     runs = sweeps["dynamics"] if name == "a100" else sweeps["dynamics_sets"]
     if "set" in runs.dims:
         if name not in runs.set.values:
@@ -140,7 +143,7 @@ def table(data):
             "holds" if at.margin > 0 else "fails",
             rate if count else f"< {AT_LEAST / exposure:.1e}",
             with_error(100 * change, 100 * error) if np.isfinite(change) else "–",
-            f"{float(at.in_a_tau):.3g} (N {float(at.longest):g})" if at.longest > 0 else "–",
+            _in_a_tau(at, seen=count > 0),
             _verdict(at),
         ))  # fmt: skip
     return pd.DataFrame(rows, columns=[
@@ -151,6 +154,13 @@ def table(data):
 
 def _text(name):
     return f"a {str(name)[1:]}, k {2 * int(str(name)[1:])}"
+
+
+def _in_a_tau(at, seen):
+    """Passes of the longest chain that counts in its relaxation time."""
+    if not at.longest > 0:
+        return "–"
+    return f"{'' if seen else '< '}{float(at.in_a_tau):.2g} (N {float(at.longest):g})"
 
 
 def _verdict(at):
