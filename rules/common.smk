@@ -1,6 +1,18 @@
 # What rules look up: the scene of a point, and a point for a start.
 
 
+def waiting_for_starts(paper):
+    """Digest of each start to the (sweep, point) pairs that need it, in order."""
+    waiting = {}
+    for sweep in paper.sweeps.values():
+        for point in sweep.points:
+            waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
+    return waiting
+
+
+WAITING = {name: waiting_for_starts(paper) for name, paper in PAPERS.items()}
+
+
 def sweep_runs(wildcards):
     """Runs of a sweep, in the order of its points."""
     folder = f"{OUT}/{wildcards.paper}/runs/{wildcards.sweep}"
@@ -26,12 +38,7 @@ def work_of(wildcards):
 
 def work_after(wildcards):
     """The same for a start: of the longest run that waits for it."""
-    return max(
-        round(point.scene.work / 1e6)
-        for sweep in PAPERS[wildcards.paper].sweeps.values()
-        for point in sweep.points
-        if start_digest(point.scene) == wildcards.start
-    )
+    return max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
 
 
 def start_of(wildcards):
@@ -41,11 +48,11 @@ def start_of(wildcards):
 
 def first_with_start(wildcards):
     """Sweep and point that a start is made for: the first that needs it."""
-    for sweep in PAPERS[wildcards.paper].sweeps.values():
-        for point in sweep.points:
-            if start_digest(point.scene) == wildcards.start:
-                return f"{sweep.name} {point.name}"
-    raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
+    waiting = WAITING[wildcards.paper].get(wildcards.start)
+    if not waiting:
+        raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
+    sweep, point = waiting[0]
+    return f"{sweep} {point.name}"
 
 
 def figure_sources(wildcards):

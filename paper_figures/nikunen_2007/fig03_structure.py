@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error, jackknife
-from dpd.analysis.structure import blocks_of, fall, radial_distribution, rise
+from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.structure import blocks_of, criterion, radial_distribution, rise
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels
 
@@ -28,14 +28,13 @@ def compute(sweeps):
     """Curves and numbers of the longest chains, for each set."""
     every = sweeps["statics"]
     runs = every.sel(length=every.length.max())
-    r, length = runs.r.values, runs.bond_length.values
+    r = runs.r.values
     rows, curves = [], []
     for name in runs.set.values:
         at = runs.sel(set=name)
-        g, _, blocks = radial_distribution(at)
+        g, _, _ = radial_distribution(at)
         bonds = blocks_of(at.bond_density)
-        closest = jackknife(blocks, lambda mean: rise(r, mean, LEVEL))
-        longest = jackknife(bonds, lambda mean: fall(length, mean, LEVEL))
+        closest, longest = criterion(at)
         mean, mean_error = block_mean_and_error(blocks_of(at.bond_mean))
         deviation = at.bond_mean_square - at.bond_mean**2
         rms, rms_error = block_mean_and_error(np.sqrt(blocks_of(deviation)))

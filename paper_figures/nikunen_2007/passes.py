@@ -6,8 +6,7 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.relaxation import chain_dynamics, power
-from dpd.analysis.statistics import jackknife
-from dpd.analysis.structure import blocks_of, fall, rise
+from dpd.analysis.structure import criterion
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points
 from dpd.report.text import with_error
@@ -64,9 +63,7 @@ def compute(sweeps):
 
 def _margin(at):
     """sqrt(2) r_min - l_max and its standard error."""
-    r, length = at.r.values, at.bond_length.values
-    near, near_error = jackknife(blocks_of(at.rdf), lambda mean: rise(r, mean))
-    far, far_error = jackknife(blocks_of(at.bond_density), lambda mean: fall(length, mean))
+    (near, near_error), (far, far_error) = criterion(at)
     return np.sqrt(2) * near - far, float(np.hypot(np.sqrt(2) * near_error, far_error))
 
 

@@ -209,7 +209,11 @@ def compile_for(scenes):
         core = "core" if system.core else "no core"
         search = "list" if scene.skin else "cells"
         thermostat = scene.data["thermostat"]["kind"]
-        friction = "friction twice" if system.scheme.again else "friction once"
+        friction = (
+            scene.data["integrator"]["scheme"]
+            if system.scheme.exchange is not None
+            else ("friction twice" if system.scheme.again else "friction once")
+        )
         variant = (
             scene.dimension, species, bonds, core, thermostat, friction, search, *scene.observe,
         )  # fmt: skip
