@@ -14,6 +14,8 @@ rule simulate:
         sources=stage_digest("simulate"),
         scene=lambda wildcards: scene_of(wildcards).digest,
     priority: work_of
+    threads: 1
     shell:
         "python -m dpd simulate {params.study} {wildcards.paper} {wildcards.sweep}"
-        " {wildcards.point} --start {input} -o {output} 2>&1 | tee {log}"
+        " {wildcards.point} --start {input} --threads {threads}"
+        " -o {output} 2>&1 | tee {log}"

@@ -1,6 +1,7 @@
 """`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
 
 import argparse
+import os
 import signal
 import sys
 from pathlib import Path
@@ -48,6 +49,7 @@ def _parser():
         "--start", type=Path, metavar="FILE",
         help="first configuration: read if the file is there, otherwise made and kept in it",
     )  # fmt: skip
+    _add_threads(run)
     bench = stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
     bench.add_argument("-o", "--output", type=Path, help="also write the figures here")
     stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
@@ -60,6 +62,7 @@ def _parser():
         "study", "paper", "sweep", "point", output="run.nc",
     )  # fmt: skip
     simulate.add_argument("--start", required=True, type=Path)
+    _add_threads(simulate)
     stage("collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc")
     stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
     stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
@@ -70,6 +73,20 @@ def _parser():
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
     stage("document", _document, "write config/README.md from the schemas", output="README.md")
     return parser
+
+
+def _add_threads(parser):
+    parser.add_argument(
+        "--threads", type=_threads, default=1, metavar="N",
+        help="threads that share the work (default 1); the results are the same bits",
+    )  # fmt: skip
+
+
+def _threads(text):
+    cores = len(os.sched_getaffinity(0))
+    if not text.isdigit() or not 1 <= int(text) <= cores:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1 to {cores} (cores)")
+    return int(text)
 
 
 def run_folder(study, paper, sweep):
@@ -103,6 +120,7 @@ def _run(options):
             every_seconds=options.checkpoint_every,
             stopping=_asked_to_stop(),
             say=_say,
+            threads=options.threads,
         )
     for name, value in found.items():
         print(f"{name:32s} {value:.6g}")
@@ -172,7 +190,7 @@ def _simulate(options):
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
         found = simulate(
             scene, options.output, state, checkpoint_path(options.output), progress,
-            stopping=_asked_to_stop(), say=_say,
+            stopping=_asked_to_stop(), say=_say, threads=options.threads,
         )  # fmt: skip
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
 

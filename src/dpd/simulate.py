@@ -79,8 +79,9 @@ def read_start(scene, path):
 
 
 def simulate(
-    scene, path, state, checkpoint=None, progress=None, every_seconds=60.0, stopping=None, say=None
-):
+    scene, path, state, checkpoint=None, progress=None, every_seconds=60.0, stopping=None, say=None,
+    threads=1,
+):  # fmt: skip
     """Run a scene and write what it observed.
 
     Parameters
@@ -99,6 +100,8 @@ def simulate(
         Wall clock between checkpoints.
     stopping, say : callable or None
         See `dpd.engine.loop.run`.
+    threads : int
+        See `dpd.engine.simulation.Simulation`.
 
     Returns
     -------
@@ -113,7 +116,7 @@ def simulate(
     """
     begun = time.perf_counter()
     system = system_of(scene)
-    simulation = Simulation(system, state)
+    simulation = Simulation(system, state, threads)
     observers = observables(scene, system)
     sizes = [a.nbytes for o in observers for a in o.arrays.values()]
     state_size = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))

@@ -23,12 +23,12 @@ def make_system(box, scheme="gw-vv", prediction=0.5, **changes):
     return System(box=box, scheme=coefficients(scheme, prediction), **values)
 
 
-def make_simulation(system, position, velocity, species=None, identity=None):
+def make_simulation(system, position, velocity, species=None, identity=None, threads=1):
     """Beads in motion, numbered in the order given unless ``identity`` says otherwise."""
     if identity is None:
         identity = np.arange(position.shape[1])
     state = State(position.copy(), velocity.copy(), None, identity.astype(np.uint32), species, 0)
-    return Simulation(system, state)
+    return Simulation(system, state, threads)
 
 
 def random_beads(box, count, seed=0):

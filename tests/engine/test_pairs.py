@@ -21,14 +21,14 @@ def pairs_by_cells(position, box, grid, cutoff):
     identity = np.arange(beads).astype(np.uint32)
     source = (position, position, position, identity, None)
     ordered = empty_like(source)
-    cells = cell_buffers(grid, beads)
+    cells = cell_buffers(grid, beads, 1)
     sort_by_cell(source, ordered, box, grid, cells)
-    line, pairs = search_buffers(cells.start, box, grid)
+    line, pairs = search_buffers(cells, box, grid)
     number = ordered[3]
     found = [(number[0], number[0], position[:, 0]) for _ in range(0)]
     at = (0, -1)
     while at[0] < beads:
-        at, n = next_pairs(at, ordered[0], cells, box, grid, cutoff, line, pairs)
+        at, n = next_pairs(at, beads, ordered[0], cells, box, grid, cutoff, line, pairs)
         for p in range(n):
             apart = pairs.separation[:, p].copy()
             found.append((number[pairs.i[p]], number[pairs.j[p]], apart))

@@ -4,22 +4,69 @@ Pairs are found by cells in every step, or, where beads hardly move in a step, l
 within the cutoff and a skin; the list serves until some bead has moved half the skin.
 Between rebuilds the beads stay in the order of the last sort, and the list follows from the
 positions at that time (the reference), so a resumed run has the same list in the same order.
+
+Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with
+its own; forces go by batches of bonds and by layers of cells, whoever is free taking the next.
+Layers come in phases, so that no two threads push the same bead at the same time, and the
+order of all sums is that of one thread alone.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.bath import add_bath_forces
-from dpd.engine.bonds import add_bond_forces, bonded_slots
-from dpd.engine.cells import cell_buffers, empty_like, sort_by_cell
+from dpd.engine.bath import add_bath_forces, renew_bath_friction
+from dpd.engine.bonds import add_bond_forces, batches, find_slots
+from dpd.engine.cells import Cells, count_cells, move_to_cells, share_cells
 from dpd.engine.exchange import exchange_momentum
 from dpd.engine.forces import add_pair_forces, measure_pairs
-from dpd.engine.friction import keep_pairs, kept_buffers, renew_friction
+from dpd.engine.friction import (
+    change_of,
+    close_phase,
+    keep_pairs,
+    kept_buffers,
+    renew_friction,
+)
 from dpd.engine.jit import kernel, part
-from dpd.engine.lists import CHUNK, listed_pairs, listing, moved_too_far, no_list
+from dpd.engine.lists import CHUNK, farthest_move, listed_pairs, listing, no_list
 from dpd.engine.noise import step_keys
-from dpd.engine.search import next_pairs, pair_buffers, search_buffers
+from dpd.engine.search import layer_of_pairs, next_pairs, pair_buffers, search_buffers
+from dpd.engine.team import (
+    BATCHES,
+    LAYERS,
+    PHASES,
+    layer_of,
+    layers_in,
+    meet,
+    new_round,
+    share,
+    take,
+)
 
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
+
+
+class Shared(NamedTuple):
+    """What the threads of a team share.
+
+    Attributes
+    ----------
+    cells : Cells
+    slot : None or (n,) uint32 array
+        Of each identity, for bonds.
+    virial, energy : (batches + layers, 2, dimension, dimension) and (batches + layers, 2) arrays
+    moved : (threads,) array
+        Largest squared distance from the reference among each thread's beads.
+    lost : (threads, 2) array
+        Slot of a bead of each thread's that moved too far, or -1; and how far.
+    """
+
+    cells: Cells
+    slot: np.ndarray | None
+    virial: np.ndarray
+    energy: np.ndarray
+    moved: np.ndarray
+    lost: np.ndarray
 
 
 @part()
@@ -30,53 +77,77 @@ def put_inside(x, edge):
 
 
 @part()
-def finish(beads, force, kept, count, fields, exchange, box, dt, scheme, keys):
-    """What a step does after the force: the rest of the kick, and of the friction."""
-    position, velocity, predicted, identity, _ = beads
-    correction, middle = scheme[2], scheme[5]
-    if middle is None:
-        if correction > 0.0:
-            correct(velocity, force, correction * dt)
-            renew_friction(force, kept, count, velocity, predicted, fields[5], box, scheme[3])
-        exchange_momentum(velocity, identity, kept, count, exchange, fields[2], dt, keys, box)
-    else:
-        correct(velocity, force, 0.5 * dt)
-        exchange_momentum(velocity, identity, kept, count, exchange, fields[2], dt, keys, box)
-        correct(velocity, force, 0.5 * dt)
-        for k in range(len(box)):
-            for i in range(velocity.shape[1]):
-                position[k, i] = put_inside(position[k, i] + 0.5 * dt * velocity[k, i], box[k])
+def seen(velocity, predicted):
+    """The velocity that the friction sees."""
+    if predicted is None:
+        return velocity
+    return predicted
 
 
 @part()
-def drift(position, velocity, predicted, force, box, dt, scheme):
-    """Move beads, predict velocities; return a bead that moved too far, or -1.
+def drift(beads, force, own, box, dt, scheme, lost):
+    """Move the beads from own[0] to own[1], predict velocities; note one that moved too far.
 
-    On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f. A
-    scheme with its force in the middle of a step drifts for half of it.
+    On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f, and
+    the force is zero, for the next to be added up. A scheme with its force in the middle of a
+    step drifts for half of it.
     """
+    position, velocity, predicted, _, _ = beads
     acceleration, prediction, correction, _, _, middle = scheme
     time = dt if middle is None else 0.5 * dt
-    lost, distance = -1, 0.0
+    lost[0] = -1.0
     for k in range(len(box)):
-        edge = box[k]
-        for i in range(position.shape[1]):
+        edge, far = box[k], 0
+        for i in range(own[0], own[1]):
+            move = time * velocity[k, i] + acceleration * dt * dt * force[k, i]
+            far += not abs(move) <= FARTHEST  # also true for NaN
+        if far > 0:
+            find_lost(velocity[k], force[k], own, time, acceleration * dt * dt, lost)
+        for i in range(own[0], own[1]):
             f, v = force[k, i], velocity[k, i]
             move = time * v + acceleration * dt * dt * f
-            if lost < 0 and not abs(move) <= FARTHEST:  # also true for NaN
-                lost, distance = i, abs(move)
             position[k, i] = put_inside(position[k, i] + move, edge)
-            predicted[k, i] = v + prediction * dt * f
             velocity[k, i] = v + (1.0 - correction) * dt * f
-    return lost, distance
+            predict(predicted, k, i, v, f, prediction, dt)
+            force[k, i] = 0.0
 
 
 @part()
-def correct(velocity, force, share):
-    """Add that share of the force to the velocity."""
-    for k in range(velocity.shape[0]):
-        for i in range(velocity.shape[1]):
-            velocity[k, i] += share * force[k, i]
+def find_lost(velocity, force, own, time, half_square, lost):
+    """Note the first bead that moves too far along this axis or one before."""
+    for i in range(own[0], own[1]):
+        move = time * velocity[i] + half_square * force[i]
+        if not abs(move) <= FARTHEST and (lost[0] < 0.0 or i < lost[0]):
+            lost[0], lost[1] = i, abs(move)
+
+
+@part()
+def predict(predicted, k, i, v, f, prediction, dt):
+    """Predict one component, where the prediction is not the velocity itself."""
+    if predicted is not None:
+        predicted[k, i] = v + prediction * dt * f
+
+
+@part()
+def any_lost(shared, identity, step):
+    """Identity, step and distance of a bead that moved too far; -1 if none did."""
+    for rank in range(shared.lost.shape[0]):
+        slot = np.int64(shared.lost[rank, 0])
+        if slot >= 0:
+            return np.int64(identity[slot]), step, shared.lost[rank, 1]
+    return -1, step, 0.0
+
+
+@part()
+def sort_together(team, source, target, own, box, grid, shared):
+    """Sort beads by cell, each thread its own; find the slots of identities."""
+    count_cells(source[0], own, box, grid, shared.cells, team.rank)
+    meet(team)
+    if team.rank == 0:
+        share_cells(shared.cells, grid)
+    meet(team)
+    move_to_cells(source, target, own, box, shared.cells, team.rank)
+    meet(team)
 
 
 @part()
@@ -89,80 +160,145 @@ def friction_of(fields, exchange):
 
 @part()
 def pair_forces(
-    beads, force, pairs, n, fields, exchange, box, keys, measure, sums, kept, count
+    beads, force, shared, task, pairs, n, fields, exchange, box, keys, measure, kept, count
 ):  # fmt: skip
     """Add the forces of ``n`` pairs; keep them after ``count`` others, add up if asked."""
-    _, _, predicted, identity, species = beads
-    virial, energy = sums
-    add_pair_forces(force, pairs, n, predicted, identity, species, box, fields, keys)
+    _, velocity, predicted, identity, species = beads
+    velocity = seen(velocity, predicted)
+    add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, keys)
     if measure:
-        measure_pairs(virial, energy, pairs, n, box, fields[4])
+        measure_pairs(shared.virial[task], shared.energy[task], pairs, n, species, box, fields)
     return keep_pairs(kept, count, pairs, n, friction_of(fields, exchange), box)
 
 
 @part()
-def total_force(
-    beads, force, cells, listed, slots, fields, exchange, box, grid, keys, measure, sums, kept
-):  # fmt: skip
-    """Evaluate all forces on sorted beads; add virial and energy to ``sums`` if asked.
+def add_bonds(team, beads, force, shared, bonds, box, measure):
+    """Add the forces of bonds, batch by batch."""
+    tasks = batches(bonds)
+    task = take(team, BATCHES)
+    while task < tasks:
+        virial, energy = shared.virial[task], shared.energy[task]
+        add_bond_forces(force, beads[0], shared.slot, bonds, task, box, measure, virial, energy)
+        task = take(team, BATCHES)
+
+
+@part()
+def add_pairs(team, beads, force, shared, listed, fields, exchange, box, grid, keys, measure, kept):
+    """Add the forces of pairs, layer by layer.
 
     Parameters
     ----------
-    listed : None or (2, n) array
+    listed : None or Listed
         None to find pairs by cells. Pairs in the skin have w = 0 and feel no force.
 
     Returns
     -------
-    None or Kept, int
-        The pairs, where the scheme needs them again, and their number.
+    None or Kept
+        The pairs, where the scheme needs them again.
     """
-    position, _, predicted, identity, _ = beads
-    force[:] = 0.0
-    count = 0
+    count, first_task = 0, batches(fields[3])
     if listed is None:
-        line, pairs = search_buffers(cells.start, box, grid)
-        at = (0, -1)
-        while at[0] < position.shape[1]:
-            at, n = next_pairs(at, position, cells, box, grid, 1.0, line, pairs)
-            kept, count = pair_forces(
-                beads, force, pairs, n, fields, exchange, box, keys, measure, sums, kept, count
-            )
+        line, pairs = search_buffers(shared.cells, box, grid)
+        for phase in range(PHASES):
+            meet(team)
+            task = take(team, LAYERS + phase)
+            while task < layers_in(phase, grid.shape[0]):
+                layer = layer_of(phase, task, grid.shape[0])
+                at, end = layer_of_pairs(layer, shared.cells, grid)
+                while at[0] < end:
+                    at, n = next_pairs(at, end, beads[0], shared.cells, box, grid, 1.0, line, pairs)
+                    kept, count = pair_forces(
+                        beads, force, shared, first_task + layer, pairs, n, fields, exchange, box,
+                        keys, measure, kept, count,
+                    )  # fmt: skip
+                task = take(team, LAYERS + phase)
+            close_phase(kept, phase, count)
     else:
         pairs = pair_buffers(len(box), CHUNK)
-        for first in range(0, listed.shape[1], CHUNK):
-            n = listed_pairs(first, position, listed, box, pairs)
-            kept, count = pair_forces(
-                beads, force, pairs, n, fields, exchange, box, keys, measure, sums, kept, count
-            )
-    add_bond_forces(force, position, slots, fields[3], box, measure, sums)
-    add_bath_forces(force, predicted, identity, fields[5], fields[2], box, keys)
-    return kept, count
+        for phase in range(PHASES):
+            meet(team)
+            for q in range(listed.phase[phase], listed.phase[phase + 1]):
+                end = listed.end[q + 1]
+                for first in range(listed.end[q], end, CHUNK):
+                    n = listed_pairs(first, end, beads[0], listed, box, pairs)
+                    kept, count = pair_forces(
+                        beads, force, shared, first_task + listed.layer[q], pairs, n, fields,
+                        exchange, box, keys, measure, kept, count,
+                    )  # fmt: skip
+            close_phase(kept, phase, count)
+    return kept
+
+
+@part()
+def correct(velocity, force, own, share):
+    """Add that share of the force to the velocity."""
+    for k in range(velocity.shape[0]):
+        for i in range(own[0], own[1]):
+            velocity[k, i] += share * force[k, i]
+
+
+@part()
+def renew(team, beads, force, own, kept, bath, box, again):
+    """Take the friction in a force once more, where the scheme does."""
+    _, velocity, predicted, _, _ = beads
+    if again is not None:
+        change_of(predicted, velocity, own)
+        for phase in range(PHASES):
+            meet(team)
+            renew_friction(force, kept, phase, predicted, box)
+        meet(team)
+        renew_bath_friction(force, predicted, own, bath, box)
+
+
+@part()
+def finish(team, beads, force, own, kept, fields, exchange, box, dt, scheme, keys):
+    """What a step does after the force: the rest of the kick, and of the friction."""
+    position, velocity, _, identity, _ = beads
+    correction, again, middle = scheme[2], scheme[3], scheme[5]
+    if middle is None:
+        if correction > 0.0:
+            correct(velocity, force, own, correction * dt)
+            renew(team, beads, force, own, kept, fields[5], box, again)
+        exchange_momentum(velocity, identity, kept, exchange, fields[2], dt, keys, box)
+    else:
+        correct(velocity, force, own, 0.5 * dt)
+        exchange_momentum(velocity, identity, kept, exchange, fields[2], dt, keys, box)
+        correct(velocity, force, own, 0.5 * dt)
+        for k in range(len(box)):
+            for i in range(own[0], own[1]):
+                position[k, i] = put_inside(position[k, i] + 0.5 * dt * velocity[k, i], box[k])
 
 
 @kernel()
 def advance(
-    beads, reference, force, fields, exchange, box, grid, skin, dt, scheme, seed, step, steps,
-    measure,
+    team, beads, spare, shared, reference, force, fields, exchange, box, grid, skin, dt, scheme,
+    seed, step, steps, measure,
 ):  # fmt: skip
     """Advance by ``steps`` steps, or for 0 steps evaluate the force where the beads are.
 
     Parameters
     ----------
-    beads : (position, velocity, identity, species)
-        (dimension, n) arrays, (n,) uint32 and (n,) uint8 or None.
+    team : Team
+        All threads of a team call this, with the same arrays.
+    beads, spare : (position, velocity, predicted, identity, species)
+        (dimension, n) arrays, (n,) uint32, and (n,) uint8 or None; ``predicted`` is None where
+        the velocity at that time is what is predicted. Sorting swaps the two.
+    shared : Shared
     reference : None or (dimension, n) array
         None to find pairs by cells in every step. With a list, where the beads were at the
-        last sort, in today's order; 0 steps sort and list afresh.
+        last sort, in today's order; kept up to date. 0 steps sort and list afresh.
     force : (dimension, n) array
-        The force on the beads as they are; ignored for 0 steps.
+        The force on the beads as they are; kept up to date. Zero for 0 steps.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         See `dpd.engine.forces`, `dpd.engine.bonds`, `dpd.engine.bath`.
     exchange : None or (kind, gamma, kT)
-        See `dpd.engine.exchange`; the thermostat of a scheme that splits it off.
+        See `dpd.engine.exchange`; the thermostat of a scheme that splits it off. Pairs go
+        one after the other: for a team of one.
     grid : Grid
         Cells with edges of at least 1 + ``skin``.
     skin : float
         Distance beyond the cutoff within which pairs are listed.
+    scheme : Coefficients
     step : int
         Steps done so far: the key of the noise.
     measure : bool
@@ -170,43 +306,45 @@ def advance(
 
     Returns
     -------
-    beads, reference : as above, in the order of the last sort by cell
-    force : (dimension, n) array
-    sums : (virial, energy)
-        (2, dimension, dimension) and (2,) arrays: conservative and full virial; pair and
-        bond energy. Zero unless measured.
+    beads : as above
+        In the order of the last sort by cell; the arrays of ``beads`` or of ``spare``.
     lost : (bead, step, distance)
         Identity of a bead that moved too far, or -1.
     """
-    position, velocity, identity, species = beads
-    source = (position, velocity, velocity.copy(), identity, species)
-    target = empty_like(source)
-    cells = cell_buffers(grid, position.shape[1])
-    sums = (np.zeros((2, len(box), len(box))), np.zeros(2))
-    kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * position.shape[1])
+    source, target = beads, spare
+    own = share(team, len(beads[3]))
+    listed = no_list(reference, grid, len(beads[3]))
+    kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * len(beads[3]))
     lost = (-1, step, 0.0)
-    listed = no_list(reference)
-    slots = bonded_slots(fields[3], identity)
     for s in range(max(steps, 1)):
         if steps > 0:
             step += 1
-            bead, distance = drift(source[0], source[1], source[2], force, box, dt, scheme)
-            if bead >= 0:
-                lost = (np.int64(source[3][bead]), step, distance)
+            drift(source, force, own, box, dt, scheme, shared.lost[team.rank])
+            shared.moved[team.rank] = farthest_move(source[0], reference, own, box)
+            meet(team)
+            lost = any_lost(shared, source[3], step)
+            if lost[0] >= 0:
                 break
-        sort_now = steps == 0 or moved_too_far(source[0], reference, box, 0.5 * skin)
+        sort_now = steps == 0 or shared.moved.max() > 0.25 * skin * skin
         if sort_now:
-            sort_by_cell(source, target, box, grid, cells)
+            sort_together(team, source, target, own, box, grid, shared)
             source, target = target, source
-            slots = bonded_slots(fields[3], source[3])
-        reference, listed = listing(
-            reference, source[0], sort_now, s == 0, listed, cells, box, grid, skin
+        if sort_now or s == 0:
+            find_slots(shared.slot, source[3], own)
+        listed = listing(
+            team, reference, source[0], own, sort_now, s == 0, listed, shared.cells, box, grid, skin
         )
+        meet(team)
         keys = step_keys(seed, step)
         last = measure and s + 1 >= steps
-        kept, count = total_force(
-            source, force, cells, listed, slots, fields, exchange, box, grid, keys, last, sums, kept
+        add_bonds(team, source, force, shared, fields[3], box, last)
+        kept = add_pairs(
+            team, source, force, shared, listed, fields, exchange, box, grid, keys, last, kept
         )
+        meet(team)
+        new_round(team)
+        velocity = seen(source[1], source[2])
+        add_bath_forces(force, velocity, source[3], own, fields[5], fields[2], box, keys)
         if steps > 0:
-            finish(source, force, kept, count, fields, exchange, box, dt, scheme, keys)
-    return (source[0], source[1], source[3], source[4]), reference, force, sums, lost
+            finish(team, source, force, own, kept, fields, exchange, box, dt, scheme, keys)
+    return source, lost

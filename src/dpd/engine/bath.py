@@ -14,8 +14,8 @@ LAST = 0xFFFFFFFF  # the noise of a bead is that of a pair with a partner that n
 
 
 @part()
-def add_bath_forces(force, velocity, identity, bath, gaussian, box, keys):
-    """Add friction and noise on every bead.
+def add_bath_forces(force, velocity, identity, own, bath, gaussian, box, keys):
+    """Add friction and noise on the beads from own[0] to own[1].
 
     Parameters
     ----------
@@ -28,14 +28,31 @@ def add_bath_forces(force, velocity, identity, bath, gaussian, box, keys):
     if bath is None:
         return
     friction, noise = bath
-    n = len(identity)
+    n = own[1] - own[0]
+    ours = identity[own[0] : own[1]]
     theta = np.empty(n)
     partner = np.empty(n, np.uint32)
     for k in range(len(box)):
         partner[:] = uint32(LAST - k)
         if gaussian:
-            gaussian_noise(theta, identity, partner, n, keys[0], keys[1])
+            gaussian_noise(theta, ours, partner, n, keys[0], keys[1])
         else:
-            uniform_noise(theta, identity, partner, n, keys[0], keys[1])
+            uniform_noise(theta, ours, partner, n, keys[0], keys[1])
         for i in range(n):
-            force[k, i] += noise * theta[i] - friction * velocity[k, i]
+            s = own[0] + i
+            force[k, s] += noise * theta[i] - friction * velocity[k, s]
+
+
+@part()
+def renew_bath_friction(force, change, own, bath, box):
+    """Replace the friction in a force by that of the velocities now.
+
+    Parameters
+    ----------
+    change : (dimension, n) array
+        What velocities have lost since, as for `dpd.engine.friction.renew_friction`.
+    """
+    if bath is not None:
+        for k in range(len(box)):
+            for i in range(own[0], own[1]):
+                force[k, i] += bath[0] * change[k, i]

@@ -8,9 +8,11 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numba import int64, uint32
+from numba import int64, uint32, uint64
 
 from dpd.engine.jit import exact_part, part
+
+SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
 
 
 class Grid(NamedTuple):
@@ -33,10 +35,28 @@ class Grid(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """Where sorted beads lie: first slot of each cell, one more at the end; level of each bead."""
+    """Where beads lie, before and after a sort.
+
+    Attributes
+    ----------
+    start : (cells + 1 + `SPARE`,) uint32 array
+        First slot of each cell, and the end of the last; what follows may be read, not used.
+    level : (n,) uint32 array
+        Level of each bead, sorted.
+    cell, along : (n,) uint32 arrays
+        Cell and level of each bead before the sort.
+    free : (threads, cells) uint32 array
+        Where each thread puts its next bead of a cell.
+    most : (2,) int64 array
+        Most beads in a cell, and in a row.
+    """
 
     start: np.ndarray
     level: np.ndarray
+    cell: np.ndarray
+    along: np.ndarray
+    free: np.ndarray
+    most: np.ndarray
 
 
 def grid(box, cutoff):
@@ -52,20 +72,27 @@ def grid(box, cutoff):
 
 
 @part()
-def cell_buffers(grid, beads):
+def cell_buffers(grid, beads, threads):
     """`Cells` to be filled by a sort."""
     cells = 1
     for k in range(len(grid.shape)):
         cells *= grid.shape[k]
-    return Cells(np.empty(cells + 1, np.uint32), np.empty(beads, np.uint32))
+    return Cells(
+        np.empty(cells + 1 + SPARE, np.uint32),
+        np.empty(beads, np.uint32),
+        np.empty(beads, np.uint32),
+        np.empty(beads, np.uint32),
+        np.empty((threads, cells), np.uint32),
+        np.empty(2, np.int64),
+    )
 
 
 @exact_part()
 def cell_of(position, i, box, shape):
     """Number of the cell that holds bead i, and its level.
 
-    Counting and sorting both ask, and a resumed list asks again, so it is rounded as
-    written: left free, two copies of the code put a bead on a boundary in two cells.
+    Sorting asks, and a resumed list asks again, so it is rounded as written: left free, two
+    copies of the code put a bead on a boundary in two cells.
     """
     cell, along = 0, 0
     for k in range(len(box)):
@@ -75,39 +102,73 @@ def cell_of(position, i, box, shape):
 
 
 @part()
-def find_cells(position, box, grid, cells):
-    """Fill ``cells`` for beads that lie sorted; for others, only ``start`` is right."""
-    start, level = cells
-    start[:] = 0
-    for i in range(position.shape[1]):
+def count_cells(position, own, box, grid, cells, rank):
+    """Find the cells of the beads from own[0] to own[1], and count them."""
+    free = cells.free[rank]
+    for c in range(free.shape[0]):
+        free[c] = np.uint32(0)
+    for i in range(own[0], own[1]):
         cell, along = cell_of(position, i, box, grid.shape)
-        start[cell + 1] += np.uint32(1)
-        level[i] = uint32(along)
-    for c in range(1, len(start)):
-        start[c] += start[c - 1]
+        cells.cell[i] = uint32(cell)
+        cells.along[i] = uint32(along)
+    for i in range(own[0], own[1]):
+        free[cells.cell[i]] += np.uint32(1)
+
+
+@part()
+def share_cells(cells, grid):
+    """Turn each thread's counts into where its beads go: after those of threads before it."""
+    start, free = cells.start, cells.free
+    total = uint32(0)
+    for c in range(free.shape[1]):
+        start[c] = total
+        for rank in range(free.shape[0]):
+            count = free[rank, c]
+            free[rank, c] = total
+            total = uint32(total + count)
+    start[free.shape[1]] = total
+    cells.most[0] = fullest(start, free.shape[1], 1)
+    cells.most[1] = fullest(start, free.shape[1], grid.shape[len(grid.shape) - 1])
+
+
+@part()
+def move_to_cells(source, target, own, box, cells, rank):
+    """Copy the beads from own[0] to own[1] to their places.
+
+    Beads are (position, velocity, predicted, identity, species); predicted and species may be
+    None. The sort is stable, so the order of storage follows from the state alone, and a
+    resumed run adds up its forces in the same order as an uninterrupted one.
+    """
+    position, velocity, predicted, identity, species = source
+    free = cells.free[rank]
+    for i in range(own[0], own[1]):
+        cell = cells.cell[i]
+        s = free[cell]
+        free[cell] = uint32(s + uint32(1))
+        cells.level[s] = cells.along[i]
+        for k in range(len(box)):
+            target[0][k, s] = position[k, i]
+            target[1][k, s] = velocity[k, i]
+        target[3][s] = identity[i]
+        copy_predicted(target[2], s, predicted, i, box)
+        copy_species(target[4], s, species, i)
 
 
 @part()
 def sort_by_cell(source, target, box, grid, cells):
-    """Copy (position, velocity, predicted, identity, species) sorted by cell; fill ``cells``.
+    """Copy beads sorted by cell, and fill ``cells``; all by one thread."""
+    own = (uint64(0), uint64(source[0].shape[1]))
+    count_cells(source[0], own, box, grid, cells, 0)
+    share_cells(cells, grid)
+    move_to_cells(source, target, own, box, cells, 0)
 
-    The sort is stable, so the order of storage follows from the state alone and a
-    resumed run adds up its forces in the same order as an uninterrupted one.
-    """
-    position, velocity, predicted, identity, species = source
-    find_cells(position, box, grid, cells)
-    free = cells.start.copy()
-    for i in range(position.shape[1]):
-        cell, along = cell_of(position, i, box, grid.shape)
-        s = free[cell]
-        free[cell] += np.uint32(1)
-        cells.level[s] = uint32(along)
+
+@part()
+def copy_predicted(target, s, source, i, box):
+    """Copy one bead's predicted velocity, where it is kept."""
+    if source is not None:
         for k in range(len(box)):
-            target[0][k, s] = position[k, i]
-            target[1][k, s] = velocity[k, i]
-            target[2][k, s] = predicted[k, i]
-        target[3][s] = identity[i]
-        copy_species(target[4], s, species, i)
+            target[k, s] = source[k, i]
 
 
 @part()
@@ -132,16 +193,16 @@ def empty_like(beads):
     return (
         np.empty_like(position),
         np.empty_like(velocity),
-        np.empty_like(predicted),
+        like(predicted),
         np.empty_like(identity),
         like(species),
     )
 
 
 @part()
-def fullest(start, cells_together):
+def fullest(start, cells, cells_together):
     """Most beads in any stretch of so many cells, counted from the first."""
     most = 0
-    for first in range(0, len(start) - 1, cells_together):
+    for first in range(0, cells, cells_together):
         most = max(most, int64(start[first + cells_together]) - int64(start[first]))
     return most

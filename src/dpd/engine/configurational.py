@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from dpd.engine.bonds import add_bond_forces, bonded_slots
+from dpd.engine.bonds import add_bond_forces, batches, find_slots, make_bonds, no_slots
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.forces import CLOSEST, pair_repulsion
+from dpd.engine.forces import CLOSEST, pair_repulsion, strength_of
 from dpd.engine.jit import kernel, part
 from dpd.engine.search import next_pairs, search_buffers
 
@@ -29,6 +29,7 @@ def force_and_curvature(position, identity, species, repulsion, bonds, box):
     (2,) array
         In (kT / r_c)^2 and kT / r_c^2.
     """
+    bonds = None if bonds is None else make_bonds(*bonds)
     return _sums(position, identity, species, repulsion, bonds, box, grid(box, 1.0))
 
 
@@ -37,49 +38,52 @@ def _sums(position, identity, species, repulsion, bonds, box, grid):
     dimension, beads = len(box), position.shape[1]
     source = (position, position, position, identity, species)
     ordered = empty_like(source)
-    cells = cell_buffers(grid, beads)
+    cells = cell_buffers(grid, beads, 1)
     sort_by_cell(source, ordered, box, grid, cells)
     place, _, _, number, kinds = ordered
-    line, pairs = search_buffers(cells.start, box, grid)
+    line, pairs = search_buffers(cells, box, grid)
     force = np.zeros((dimension, beads))
     curvature = 0.0
     at = (0, -1)
     while at[0] < beads:
-        at, n = next_pairs(at, place, cells, box, grid, 1.0, line, pairs)
-        strength = pairs.scratch[0]
+        at, n = next_pairs(at, beads, place, cells, box, grid, 1.0, line, pairs)
+        strength = pairs.strength
         pair_repulsion(strength, pairs, n, kinds, repulsion)
         for p in range(n):
             r2 = CLOSEST
             for k in range(dimension):
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
-            push = strength[p] * max(0.0, 1.0 - r) / r
+            a = strength_of(strength, p, kinds, repulsion)
+            push = a * max(0.0, 1.0 - r) / r
             # u'' + (d - 1) u' / r, for both beads of the pair
-            curvature += 2.0 * (strength[p] - (dimension - 1) * push)
+            curvature += 2.0 * (a - (dimension - 1) * push)
             i, j = pairs.i[p], pairs.j[p]
             for k in range(dimension):
                 force[k, i] += push * pairs.separation[k, p]
                 force[k, j] -= push * pairs.separation[k, p]
-    slots = bonded_slots(bonds, number)
-    none = (np.zeros((2, dimension, dimension)), np.zeros(2))
-    add_bond_forces(force, place, slots, bonds, box, False, none)
-    curvature += bond_curvature(place, slots, bonds, box)
+    slot = no_slots(bonds, beads)
+    find_slots(slot, number, (np.uint64(0), np.uint64(beads)))
+    virial, energy = np.zeros((2, dimension, dimension)), np.zeros(2)
+    for batch in range(batches(bonds)):
+        add_bond_forces(force, place, slot, bonds, batch, box, False, virial, energy)
+    curvature += bond_curvature(place, slot, bonds, box)
     return np.array([(force * force).sum(), curvature])
 
 
 @part()
-def bond_curvature(position, slots, bonds, box):
+def bond_curvature(position, slot, bonds, box):
     """The part of bonds in the Laplacian."""
     if bonds is None:
         return 0.0
-    _, stiffness, length = bonds
     total = 0.0
-    for b in range(slots.shape[1]):
+    for b in range(len(bonds.members)):
+        i, j = slot[bonds.members[b, 0]], slot[bonds.members[b, 1]]
         r2 = CLOSEST
         for k in range(len(box)):
-            d = position[k, slots[0, b]] - position[k, slots[1, b]]
+            d = position[k, i] - position[k, j]
             d -= box[k] * np.rint(d / box[k])
             r2 += d * d
-        pull = 1.0 - length / np.sqrt(r2)
-        total += 2.0 * stiffness * (1.0 + (len(box) - 1) * pull)
+        pull = 1.0 - bonds.length / np.sqrt(r2)
+        total += 2.0 * bonds.stiffness * (1.0 + (len(box) - 1) * pull)
     return total

@@ -52,15 +52,15 @@ def _crossing(middle, half, members, box, grid, reach):
     bonds = middle.shape[1]
     source = (middle, half, half, np.arange(bonds).astype(np.uint32), None)
     ordered = empty_like(source)
-    cells = cell_buffers(grid, bonds)
+    cells = cell_buffers(grid, bonds, 1)
     sort_by_cell(source, ordered, box, grid, cells)
     middles, halves, _, numbers, _ = ordered
-    line, pairs = search_buffers(cells.start, box, grid)
+    line, pairs = search_buffers(cells, box, grid)
     found = np.empty((2, 16), np.uint32)
     total = 0
     at = (0, -1)
     while at[0] < bonds:
-        at, n = next_pairs(at, middles, cells, box, grid, reach, line, pairs)
+        at, n = next_pairs(at, bonds, middles, cells, box, grid, reach, line, pairs)
         for p in range(n):
             i, j = pairs.i[p], pairs.j[p]
             x, y = pairs.separation[0, p], pairs.separation[1, p]

@@ -15,8 +15,8 @@ PER_WORD = 1.0 / 2**32  # a 32-bit word to [0, 1)
 
 
 @part()
-def exchange_momentum(velocity, identity, kept, count, exchange, gaussian, dt, keys, box):
-    """Let ``count`` pairs exchange momentum, in the order in which they were found.
+def exchange_momentum(velocity, identity, kept, exchange, gaussian, dt, keys, box):
+    """Let pairs exchange momentum, in the order in which they were found.
 
     Parameters
     ----------
@@ -32,6 +32,7 @@ def exchange_momentum(velocity, identity, kept, count, exchange, gaussian, dt, k
     if exchange is None:
         return
     kind, gamma, kT = exchange
+    count = kept.phase[-1]
     low, high, theta = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count)
     for p in range(count):
         a, b = identity[kept.ends[0, p]], identity[kept.ends[1, p]]

@@ -37,12 +37,18 @@ def conservative_energy(strength, r, w, core):
 
 @part()
 def pair_repulsion(strength, pairs, n, species, repulsion):
-    """Fill ``strength[:n]`` with a_ij; without species there is one value."""
-    if species is None:
-        strength[:n] = repulsion[0, 0]
-    else:
+    """Fill ``strength[:n]`` with a_ij, if there are species."""
+    if species is not None:
         for p in range(n):
             strength[p] = repulsion[species[pairs.i[p]], species[pairs.j[p]]]
+
+
+@part()
+def strength_of(strength, p, species, repulsion):
+    """a_ij of pair p; without species there is one value."""
+    if species is None:
+        return repulsion[0, 0]
+    return strength[p]
 
 
 @part()
@@ -67,7 +73,7 @@ def pair_identities(pairs, n, identity):
 
 @part()
 def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, keys):
-    """Add the forces of ``n`` pairs; leave w / r in scratch[2], force / r in scratch[3].
+    """Add the forces of ``n`` pairs; leave w / r in ``theta``, force / r in ``over_r``.
 
     Parameters
     ----------
@@ -83,7 +89,7 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
     an array's shape it does not, and the loops over pairs would not vectorise.
     """
     repulsion, (friction, noise), gaussian, _, core, _ = fields
-    strength, approach, theta, over_r = pairs.scratch
+    strength, approach, theta, over_r = pairs.strength, pairs.approach, pairs.theta, pairs.over_r
     pair_repulsion(strength, pairs, n, species, repulsion)
     if friction > 0.0:
         pair_approach(approach, pairs, n, velocity, box)
@@ -93,8 +99,9 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
         else:
             uniform_noise(theta, pairs.low, pairs.high, n, keys[0], keys[1])
     else:
-        approach[:n] = 0.0
-        theta[:n] = 0.0
+        for p in range(n):
+            approach[p] = 0.0
+            theta[p] = 0.0
     for p in range(n):
         r2 = CLOSEST
         for k in range(len(box)):
@@ -102,7 +109,7 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
         inverse = 1.0 / np.sqrt(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
-        push = conservative_force(strength[p], r, w, core)
+        push = conservative_force(strength_of(strength, p, species, repulsion), r, w, core)
         drag = friction * w * approach[p] * inverse
         over_r[p] = inverse * (push + w * (noise * theta[p] - drag))
         theta[p] = w * inverse
@@ -115,13 +122,13 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
 
 
 @part()
-def measure_pairs(virial, energy, pairs, n, box, core):
+def measure_pairs(virial, energy, pairs, n, species, box, fields):
     """Add the virials sum r_ij F_ij and the energy of ``n`` pairs.
 
     ``virial[0]`` takes the conservative force, ``virial[1]`` all three.
     """
-    dimension = len(box)
-    strength, _, _, over_r = pairs.scratch
+    repulsion, core, dimension = fields[0], fields[4], len(box)
+    strength, over_r = pairs.strength, pairs.over_r
     for p in range(n):
         r2 = CLOSEST
         for k in range(dimension):
@@ -129,8 +136,9 @@ def measure_pairs(virial, energy, pairs, n, box, core):
         inverse = 1.0 / np.sqrt(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
-        conservative = conservative_force(strength[p], r, w, core) * inverse
-        energy[0] += conservative_energy(strength[p], r, w, core)
+        a = strength_of(strength, p, species, repulsion)
+        conservative = conservative_force(a, r, w, core) * inverse
+        energy[0] += conservative_energy(a, r, w, core)
         for k in range(dimension):
             for m in range(dimension):
                 moment = pairs.separation[k, p] * pairs.separation[m, p]

@@ -12,16 +12,19 @@ import numpy as np
 
 from dpd.engine.arrays import columns
 from dpd.engine.jit import part
+from dpd.engine.team import PHASES
 
 
 class Kept(NamedTuple):
     """Pairs of one evaluation.
 
-    ``ends`` are their (2, n) slots, ``drag`` is sqrt(gamma) w e, whose square is their friction.
+    ``ends`` are their (2, n) slots, ``drag`` is sqrt(gamma) w e, whose square is their friction;
+    ``phase`` is how many of them were found before each phase of the layers, and in all.
     """
 
     ends: np.ndarray
     drag: np.ndarray
+    phase: np.ndarray
 
 
 @part()
@@ -30,14 +33,16 @@ def kept_buffers(again, exchange, dimension, size):
     if again is None:  # noqa: SIM102  Numba drops branches on None one by one
         if exchange is None:
             return None
-    return Kept(np.empty((2, size), np.uint32), np.empty((dimension, size)))
+    return Kept(
+        np.empty((2, size), np.uint32), np.empty((dimension, size)), np.zeros(PHASES + 1, np.int64)
+    )
 
 
 @part()
 def keep_pairs(kept, count, pairs, n, friction, box):
     """Append those of ``n`` pairs that are within the cutoff after ``count`` others.
 
-    ``pairs.scratch[2]`` holds w / r.
+    ``pairs.theta`` holds w / r.
 
     Returns
     -------
@@ -46,11 +51,11 @@ def keep_pairs(kept, count, pairs, n, friction, box):
     """
     if kept is None:
         return None, 0
-    ends, drag = kept
+    ends, drag, phase = kept
     if count + np.int64(n) >= ends.shape[1]:
         size = 2 * (count + np.int64(n))
         ends, drag = columns(ends, count, size), columns(drag, count, size)
-    root, weight = np.sqrt(friction), pairs.scratch[2]
+    root, weight = np.sqrt(friction), pairs.theta
     end = np.uint64(count)
     for p in range(n):
         ends[0, end] = pairs.i[p]
@@ -58,32 +63,36 @@ def keep_pairs(kept, count, pairs, n, friction, box):
         for k in range(len(box)):
             drag[k, end] = root * weight[p] * pairs.separation[k, p]
         end += np.uint64(weight[p] > 0.0)
-    return Kept(ends, drag), np.int64(end)
+    return Kept(ends, drag, phase), np.int64(end)
 
 
 @part()
-def renew_friction(force, kept, count, velocity, predicted, bath, box, again):
-    """Replace the friction in a force by that of the velocities now.
+def change_of(predicted, velocity, own):
+    """Make the predicted velocity what it has to lose to be the velocity now."""
+    for k in range(velocity.shape[0]):
+        for i in range(own[0], own[1]):
+            predicted[k, i] -= velocity[k, i]
+
+
+@part()
+def close_phase(kept, phase, count):
+    """Note how many pairs were kept up to the end of a phase."""
+    if kept is not None:
+        kept.phase[phase + 1] = count
+
+
+@part()
+def renew_friction(force, kept, phase, change, box):
+    """Replace the friction in a force by that of the velocities now, for the pairs of a phase.
 
     Parameters
     ----------
     force : (dimension, n) array
-        With the friction of ``predicted``.
-    kept : None or Kept
-        Pairs of that evaluation, ``count`` of them.
-    velocity, predicted : (dimension, n) arrays
-        ``predicted`` is lost: it is made the velocity's change.
-    bath : None or (gamma, sigma / sqrt(dt))
-    again : None or True
-        None for schemes that leave it.
+    kept : Kept
+    change : (dimension, n) array
+        From `change_of`.
     """
-    if again is None:
-        return
-    change = predicted
-    for k in range(len(box)):
-        for i in range(velocity.shape[1]):
-            change[k, i] -= velocity[k, i]
-    for p in range(np.uint64(count)):
+    for p in range(np.uint64(kept.phase[phase]), np.uint64(kept.phase[phase + 1])):
         i, j = kept.ends[0, p], kept.ends[1, p]
         pull = 0.0
         for k in range(len(box)):
@@ -92,7 +101,3 @@ def renew_friction(force, kept, count, velocity, predicted, bath, box, again):
             push = pull * kept.drag[k, p]
             force[k, i] += push
             force[k, j] -= push
-    if bath is not None:
-        for k in range(len(box)):
-            for i in range(velocity.shape[1]):
-                force[k, i] += bath[0] * change[k, i]

@@ -27,13 +27,14 @@ SHARDLOW, EXACT, LOWE = 0, 1, 2
 class Coefficients(NamedTuple):
     """One scheme: ``acceleration`` c, ``prediction`` lambda, ``correction`` b.
 
-    ``again`` is True if friction is evaluated once more, or None. ``exchange`` is the kind of
-    the exchange of momentum, or None. ``middle`` is True if force and exchange come after
-    half a drift, the other half at the end, or None.
+    The prediction is None where what is predicted is the velocity with the first share of its
+    kick, 1 - b, or nothing. ``again`` is True if friction is evaluated once more, or None.
+    ``exchange`` is the kind of the exchange of momentum, or None. ``middle`` is True if force
+    and exchange come after half a drift, the other half at the end, or None.
     """
 
     acceleration: float
-    prediction: float
+    prediction: float | None
     correction: float
     again: bool | None = None
     exchange: int | None = None
@@ -48,9 +49,9 @@ SCHEMES = {
     "gw-vv": lambda prediction: Coefficients(0.5, prediction, 0.5),
     "verlet-no-acceleration": lambda prediction: Coefficients(0.0, prediction, 0.5),
     "dpd-vv": lambda prediction: Coefficients(0.5, 0.5, 0.5, True),
-    "shardlow": lambda prediction: Coefficients(0.5, 0.0, 0.5, None, SHARDLOW),
-    "lowe-andersen": lambda prediction: Coefficients(0.5, 0.0, 0.5, None, LOWE),
-    "aboba": lambda prediction: Coefficients(0.0, 0.0, 1.0, None, EXACT, True),
+    "shardlow": lambda prediction: Coefficients(0.5, None, 0.5, None, SHARDLOW),
+    "lowe-andersen": lambda prediction: Coefficients(0.5, None, 0.5, None, LOWE),
+    "aboba": lambda prediction: Coefficients(0.0, None, 1.0, None, EXACT, True),
 }
 
 
@@ -69,4 +70,7 @@ def coefficients(scheme, prediction=0.5):
     KeyError
         For a name that is not in the table.
     """
-    return SCHEMES[scheme](prediction)
+    chosen = SCHEMES[scheme](prediction)
+    if chosen.prediction == 1.0 - chosen.correction and not chosen.again:
+        return chosen._replace(prediction=None)
+    return chosen

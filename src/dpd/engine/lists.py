@@ -1,85 +1,134 @@
-"""A list of pairs that serves for several steps."""
+"""Lists of pairs that serve for several steps. Each thread keeps those of its own layers."""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from dpd.engine.arrays import columns
-from dpd.engine.cells import find_cells
+from dpd.engine.cells import count_cells, share_cells
 from dpd.engine.jit import part
-from dpd.engine.search import next_pairs, search_buffers
+from dpd.engine.search import layer_of_pairs, next_pairs, search_buffers
+from dpd.engine.team import LAYERS, PHASES, layer_of, layers_in, meet, take
 
 CHUNK = 1024  # pairs whose forces are worked out together: their buffers stay in cache
 
 
-@part()
-def list_pairs(position, cells, box, grid, reach):
-    """All pairs within ``reach`` of beads that are sorted by cell, as an (2, n) array."""
-    line, pairs = search_buffers(cells.start, box, grid)
-    listed = np.empty((2, 8 * position.shape[1]), np.uint32)
-    total = 0
-    at = (0, -1)
-    while at[0] < position.shape[1]:
-        at, found = next_pairs(at, position, cells, box, grid, reach, line, pairs)
-        n = np.int64(found)
-        if total + n > listed.shape[1]:
-            listed = columns(listed, total, 2 * (total + n))
-        for p in range(n):
-            listed[0, total + p] = pairs.i[p]
-            listed[1, total + p] = pairs.j[p]
-        total += n
-    return columns(listed, total, total)
+class Listed(NamedTuple):
+    """Pairs of some layers.
+
+    Attributes
+    ----------
+    pairs : (2, n) uint32 array
+        Slots.
+    layer : (layers,) int64 array
+        Numbers of the layers.
+    end : (layers + 1,) int64 array
+        ``end[q]`` pairs are listed before those of the q-th of them.
+    phase : (phases + 1,) int64 array
+        ``phase[f]`` of these layers belong to phases before f.
+    """
+
+    pairs: np.ndarray
+    layer: np.ndarray
+    end: np.ndarray
+    phase: np.ndarray
 
 
 @part()
-def no_list(reference):
+def no_list(reference, grid, beads):
     """A list yet to be made; None where pairs are found by cells."""
     if reference is None:
         return None
-    return np.empty((2, 0), np.uint32)
+    layers = grid.shape[0]
+    pairs = np.empty((2, 8 * beads), np.uint32)
+    return Listed(
+        pairs,
+        np.empty(layers, np.int64),
+        np.zeros(layers + 1, np.int64),
+        np.zeros(PHASES + 1, np.int64),
+    )
 
 
 @part()
-def listing(reference, position, sorted_now, first, listed, cells, box, grid, skin):
-    """Reference and list after a sort, or for the first step of a call; else as they were.
+def list_pairs(team, position, cells, box, grid, reach, listed):
+    """All pairs within ``reach`` of beads of the layers that this thread gets hold of."""
+    line, pairs = search_buffers(cells, box, grid)
+    kept, count, total = listed.pairs, 0, 0
+    for phase in range(PHASES):
+        task = take(team, LAYERS + phase)
+        while task < layers_in(phase, grid.shape[0]):
+            layer = layer_of(phase, task, grid.shape[0])
+            at, end = layer_of_pairs(layer, cells, grid)
+            while at[0] < end:
+                at, found = next_pairs(at, end, position, cells, box, grid, reach, line, pairs)
+                n = np.int64(found)
+                if total + n > kept.shape[1]:
+                    kept = columns(kept, total, 2 * (total + n))
+                for p in range(n):
+                    kept[0, total + p] = pairs.i[p]
+                    kept[1, total + p] = pairs.j[p]
+                total += n
+            listed.layer[count] = layer
+            count += 1
+            listed.end[count] = total
+            task = take(team, LAYERS + phase)
+        listed.phase[phase + 1] = count
+    return Listed(kept, listed.layer, listed.end, listed.phase)
 
-    A call begins with the list that was made at its reference. (Numba drops the branch on
-    None only of an argument that is never assigned to.)
+
+@part()
+def listing(
+    team, reference, position, own, sorted_now, first, listed, cells, box, grid, skin
+):  # fmt: skip
+    """The list after a sort, or for the first step of a call; else as it was.
+
+    After a sort, the reference is where the beads are. A call begins with the list that was
+    made at the reference it was given. (Numba drops the branch on None only of an argument
+    that is never assigned to.)
     """
     if reference is None:
-        return None, None
-    made_at, pairs = reference, listed
+        return None
     if sorted_now:
-        made_at = position.copy()
+        for k in range(len(box)):
+            for i in range(own[0], own[1]):
+                reference[k, i] = position[k, i]
     elif first:
-        find_cells(made_at, box, grid, cells)
+        count_cells(reference, own, box, grid, cells, team.rank)
+        meet(team)
+        if team.rank == 0:
+            share_cells(cells, grid)
+        for i in range(own[0], own[1]):
+            cells.level[i] = cells.along[i]
     if sorted_now or first:
-        pairs = list_pairs(made_at, cells, box, grid, 1.0 + skin)
-    return made_at, pairs
+        meet(team)
+        return list_pairs(team, reference, cells, box, grid, 1.0 + skin, listed)
+    return listed
 
 
 @part()
-def moved_too_far(position, reference, box, limit):
-    """Whether some bead is further than ``limit`` from where the list was made, if it was."""
+def farthest_move(position, reference, own, box):
+    """Largest squared distance of a bead from where the list was made; any without a list."""
     if reference is None:
-        return True
+        return np.inf
     farthest = 0.0
-    for i in range(position.shape[1]):
+    for i in range(own[0], own[1]):
         r2 = 0.0
         for k in range(len(box)):
             d = position[k, i] - reference[k, i]
             d -= box[k] * np.rint(d / box[k])
             r2 += d * d
         farthest = max(farthest, r2)
-    return farthest > limit * limit
+    return farthest
 
 
 @part()
-def listed_pairs(first, position, listed, box, pairs):
-    """Fill the pairs with up to `CHUNK` of the list from ``first`` on; return how many."""
-    n = np.uint64(min(CHUNK, listed.shape[1] - first))
+def listed_pairs(first, end, position, listed, box, pairs):
+    """Fill the pairs with up to `CHUNK` of the list from ``first`` to ``end``; return how many."""
+    n = np.uint64(min(CHUNK, end - first))
     start = np.uint64(first)
     for p in range(n):
-        pairs.i[p] = listed[0, start + p]
-        pairs.j[p] = listed[1, start + p]
+        pairs.i[p] = listed.pairs[0, start + p]
+        pairs.j[p] = listed.pairs[1, start + p]
     for k in range(len(box)):
         edge = box[k]
         for p in range(n):

@@ -37,14 +37,14 @@ def _histogram(position, box, grid, farthest, bins):
     beads = position.shape[1]
     source = (position, position, position, np.empty(beads, np.uint32), None)
     ordered = empty_like(source)
-    cells = cell_buffers(grid, beads)
+    cells = cell_buffers(grid, beads, 1)
     sort_by_cell(source, ordered, box, grid, cells)
-    line, pairs = search_buffers(cells.start, box, grid)
+    line, pairs = search_buffers(cells, box, grid)
     counts = np.zeros(bins)
     scale = bins / farthest
     at = (0, -1)
     while at[0] < beads:
-        at, n = next_pairs(at, ordered[0], cells, box, grid, farthest, line, pairs)
+        at, n = next_pairs(at, beads, ordered[0], cells, box, grid, farthest, line, pairs)
         for p in range(n):
             r2 = 0.0
             for k in range(len(box)):

@@ -99,16 +99,16 @@ def _passed(middle, ends, move, members, box, grid, reach):
     bonds = middle.shape[1]
     source = (middle, middle, middle, np.arange(bonds).astype(np.uint32), None)
     ordered = empty_like(source)
-    cells = cell_buffers(grid, bonds)
+    cells = cell_buffers(grid, bonds, 1)
     sort_by_cell(source, ordered, box, grid, cells)
     numbers = ordered[3]
-    line, pairs = search_buffers(cells.start, box, grid)
+    line, pairs = search_buffers(cells, box, grid)
     found = np.empty((2, 16), np.uint32)
     total = 0
     x = np.empty(3)
     at = (0, -1)
     while at[0] < bonds:
-        at, n = next_pairs(at, ordered[0], cells, box, grid, reach, line, pairs)
+        at, n = next_pairs(at, bonds, ordered[0], cells, box, grid, reach, line, pairs)
         for s in range(n):
             one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
             for k in range(3):

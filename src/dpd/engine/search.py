@@ -11,12 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.cells import fullest
+from dpd.engine.bits import LANES, lowest, near, popcount
+from dpd.engine.cells import SPARE
 from dpd.engine.jit import part
 
-U0, U1 = np.uint64(0), np.uint64(1)
+U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
 ENOUGH = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
-LANES = np.uint64(8)  # candidates are looked at in multiples of this
+WORD = np.uint64(64)  # candidates that leave their bits in one word
+AT_ONCE = np.uint64(4)  # bits that are read off without a look whether there are more
 FAR = 1e6  # r_c; where the fillers at the end of a line are
 HALF, LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
@@ -24,14 +26,18 @@ HALF, LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 class Pairs(NamedTuple):
     """Buffers for some pairs.
 
-    ``separation[:, p]`` is r_i - r_j of pair p at its nearest image, ``scratch`` holds
-    four numbers a pair, ``low`` and ``high`` the sorted identities.
+    ``separation[:, p]`` is r_i - r_j of pair p at its nearest image. What follows is scratch of
+    the forces: a_ij, r_ij . v_ij, noise, force / r, and the sorted identities. (Rows of one
+    array they must not be: the compiler would take them to overlap, and not vectorise.)
     """
 
     i: np.ndarray
     j: np.ndarray
     separation: np.ndarray
-    scratch: np.ndarray
+    strength: np.ndarray
+    approach: np.ndarray
+    theta: np.ndarray
+    over_r: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
@@ -44,16 +50,14 @@ class Line(NamedTuple):
     position : (dimension, size) array
     slot : (size,) uint32 array
         Where each bead is stored.
-    first : (levels + 3,) int64 array
+    first : (lanes + 3,) int64 array, where lanes are levels rounded up to whole vectors
         Place of the first bead of each level, from -1 (the last one, a box before) to the
         number of levels (the first one, a box further); and where that ends.
     ahead : (levels + 1,) int64 array
         Place of the first bead that is not the row's own, from level -1 on.
-    to : (rows, levels) int64 array
+    to : (rows, lanes) int64 array
         What leads from slots to places, for each of the rows and each level.
-    square : (widest,) array
-        Squared distances from one bead.
-    hit : (widest + `ENOUGH`,) uint64 array
+    hit : (widest + `ENOUGH` + `AT_ONCE`,) uint64 array
         Places of both beads of each pair found, in one word.
     """
 
@@ -62,7 +66,6 @@ class Line(NamedTuple):
     first: np.ndarray
     ahead: np.ndarray
     to: np.ndarray
-    square: np.ndarray
     hit: np.ndarray
 
 
@@ -73,27 +76,31 @@ def pair_buffers(dimension, size):
         np.empty(size, np.uint32),
         np.empty(size, np.uint32),
         np.empty((dimension, size)),
-        np.empty((4, size)),
+        np.empty(size),
+        np.empty(size),
+        np.empty(size),
+        np.empty(size),
         np.empty(size, np.uint32),
         np.empty(size, np.uint32),
     )
 
 
 @part()
-def search_buffers(start, box, grid):
+def search_buffers(cells, box, grid):
     """A `Line` for the fullest rows, and `Pairs` for all that one call of `next_pairs` finds."""
+    in_cell, in_row = cells.most
     dimension, levels = len(box), grid.shape[len(box) - 1]
     rows = grid.base.shape[1]
-    size = rows * (fullest(start, levels) + 2 * fullest(start, 1)) + int64(LANES)
-    widest = 3 * rows * fullest(start, 1) + int64(LANES)
+    size = rows * (in_row + 2 * in_cell) + LANES
+    lanes = (levels + SPARE - 1) // SPARE * SPARE
+    widest = 3 * rows * in_cell + LANES
     line = Line(
         np.empty((dimension, size)),
         np.empty(size, np.uint32),
-        np.empty(levels + 3, np.int64),
+        np.empty(lanes + 3, np.int64),
         np.empty(levels + 1, np.int64),
-        np.empty((rows, levels), np.int64),
-        np.empty(widest),
-        np.empty(widest + int64(ENOUGH), np.uint64),
+        np.empty((rows, lanes), np.int64),
+        np.empty(widest + int64(ENOUGH + AT_ONCE), np.uint64),
     )
     return line, pair_buffers(dimension, widest + int64(ENOUGH))
 
@@ -101,32 +108,43 @@ def search_buffers(start, box, grid):
 @part()
 def merge_rows(row, position, cells, box, grid, line):
     """Fill a line with a row and those ahead of it."""
-    start, level = cells
+    start, level = cells.start, cells.level
     last, levels = len(box) - 1, grid.shape[len(box) - 1]
     rows = grid.base.shape[1]
-    place = 0
-    for r in range(rows):  # room for the last level, a box before
-        cell = grid.base[row, r] + levels - 1
-        place += int64(start[cell + 1]) - int64(start[cell])
-    for z in range(levels):
-        line.first[z + 1] = place
-        for r in range(rows):
-            cell = grid.base[row, r] + z
-            begin, end = int64(start[cell]), int64(start[cell + 1])
-            line.to[r, z] = place - begin
-            place += end - begin
-            if r == 0:
-                line.ahead[z + 1] = place
-    line.first[levels + 1] = place
+    make_room(row, start, levels, grid, line)
     for r in range(rows):
         base = grid.base[row, r]
+        to, shift = line.to[r], grid.shift[row, r]
         for s in range(uint64(start[base]), uint64(start[base + levels])):
-            place = uint64(line.to[r, level[s]] + int64(s))
+            place = uint64(to[level[s]]) + s
             for k in range(last):
-                line.position[k, place] = position[k, s] + grid.shift[row, r, k]
+                line.position[k, place] = position[k, s] + shift[k]
             line.position[last, place] = position[last, s]
             line.slot[place] = uint32(s)
     join_ends(line, box, levels)
+
+
+@part()
+def make_room(row, start, levels, grid, line):
+    """Find where levels begin on a line, and where beads of each row go."""
+    rows, first = grid.base.shape[1], line.first
+    for z in range(line.to.shape[1]):
+        first[z + 2] = 0
+    for r in range(rows):
+        base = uint64(grid.base[row, r])
+        for z in range(uint64(line.to.shape[1])):
+            begin, end = int64(start[base + z]), int64(start[base + z + U1])
+            line.to[r, z] = first[z + U2] - begin
+            first[z + U2] += end - begin
+    first[1] = first[levels + 1]  # room for the last level, a box before
+    for z in range(levels):
+        first[z + 2] += first[z + 1]
+    for r in range(rows):
+        for z in range(line.to.shape[1]):
+            line.to[r, z] += first[z + 1]
+    own = uint64(grid.base[row, 0])
+    for z in range(uint64(levels)):
+        line.ahead[z + U1] = first[z + U1] + int64(start[own + z + U1]) - int64(start[own + z])
 
 
 @part()
@@ -140,7 +158,7 @@ def join_ends(line, box, levels):
     copy_level(line, first[1], first[2], first[levels + 1], 1.0, box)
     end = uint64(first[levels + 2])
     for k in range(len(box)):
-        for t in range(LANES):
+        for t in range(uint64(LANES)):
             line.position[k, end + t] = FAR
 
 
@@ -164,22 +182,35 @@ def find_partners(own, level, limit, box, line, hits):
 
     Own beads of the level before have found this one, and so have those before it in its
     own level. The length is rounded up: what lies beyond is two levels away, further than
-    the cutoff. Every candidate is written, and the next one over it unless it is a hit, so
-    there is no branch to foresee.
+    the cutoff. Each candidate leaves one bit. Bits are read off some at a time, whether there
+    are as many or not: one branch for each would often be foreseen wrongly.
     """
     begin, same = uint64(line.ahead[level]), uint64(line.first[level + 1])
-    n = uint64((uint64(line.first[level + 3]) - begin + LANES - U1) & ~(LANES - U1))
-    for t in range(n):
-        s = 0.0
-        for k in range(len(box)):
-            d = line.position[k, own] - line.position[k, begin + t]
-            s += d * d
-        found = uint64(begin + t - same) <= uint64(own - same)
-        line.square[t] = FAR if found else s
-    for t in range(n):
-        line.hit[hits] = uint64(own << HALF) | uint64(begin + t)
-        hits += uint64(line.square[t] < limit)
+    end = uint64(line.first[level + 3])
+    while begin < end:
+        bits = U0
+        for t in range(U0, min(WORD, uint64(end - begin)), uint64(LANES)):
+            bits |= near(line.position, box, own, begin + t, limit) << t
+        bits &= ~uint64(ones(own + U1, begin) & ~ones(same, begin))
+        count = popcount(bits)
+        at = hits
+        while bits != U0:
+            for t in range(AT_ONCE):
+                line.hit[at + t] = uint64(own << HALF) | uint64(begin + lowest(bits))
+                bits &= uint64(bits - U1)
+            at += AT_ONCE
+        hits += count
+        begin += WORD
     return hits
+
+
+@part()
+def ones(end, begin):
+    """A word with a bit for each place before ``end`` from ``begin`` on."""
+    if end <= begin:
+        return U0
+    n = uint64(end - begin)
+    return ~U0 if n >= WORD else uint64((U1 << n) - U1)
 
 
 @part()
@@ -195,13 +226,24 @@ def unpack_hits(hits, line, pairs, n, box):
 
 
 @part()
-def next_pairs(at, position, cells, box, grid, cutoff, line, pairs):
+def layer_of_pairs(layer, cells, grid):
+    """``at`` and ``end`` for `next_pairs` to find those of beads in one layer of cells."""
+    rows = grid.base.shape[0] // grid.shape[0]
+    levels = grid.shape[len(grid.shape) - 1]
+    row = layer * rows
+    return (int64(cells.start[row * levels]), row - 1), int64(cells.start[(row + rows) * levels])
+
+
+@part()
+def next_pairs(at, end, position, cells, box, grid, cutoff, line, pairs):
     """Find some more pairs closer than the cutoff.
 
     Parameters
     ----------
     at : (slot, row)
-        Where to go on: (0, -1) at first.
+        Where to go on: (0, -1) at first, for all beads.
+    end : int
+        Slot to stop at: the number of beads, or the end of a row.
     position : (dimension, n) array
         Sorted by cell, inside the box.
     cells : Cells
@@ -217,23 +259,22 @@ def next_pairs(at, position, cells, box, grid, cutoff, line, pairs):
     Returns
     -------
     at : (slot, row)
-        All pairs are found when its slot is the number of beads.
+        All pairs are found when its slot is ``end``.
     n : uint64
         How many pairs were found: `ENOUGH` or a few more, or all that were left.
     """
     s, row = at
     levels = grid.shape[len(box) - 1]
-    beads = position.shape[1]
     n = U0
-    while n < ENOUGH and s < beads:
-        end = int64(cells.start[(row + 1) * levels])  # of the row; for row -1, 0
-        if s == end:
-            while s == end:
+    while n < ENOUGH and s < end:
+        stop = int64(cells.start[(row + 1) * levels])  # of the row; for row -1, 0
+        if s == stop:
+            while s == stop:
                 row += 1
-                end = int64(cells.start[(row + 1) * levels])
+                stop = int64(cells.start[(row + 1) * levels])
             merge_rows(row, position, cells, box, grid, line)
         hits = U0
-        while s < end and n + hits < ENOUGH:
+        while s < stop and n + hits < ENOUGH:
             level = int64(cells.level[s])
             own = uint64(line.to[0, level] + s)
             hits = find_partners(own, level, cutoff * cutoff, box, line, hits)

@@ -1,14 +1,17 @@
 """A system in motion: its parameters, its state, and the steps between."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.advance import advance
-from dpd.engine.cells import grid
+from dpd.engine.advance import Shared, advance
+from dpd.engine.bonds import batches, make_bonds, no_slots
+from dpd.engine.cells import cell_buffers, grid
 from dpd.engine.integrators import Coefficients
 from dpd.engine.periodic import wrapped
+from dpd.engine.team import new_team
 from dpd.errors import UserError
 
 CUTOFF = 1.0
@@ -147,14 +150,17 @@ class Simulation:
     state : State
         Beads outside the box are put to their image inside. With a force of None, or for a
         list without a reference, the force is evaluated where the beads are.
+    threads : int
+        That share the work; their number does not change a bit of the result.
 
     Raises
     ------
     UserError
-        If a coordinate or a velocity is not a finite number.
+        If a coordinate or a velocity is not a finite number; for more than one thread with a
+        scheme whose pairs exchange momentum one after the other.
     """
 
-    def __init__(self, system, state):
+    def __init__(self, system, state, threads=1):
         self.system = system
         self.state = state
         _refuse_nowhere(state)
@@ -165,6 +171,12 @@ class Simulation:
         noise = np.sqrt(2.0 * system.friction * system.kT / system.dt)
         thermostat = (float(system.friction), float(noise))
         split = system.scheme.exchange is not None
+        if split and threads > 1:
+            raise UserError(
+                f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
+                "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
+            )
+        self._others = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._exchange = None
         if split:
             self._exchange = (system.scheme.exchange, float(system.friction), float(system.kT))
@@ -172,10 +184,11 @@ class Simulation:
             np.ascontiguousarray(system.repulsion, dtype=np.float64),
             (0.0, 0.0) if system.per_bead or split else thermostat,
             bool(system.gaussian),
-            system.bonds,
+            None if system.bonds is None else make_bonds(*system.bonds),
             system.core,
             thermostat if system.per_bead else None,
         )
+        self._threads = threads
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
@@ -210,23 +223,52 @@ class Simulation:
         finally:
             self.state = kept
 
+    def _shared(self):
+        """What the threads share during a call."""
+        bonds, beads = self._fields[3], self.state.position.shape[1]
+        tasks = batches.py_func(bonds) + self._grid.shape[0]
+        return Shared(
+            cell_buffers.py_func(self._grid, beads, self._threads),
+            no_slots.py_func(bonds, beads),
+            np.zeros((tasks, 2, self.system.dimension, self.system.dimension)),
+            np.zeros((tasks, 2)),
+            np.zeros(self._threads),
+            np.zeros((self._threads, 2)),
+        )
+
     def _call(self, steps, measure):
         system, state = self.system, self.state
-        # Copies: the loop swaps these with its own, and a former state must stay as it was.
+        # Copies: the loop works in place, and a former state must stay as it was.
         species = None if state.species is None else state.species.copy()
-        beads = (state.position.copy(), state.velocity.copy(), state.identity.copy(), species)
+        predicted = None if system.scheme.prediction is None else state.velocity.copy()
+        beads = (
+            state.position.copy(), state.velocity.copy(), predicted, state.identity.copy(), species
+        )  # fmt: skip
+        spare = tuple(None if array is None else np.empty_like(array) for array in beads)
         reference = None
         if system.skin > 0:
             reference = state.position if state.reference is None else state.reference
-        beads, reference, force, sums, lost = advance(
-            beads, reference, state.force.copy(), self._fields, self._exchange, system.box,
+            reference = reference.copy()
+        force = state.force.copy() if steps else np.zeros_like(state.force)
+        shared = self._shared()
+        beads, lost = self._all_threads(
+            beads, spare, shared, reference, force, self._fields, self._exchange, system.box,
             self._grid, float(system.skin), system.dt, system.scheme, np.uint64(system.seed),
             state.step, steps, measure,
         )  # fmt: skip
         bead, step, distance = lost
         if bead >= 0:
             raise Unstable(bead, step, distance, system.dt)
-        position, velocity, identity, species = beads
+        position, velocity, _, identity, species = beads
         step = state.step + steps
         self.state = State(position, velocity, force, identity, species, step, reference)
-        return Sums(*sums)
+        return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))
+
+    def _all_threads(self, *arguments):
+        """What `advance` returns, run by all threads together."""
+        first, *rest = new_team(self._threads)
+        others = [self._others.submit(advance, team, *arguments) for team in rest]
+        found = advance(first, *arguments)
+        for other in others:
+            other.result()
+        return found

@@ -1,0 +1,108 @@
+"""Threads that share the work: the same bits for any number of them."""
+
+import numpy as np
+import pytest
+
+from dpd.engine.bonds import make_bonds
+from dpd.engine.team import PHASES, layer_of, layers_in
+from dpd.errors import UserError
+from tests.engine.build import (
+    assert_same_state,
+    chains,
+    make_simulation,
+    make_system,
+    random_beads,
+)
+
+BONDS = (chains(40, 30), 50.0, 0.5)
+CASES = {
+    "five layers": dict(box=(5.1, 4.2, 4.4)),
+    "four layers": dict(box=(4.4, 3.3, 5.0)),
+    "one layer": dict(box=(1.9, 6.0, 6.0)),
+    "friction twice, with bonds": dict(box=(5.1, 6.2, 7.4), scheme="dpd-vv", bonds=BONDS, dt=0.01),
+    "prediction of its own": dict(box=(5.1, 6.2, 7.4), prediction=0.65),
+    "each bead with a bath": dict(box=(5.1, 6.2, 7.4), per_bead=True, scheme="dpd-vv"),
+    "two species": dict(box=(6.0, 5.0, 5.0), repulsion=np.array([[25.0, 37.0], [37.0, 25.0]])),
+    "list in 2D": dict(box=(13.1, 12.2), core=(0.3, 100.0), skin=0.2, dt=0.002),
+    "list with bonds": dict(box=(30.1, 20.2), bonds=BONDS, skin=0.2, dt=0.002),
+}
+
+
+def outcome(threads, box, **changes):
+    """State and sums after a while, in two calls."""
+    beads = 1200 if "bonds" in changes else 300
+    system = make_system(box, **changes)
+    position, velocity = random_beads(box, beads, seed=3)
+    species = None
+    if len(system.repulsion) > 1:
+        species = (np.arange(beads) % 2).astype(np.uint8)
+    simulation = make_simulation(system, position, velocity, species, threads=threads)
+    simulation.advance(7)
+    sums = simulation.advance(8, measure=True)
+    return simulation.state, sums
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_threads_do_not_change_a_bit(case):
+    one, one_sums = outcome(1, **CASES[case])
+    for threads in (2, 3):
+        state, sums = outcome(threads, **CASES[case])
+        assert_same_state(state, one)
+        np.testing.assert_array_equal(sums.virial, one_sums.virial)
+        np.testing.assert_array_equal(sums.energy, one_sums.energy)
+
+
+def test_more_threads_than_beads():
+    system = make_system((3.0, 3.0, 3.0))
+    position, velocity = random_beads(system.box, 2)
+    states = []
+    for threads in (1, 5):
+        simulation = make_simulation(system, position, velocity, threads=threads)
+        simulation.advance(20)
+        states.append(simulation.state)
+    assert_same_state(*states)
+
+
+@pytest.mark.parametrize("layers", range(1, 12))
+def test_layers_of_a_phase_do_not_touch(layers):
+    met = []
+    for phase in range(PHASES):
+        count = layers_in.py_func(phase, layers)
+        own = [layer_of.py_func(phase, task, layers) for task in range(count)]
+        pushed = [place % layers for layer in own for place in (layer, layer + 1)]
+        assert count < 2 or len(set(pushed)) == len(pushed)
+        met += own
+    assert sorted(met) == list(range(layers))
+
+
+def test_batches_of_bonds_share_no_bead():
+    bonds = make_bonds(np.concatenate([chains(300, 7), [[2100, 2101]]]), 1.0, 0.5)
+    assert len(bonds.batch) > 3
+    assert bonds.batch[0] == 0 and bonds.batch[-1] == len(bonds.members)
+    parts = [set(bonds.members[a:b].ravel()) for a, b in zip(bonds.batch[:-1], bonds.batch[1:])]
+    assert sum(map(len, parts)) == len(set.union(*parts))
+
+
+def test_bonds_of_one_molecule_are_one_batch():
+    ring = np.stack([np.arange(2000), (np.arange(2000) + 1) % 2000], axis=1)
+    assert len(make_bonds(ring, 1.0, 0.5).batch) == 2
+
+
+def test_blown_up_run_ends_for_all_threads():
+    from dpd.engine.simulation import Unstable
+
+    system = make_system((6.0, 5.0, 5.0), repulsion=np.array([[1e6]]), dt=0.1)
+    position, velocity = random_beads(system.box, 300)
+    problems = []
+    for threads in (1, 3):
+        simulation = make_simulation(system, position, velocity, threads=threads)
+        with pytest.raises(Unstable) as caught:
+            simulation.advance(50)
+        problems.append((caught.value.bead, caught.value.step, caught.value.distance))
+    assert problems[0] == problems[1]
+
+
+def test_exchange_of_momentum_asks_for_one_thread():
+    system = make_system((4.0, 4.0, 4.0), scheme="shardlow")
+    with pytest.raises(UserError, match="one thread"):
+        make_simulation(system, *random_beads(system.box, 50), threads=2)
