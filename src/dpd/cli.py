@@ -103,6 +103,8 @@ def _run(options):
     if options.output.is_dir():
         raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
     scene = Scene.read(options.scene)
+    if scene.chosen:
+        print(scene.chosen)
     checkpoint = checkpoint_path(options.output)
     if checkpoint.exists():
         print(f"a run to resume may be in {checkpoint}", file=sys.stderr)

@@ -209,7 +209,8 @@ def compile_for(scenes):
         species = "several species" if len(scene.species) > 1 else "one species"
         bonds = "bonds" if "bond" in scene.data else "no bonds"
         system = system_of(scene)
-        core = "core" if system.core else "no core"
+        core = "no core" if system.core is None else "core"
+        core = f"smooth {core}" if system.core and system.core[2] else core
         search = "list" if scene.skin else "cells"
         thermostat = scene.data["thermostat"]["kind"]
         friction = (

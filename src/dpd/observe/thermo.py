@@ -66,6 +66,10 @@ class Thermo:
             kinetic, virial = self.arrays["kinetic"], self.arrays["virial"]
             pressure = "kT / r_c^dimension"
             found |= {
+                "pressure": (
+                    along, self._trace(kinetic + virial[:, 0]), pressure,
+                    "pressure, conservative virial",
+                ),
                 "excess_conservative": (
                     along, self._trace(virial[:, 0]), pressure,
                     "excess pressure, conservative virial over dimension times volume",

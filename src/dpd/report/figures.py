@@ -132,6 +132,8 @@ def _sweep_line(sweep):
         text += f", lambda {integrator['lambda']:g}"
     if "core" in scene:
         text += f", core radius {scene['core']['radius']:g}, force {scene['core']['force']:g}"
+        if scene["core"]["smooth"]:
+            text += f", smoothed over {scene['core']['smooth']:g}"
     if "bond" in scene:
         text += f", bonds C {scene['bond']['stiffness']:g}, rest length {scene['bond']['length']:g}"
     text += f", {steps} steps with equilibration, {sweep.sizes['replica']} replica(s)"

@@ -1,0 +1,141 @@
+"""Run time against error, one panel per quantity and friction: shared by two figures."""
+
+import numpy as np
+import pandas as pd
+
+from dpd.analysis.accuracy import (
+    LABELS,
+    TOLERANCES,
+    bound,
+    cheapest,
+    deviations,
+    front,
+)
+from dpd.analysis.statistics import COVERAGE
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, panels
+from dpd.report.text import with_error
+
+STYLES = {
+    "euler": ("Euler", RED, "D"),
+    "gw-vv-0.5": (r"gw-vv, $\lambda$ 0.5", BLUE, "o"),
+    "gw-vv-0.65": (r"gw-vv, $\lambda$ 0.65", SKY, "s"),
+    "dpd-vv": ("dpd-vv", BLACK, "v"),
+    "shardlow": ("Shardlow", ORANGE, "^"),
+    "lowe-andersen": ("Lowe-Andersen", PURPLE, "P"),
+    "aboba": ("ABOBA", GREEN, "X"),
+}
+LEAST = 1e-4  # relative error at which the panels end
+
+
+def against_time(runs, costs, workload):
+    """Relative errors of a sweep's runs, with the run time per tau of the workload.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Collected; see `dpd.analysis.accuracy.deviations`.
+    costs : xarray.Dataset
+        The measurement ``schemes``: ``seconds`` per bead and step.
+    workload : str
+        One of its workloads.
+
+    Returns
+    -------
+    xarray.Dataset
+        `deviations`, and ``seconds`` per tau over ``scheme`` and ``dt``.
+    """
+    data = deviations(runs)
+    each = costs.seconds.sel(workload=workload).median("turn").sel(scheme=data.scheme)
+    beads = float(costs.beads.sel(workload=workload))
+    data["seconds"] = (each * beads / data.dt).transpose("scheme", "dt")
+    text = f"run time per tau of {beads:.0f} beads, one core"
+    data.seconds.attrs = {"units": "s / tau", "long_name": text}
+    return data.drop_vars("workload", errors="ignore")
+
+
+def draw(data):
+    """Panels: quantities downwards, frictions across."""
+    names = [name for name in LABELS if name in data]
+    figure, axes = panels(data.sizes["gamma"], len(names), height=2.2, squeeze=False)
+    for row, name in zip(axes, names):
+        for axis, gamma in zip(row, data.gamma.values):
+            _panel(axis, data.sel(gamma=gamma), name)
+            axis.set_title(rf"{LABELS[name]}, $\gamma$ = {gamma:g}")
+    for axis in axes[-1]:
+        axis.set_xlabel(r"run time per $\tau$ / s")
+    for row in axes:
+        row[0].set_ylabel("relative error")
+    axes[0, 0].legend(loc="upper right", ncols=2)
+    return figure
+
+
+def _panel(axis, data, name):
+    """|error| where it is clear of noise; else the bound on it, as a hollow mark."""
+    error, sigma = np.abs(data[name]), data[f"{name}_error"]
+    limit = bound(data, name)
+    for scheme in data.scheme.values:
+        label, color, marker = STYLES[str(scheme)]
+        at = dict(scheme=scheme)
+        x, y, s = (part.sel(at).values for part in (data.seconds, error, sigma))
+        clear = y > COVERAGE * s
+        axis.plot(x, np.where(clear, y, limit.sel(at)), color=color, linewidth=0.5)
+        axis.errorbar(x[clear], y[clear], COVERAGE * s[clear], color=color, marker=marker,
+                      linestyle="none", elinewidth=0.6, label=label)  # fmt: skip
+        hidden = ~clear & np.isfinite(y)
+        axis.plot(x[hidden], limit.sel(at).values[hidden], color=color, marker=marker,
+                  markerfacecolor="white", linestyle="none")  # fmt: skip
+    x, y = data.seconds.values.ravel(), limit.transpose("scheme", "dt").values.ravel()
+    best = front(x, y)
+    axis.step(x[best], y[best], where="post", color="0.75", linewidth=3, zorder=0)
+    axis.set(xscale="log", yscale="log", ylim=(LEAST, 2))
+    if not name.startswith("kT") and f"{name}_limit" in data:
+        value, sigma = float(data[f"{name}_limit"]), float(data[f"{name}_limit_error"])
+        text = f"limit {with_error(value, sigma)}"
+        axis.text(0.03, 0.04, text, transform=axis.transAxes, fontsize=6.5)
+
+
+def choices(data, name="pressure"):
+    """For each friction and tolerance the cheapest scheme, as rows (dict)."""
+    rows = []
+    for gamma in data.gamma.values:
+        at = data.sel(gamma=gamma)
+        for tolerance in TOLERANCES:
+            found = cheapest(at, data.seconds, name, tolerance)
+            if found is None:
+                rows.append({"gamma": float(gamma), "tolerance": tolerance, "scheme": None})
+                continue
+            scheme, dt, seconds = found
+            chosen = at.sel(scheme=scheme, dt=dt)
+            rows.append({
+                "gamma": float(gamma), "tolerance": tolerance, "scheme": scheme, "dt": dt,
+                "seconds": seconds, "error": float(chosen[name]),
+                "error_error": float(chosen[f"{name}_error"]), "kT": float(chosen.kT),
+                "kT_error": float(chosen.kT_error),
+            })  # fmt: skip
+    return rows
+
+
+def table(data):
+    """The cheapest scheme and step for each tolerance in pressure."""
+    rows = []
+    for row in choices(data):
+        start = (f"{row['gamma']:g}", f"{100 * row['tolerance']:g} %")
+        if row["scheme"] is None:
+            rows.append((*start, "none", "–", "–", "–", "–"))
+            continue
+        rows.append((
+            *start, STYLES[row["scheme"]][0].replace("$", "").replace("\\", ""), f"{row['dt']:g}",
+            f"{1000 * row['seconds']:.3g}",
+            with_error(100 * row["error"], 100 * row["error_error"]),
+            with_error(100 * row["kT"], 100 * row["kT_error"]),
+        ))  # fmt: skip
+    names = [
+        "gamma",
+        "pressure within",
+        "scheme",
+        "dt / tau",
+        "ms per tau",
+        "pressure / %",
+        "kT / %",
+    ]
+    return pd.DataFrame(rows, columns=names)
