@@ -10,8 +10,10 @@ rule compile_kernels:
     params:
         study=STUDY,
         papers=" ".join(PAPERS),
+    threads: workflow.cores
     shell:
-        "python -m dpd compile {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
+        "python -m dpd compile {params.study} {params.papers} --cores {threads} -o {output}"
+        " 2>&1 | tee {log}"
 
 
 rule make_start:

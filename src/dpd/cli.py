@@ -52,7 +52,10 @@ def _parser():
     _add_threads(run)
     bench = stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
     bench.add_argument("-o", "--output", type=Path, help="also write the figures here")
-    stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
+    compiling = stage(
+        "compile", _compile, "compile what a study needs", "study", "papers", output="stamp"
+    )
+    compiling.add_argument("--cores", type=_threads, default=1, metavar="N", help="(default 1)")
     stage(
         "start", _start, "make a first configuration",
         "study", "paper", "sweep", "point", output="start.nc",
@@ -162,7 +165,7 @@ def _compile(options):
     for paper in options.papers:
         for sweep in read_paper(paper, options.study).sweeps.values():
             scenes += [point.scene for point in sweep.points]
-    compiled = compile_for(scenes)
+    compiled = compile_for(scenes, options.cores)
     replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
 
 

@@ -3,6 +3,7 @@
 import json
 import resource
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -192,12 +193,14 @@ def _versions():
     return {"numpy": np.__version__, "numba": numba.__version__}
 
 
-def compile_for(scenes):
+def compile_for(scenes, cores=1):
     """Compile every variant of the kernels that some scenes need, into the disk cache.
 
     Parameters
     ----------
     scenes : list of Scene
+    cores : int
+        Processes that share the variants.
 
     Returns
     -------
@@ -213,23 +216,33 @@ def compile_for(scenes):
         core = f"smooth {core}" if system.core and system.core[2] else core
         search = "list" if scene.skin else "cells"
         thermostat = scene.data["thermostat"]["kind"]
-        friction = (
-            scene.data["integrator"]["scheme"]
-            if system.scheme.exchange is not None
-            else ("friction twice" if system.scheme.again else "friction once")
-        )
         variant = (
-            scene.dimension, species, bonds, core, thermostat, friction, search, *scene.observe,
+            scene.dimension, species, bonds, core, thermostat, _friction(scene, system), search,
+            *scene.observe,
         )  # fmt: skip
         smallest = variants.setdefault(variant, scene)
         if scene.beads < smallest.beads:
             variants[variant] = scene
-    for scene in variants.values():
-        system = system_of(scene)
-        simulation = Simulation(system, make_start(quick_to_start(scene)))
-        for observer in observables(scene, system):
-            observer.sample(simulation, simulation.measure())
+    with ProcessPoolExecutor(cores) as processes:
+        list(processes.map(_compile_variant, variants.values()))
     return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
+
+
+def _friction(scene, system):
+    """How the scheme takes friction, as far as it is compiled apart."""
+    if system.scheme.exchange is not None:
+        return scene.data["integrator"]["scheme"]
+    if system.scheme.again:
+        return "friction twice"
+    return "friction once" if system.scheme.prediction is None else "predicted friction"
+
+
+def _compile_variant(scene):
+    """Run what a scene needs once."""
+    system = system_of(scene)
+    simulation = Simulation(system, make_start(quick_to_start(scene)))
+    for observer in observables(scene, system):
+        observer.sample(simulation, simulation.measure())
 
 
 def quick_to_start(scene, grow=True):
