@@ -4,15 +4,14 @@
 
 rule compile_kernels:
     output:
-        f"{OUT}/compiled-{stage_digest('engine')}.txt",
+        f"{OUT}/{{paper}}/compiled-{stage_digest('engine')}.txt",
     log:
-        f"{LOGS}/compile.log",
+        f"{LOGS}/{{paper}}/compile.log",
     params:
         study=STUDY,
-        papers=" ".join(PAPERS),
     threads: workflow.cores
     shell:
-        "python -m dpd compile {params.study} {params.papers} --cores {threads} -o {output}"
+        "python -m dpd compile {params.study} {wildcards.paper} --cores {threads} -o {output}"
         " 2>&1 | tee {log}"
 
 

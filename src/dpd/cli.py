@@ -50,8 +50,8 @@ def _parser():
         help="first configuration: read if the file is there, otherwise made and kept in it",
     )  # fmt: skip
     _add_threads(run)
-    bench = stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
-    bench.add_argument("-o", "--output", type=Path, help="also write the figures here")
+    stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
+    stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
     compiling = stage(
         "compile", _compile, "compile what a study needs", "study", "papers", output="stamp"
     )
@@ -145,15 +145,14 @@ def _say(sentence):
 
 def _bench(options):
     from dpd.benchmark.speed import against_lammps, as_text
-    from dpd.benchmark.workloads import WORKLOADS
-    from dpd.files import replace_whole
-    from dpd.progress import Progress
 
-    with Progress(len(WORKLOADS), "measuring speed") as progress:
-        text = as_text(against_lammps(progress=progress))
-    print(text)
-    if options.output:
-        replace_whole(options.output, lambda draft: draft.write_text(text + "\n"))
+    print(as_text(against_lammps(say=print)))
+
+
+def _measure(options):
+    from dpd.benchmark.measure import measure
+
+    measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
 
 def _compile(options):
@@ -222,17 +221,20 @@ def _figure(options):
             f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
             f"{suggestion(options.figure, paper.figures)}"
         )
-    folder = RESULTS / options.study / options.paper / "sweeps"
-    sweeps = {name: folder / f"{name}.nc" for name in paper.figures[options.figure]}
-    make_figure(options.paper, options.figure, sweeps, options.output)
+    folder, figure = RESULTS / options.study / options.paper, paper.figures[options.figure]
+    sources = {name: folder / "sweeps" / f"{name}.nc" for name in figure.sweeps}
+    sources |= {name: folder / "measurements" / f"{name}.nc" for name in figure.measurements}
+    make_figure(options.paper, options.figure, sources, options.output)
 
 
 def _verdicts(options):
-    from dpd.report.figures import join_verdicts
+    from dpd.files import replace_whole
+    from dpd.report.figures import joined_verdicts
     from dpd.study import read_paper
 
     papers = [read_paper(name, options.study) for name in options.papers]
-    join_verdicts(papers, RESULTS / options.study, options.output)
+    table = joined_verdicts(papers, RESULTS / options.study)
+    replace_whole(options.output, lambda draft: table.to_csv(draft, index=False))
 
 
 def _report(options):

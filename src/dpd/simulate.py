@@ -153,7 +153,7 @@ def simulate(
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-    } | _versions()
+    } | versions()
     files.write(path, variables, attributes)
     if keeper:
         keeper.discard()
@@ -187,7 +187,8 @@ def summary(scene, variables, attributes):
     return found
 
 
-def _versions():
+def versions():
+    """Of what computes, for a file."""
     import numba
 
     return {"numpy": np.__version__, "numba": numba.__version__}

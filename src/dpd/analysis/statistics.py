@@ -86,6 +86,21 @@ def block_mean_and_error(blocks):
     return mean, error
 
 
+def middle_and_range(turns):
+    """Median, smallest and largest over the last axis: of timings, which have no normal errors.
+
+    Parameters
+    ----------
+    turns : (..., n) array
+
+    Returns
+    -------
+    middle, low, high : (...) arrays
+        NaN where a turn is.
+    """
+    return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
+
+
 def jackknife(blocks, function):
     """A function of the mean over blocks, and its standard error by leaving out groups.
 
