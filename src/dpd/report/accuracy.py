@@ -35,7 +35,7 @@ def against_time(runs, costs, workload):
     runs : xarray.Dataset
         Collected; see `dpd.analysis.accuracy.deviations`.
     costs : xarray.Dataset
-        The measurement ``schemes``: ``seconds`` per bead and step.
+        The measurement ``schemes``: ``cost`` in s per bead and step.
     workload : str
         One of its workloads.
 
@@ -45,7 +45,7 @@ def against_time(runs, costs, workload):
         `deviations`, and ``seconds`` per tau over ``scheme`` and ``dt``.
     """
     data = deviations(runs)
-    each = costs.seconds.sel(workload=workload).median("turn").sel(scheme=data.scheme)
+    each = costs.cost.sel(workload=workload).median("turn").sel(scheme=data.scheme)
     beads = float(costs.beads.sel(workload=workload))
     data["seconds"] = (each * beads / data.dt).transpose("scheme", "dt")
     text = f"run time per tau of {beads:.0f} beads, one core"
