@@ -74,6 +74,10 @@ def _parser():
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
+    stage(
+        "schemes", _schemes, "write config/schemes.yaml, for scheme auto, from the benchmark",
+        "study", output="schemes.yaml",
+    )  # fmt: skip
     stage("document", _document, "write config/README.md from the schemas", output="README.md")
     return parser
 
@@ -259,6 +263,14 @@ def _plan(options):
     with Progress(sum(len(paper.sweeps) for paper in papers), "measuring rates") as progress:
         rows = plan(papers, progress=progress)
     print(as_text(rows, options.cores))
+
+
+def _schemes(options):
+    from dpd.files import replace_whole
+    from dpd.report.accuracy import recommendations
+
+    text = recommendations(RESULTS / options.study / "benchmark" / "figures")
+    replace_whole(options.output, lambda draft: draft.write_text(text))
 
 
 def _document(options):

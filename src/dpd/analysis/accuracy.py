@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.statistics import (
     COVERAGE,
@@ -87,7 +88,7 @@ def _quantity(at, name):
         return jackknife(blocks, lambda means: means[0] / means[1])
     if name == "bond":
         return block_mean_and_error(blocks_of(at.bond_mean))
-    return diffusion_constant(displacements(at, "inner"), at.sizes["axis"], AFTER)
+    return diffusion_constant(displacements(at, "inner"), first_scene(at).dimension, AFTER)
 
 
 def _units(runs, name):
@@ -106,6 +107,7 @@ def limit(data, name, along="gamma"):
     Returns
     -------
     value, error : float
+        NaN with too few runs.
     """
     small = data.isel(dt=slice(0, max(2, int(np.ceil(HALF * data.sizes["dt"])))))
     small = small.sel(scheme=[name for name in SECOND_ORDER if name in data.scheme.values])
@@ -121,6 +123,8 @@ def limit(data, name, along="gamma"):
         kind += [group] * int(seen.sum())
     dt, kind = np.array(dt), np.array(kind)
     basis = [np.ones_like(dt), *(dt**2 * (kind == group) for group in np.unique(kind))]
+    if len(dt) < len(basis):
+        return np.nan, np.nan
     fit = linear_fit(np.array(basis), np.array(value), np.array(error))
     return float(fit.values[0]), float(fit.errors[0])
 
@@ -169,7 +173,7 @@ def rdf_deviation(runs, seen):
     """Largest deviation of g(r) from that of the best runs, and its standard error.
 
     Of many bins the one that noise moves most would be found, so what counts is the largest
-    deviation less what noise of that bin explains: sqrt(max(0, d^2 - 2 ln(bins) s^2)).
+    deviation d less what noise s there explains: sqrt(max(0, d^2 - 2 ln(bins) s^2)).
     """
     dims = runs.kT.dims[:-1]
     mean, error = {}, {}
@@ -187,9 +191,9 @@ def rdf_deviation(runs, seen):
         if place in best:
             continue
         apart, noise = g - reference, np.hypot(error[place], spread)
-        excess = apart**2 - 2 * np.log(len(g)) * noise**2
-        at = int(np.argmax(excess))
-        value[place] = np.sqrt(max(0.0, excess[at])) / reference.max()
+        at = int(np.argmax(np.abs(apart)))
+        excess = apart[at] ** 2 - 2 * np.log(len(g)) * noise[at] ** 2
+        value[place] = np.sqrt(max(0.0, excess)) / reference.max()
         sigma[place] = noise[at] / reference.max()
     attrs = {"units": "1", "long_name": f"relative error of {LABELS['rdf']}"}
     return xr.DataArray(value, seen.coords, dims, attrs=attrs), (dims, sigma)
@@ -221,7 +225,7 @@ def cheapest(data, seconds, name, tolerance):
     if not np.isfinite(good).any():
         return None
     at = good.stack(point=("scheme", "dt")).dropna("point")
-    best = at.isel(point=int(at.argmin()))
+    best = at.isel(point=int(np.argmin(at.values)))
     return str(best.scheme.values), float(best.dt), float(best)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from dpd.analysis.accuracy import (
     LABELS,
@@ -12,6 +13,7 @@ from dpd.analysis.accuracy import (
     front,
 )
 from dpd.analysis.statistics import COVERAGE
+from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, panels
 from dpd.report.text import with_error
 
@@ -24,6 +26,12 @@ STYLES = {
     "lowe-andersen": ("Lowe-Andersen", PURPLE, "P"),
     "aboba": ("ABOBA", GREEN, "X"),
 }
+HEAD = """\
+# What `integrator: {scheme: auto}` chooses from: the cheapest scheme and step, on one core, whose
+# error in pressure is within the tolerance with 97.5 % confidence. Measured by the benchmark:
+# snakemake --cores 2 benchmark; python -m dpd schemes quick -o config/schemes.yaml
+# stiffness: a rho and C of the systems that it was measured in."""
+STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
 LEAST = 1e-4  # relative error at which the panels end
 
 
@@ -139,3 +147,40 @@ def table(data):
         "kT / %",
     ]
     return pd.DataFrame(rows, columns=names)
+
+
+def recommendations(figures):
+    """config/schemes.yaml: of each system, friction and tolerance the cheapest scheme.
+
+    Parameters
+    ----------
+    figures : path
+        Folder of the figures ``fluid_accuracy`` and ``melt_accuracy``.
+
+    Returns
+    -------
+    str
+        YAML; see `dpd.automatic`.
+
+    Raises
+    ------
+    UserError
+        If they were not made.
+    """
+    parts = [HEAD]
+    for system, stiffness in STIFFNESS.items():
+        path = figures / f"{system}_accuracy.nc"
+        if not path.is_file():
+            raise UserError(f"{path}: there is no such file; run snakemake --cores 2 benchmark")
+        parts.append(f"{system}:\n  stiffness: {stiffness}\n  choices:")
+        for row in choices(xr.load_dataset(path, engine="netcdf4")):
+            if row["scheme"] is None:
+                continue
+            scheme, _, prediction = row["scheme"].partition("-0.")
+            chosen = f"scheme: {scheme}, lambda: 0.{prediction or 5}, dt: {row['dt']:g}"
+            error = with_error(100 * row["error"], 100 * row["error_error"])
+            parts.append(
+                f"    - {{gamma: {row['gamma']:g}, tolerance: {row['tolerance']:g}, {chosen}}}"
+                f"  # {error} %, {1000 * row['seconds']:.3g} ms per tau"
+            )
+    return "\n".join(parts) + "\n"
