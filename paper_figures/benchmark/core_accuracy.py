@@ -97,8 +97,8 @@ def draw(data):
     for axis in (left, middle):
         axis.set(xscale="log", xlabel=r"time step dt / $\tau$")
         axis.axhline(0, color="0.6", linewidth=0.6, zorder=0)
-    left.set(yscale="symlog", ylabel=r"$k_BT - 1$ / %")
-    middle.set_yscale("symlog")
+    left.set_yscale("symlog", linthresh=1)
+    left.set_ylabel(r"$k_BT - 1$ / %")
     middle.set_ylabel(r"pressure less its limit / $k_BT\,r_c^{-2}$")
     right.axhline(0, color="0.6", linewidth=0.6, zorder=0)
     right.set(xlabel=r"width of the edge / $r_c$", ylabel="change of the limit / %")

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.ticker import NullFormatter
 
 from dpd.analysis.accuracy import (
     LABELS,
@@ -96,6 +97,7 @@ def _panel(axis, data, name):
     best = front(x, y)
     axis.step(x[best], y[best], where="post", color="0.75", linewidth=3, zorder=0)
     axis.set(xscale="log", yscale="log", ylim=(LEAST, 2))
+    axis.xaxis.set_minor_formatter(NullFormatter())
     if not name.startswith("kT") and f"{name}_limit" in data:
         value, sigma = float(data[f"{name}_limit"]), float(data[f"{name}_limit_error"])
         text = f"limit {with_error(value, sigma)}"
