@@ -1,5 +1,6 @@
 """Measurements of the engine: what is refused, what is planned, and each one made small."""
 
+import os
 import shutil
 from dataclasses import replace
 
@@ -192,6 +193,13 @@ def test_a_fluid_that_is_hot_is_not_timed(monkeypatch):
     monkeypatch.setattr(scaling, "HOTTEST", 0.5)
     with pytest.raises(UserError, match="before timing"):
         scaling.rates(scaling.fluid(500, 3.0), 1e3, 1, quiet)
+
+
+def test_a_machine_with_one_core(monkeypatch):
+    """Two threads would wait for each other there; they are left out."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
+    one, two = scaling.rates(scaling.fluid(500, 3.0), 1e3, 2, quiet)
+    assert (one > 1e3).all() and np.isnan(two).all()
 
 
 def test_schemes_by_name(results):
