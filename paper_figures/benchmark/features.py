@@ -12,11 +12,13 @@ TITLE = "What each feature adds to the cost of a bead and step."
 PAPER_SHOWS = (
     "Each feature against the bare fluid in the same turn. What counts for a feature that changes "
     "the fluid itself, as bonds do that draw beads together, is the whole change; the Langevin "
-    "bath takes the place of friction and noise between pairs. Table: the same with the ratio, then the engine against one whose code for all these features was cut out "
-    "before it was compiled, both on the bare fluid: what a scene pays for what it does not name."
+    "bath takes the place of friction and noise between pairs. Table: the same with the ratio, "
+    "then the engine against one whose code for all these features was cut out before it was "
+    "compiled, both on the bare fluid: what a scene pays for what it does not name."
 )
 ERRORS = "Points: medians, beside them the ratio. Bars: from the cheapest turn to the dearest."
 NANO = 1e9
+ROOM = 0.3  # for the ratios, of the width
 
 
 def compute(data):
@@ -80,7 +82,8 @@ def draw(data):
     for x, y, ratio in zip(high, place, data.ratio.values):
         axes.annotate(f"x {ratio:.2f}", (x, y), (4, 0), textcoords="offset points", fontsize=6.5,
                       va="center")  # fmt: skip
-    axes.margins(x=0.15)
+    left, right = axes.get_xlim()
+    axes.set_xlim(left, right + ROOM * (right - left))
     axes.axvline(0, color=BLACK, linewidth=0.7)
     axes.set_yticks(place, [str(name) for name in data.feature.values])
     axes.tick_params(axis="y", length=0)

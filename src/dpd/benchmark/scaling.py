@@ -22,7 +22,8 @@ BEADS = (1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 DENSITIES = (1, 2, 3, 4, 5, 6, 7, 8)
 AT = 24_000  # beads, for the densities
 WORK, LEAST = 3e6, 20  # bead-steps in a turn, and steps at least
-SETTLE = {"steps": 60, "dt": 0.02}  # takes the heat of random positions away
+SETTLE = 180  # steps at density 1 that take the heat of random positions away; fewer at higher
+SETTLE_STEP = 0.02  # tau
 HOTTEST = 1.5  # kT; hotter, beads would not stand as in a fluid at rest
 THREADS = (1, 2)
 TINY = FLUID | {"box": 4, "start": {}, "steps": {"sample": 1}, "observe": ["thermo"]}
@@ -78,10 +79,11 @@ def scaling(
 def fluid(beads, density):
     """Standard fluid of about so many beads in a cube, settled for a moment."""
     edge = float((beads / density) ** (1 / 3))
+    relax = {"steps": max(SETTLE // 3, round(SETTLE / density)), "dt": SETTLE_STEP}
     data = FLUID | {
         "box": edge,
         "molecules": [{"architecture": "A", "density": float(density)}],
-        "start": {"relax": SETTLE},
+        "start": {"relax": relax},
     }
     return Scene(data, f"standard fluid of {beads} beads")
 
