@@ -88,7 +88,8 @@ def join_verdicts(papers, results, path):
         for paper in papers
         for figure in paper.figures
     ]
-    joined = pd.concat([table for table in tables if len(table)], ignore_index=True)
+    filled = [table for table in tables if len(table)] or tables  # rows without dtypes confuse
+    joined = pd.concat(filled, ignore_index=True)
     replace_whole(path, lambda draft: joined[COLUMNS].to_csv(draft, index=False))
 
 
