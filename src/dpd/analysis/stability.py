@@ -1,4 +1,4 @@
-"""How runs fail as the time step grows, and where they begin to."""
+"""How runs fail as the time step grows, and at which step."""
 
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ from dpd.analysis.statistics import linear_fit, over_replicas
 STABLE, OFF, FAR, LOST = range(4)
 WITHIN, FAR_FROM = 0.02, 0.1  # of kT, the limits between the first three
 SURE = 2.0  # standard errors from such a limit
+INTERPOLATED = 0.05  # of a step that was found between two others: heating is no exact power
 LEAST_POINTS, LEAST_CHANCE = 3, 0.05  # of a power law that is worth a line
 
 
@@ -35,13 +36,21 @@ class Outcome(NamedTuple):
     lost: np.ndarray
 
 
+def free_temperature(kT, beads):
+    """Kinetic temperature of beads whose total momentum is zero and stays so.
+
+    They have dimension times (beads - 1) degrees of freedom, not dimension times beads.
+    """
+    return kT * beads / (beads - 1)
+
+
 def outcome(kT, kT_error, lost_step, dt):
     """How runs went.
 
     Parameters
     ----------
     kT, kT_error, lost_step : (..., replicas) arrays
-        Kinetic temperature, its standard error, and the step that broke the run, or -1.
+        Temperature, its standard error, and the step that broke the run, or -1.
     dt : array
         Time step in tau, broadcast against (...).
 
@@ -62,44 +71,63 @@ def outcome(kT, kT_error, lost_step, dt):
     )
 
 
-class Edge(NamedTuple):
-    """Where runs stop being stable: between two time steps that were tried.
-
-    ``stable`` is the largest step up to which all runs are stable, ``beyond`` the next one
-    tried; NaN where there is none.
-    """
-
-    stable: float
-    beyond: float
-
-    @property
-    def middle(self):
-        """Geometric mean of both."""
-        return np.sqrt(self.stable * self.beyond)
-
-    @property
-    def error(self):
-        """Standard error of ln middle: the edge is anywhere between both."""
-        return np.log(self.beyond / self.stable) / np.sqrt(12.0)
-
-
-def edge(dt, kind):
-    """The edge of stability of one column of a map.
+def edge(dt, kind, sure):
+    """Where one column of a map stops being stable.
 
     Parameters
     ----------
     dt : (n,) array
         Ascending.
     kind : (n,) array of int
+    sure : (n,) array of bool
 
     Returns
     -------
-    Edge
+    stable, beyond : float
+        The largest stable step below which no run surely fails, and the next one that was
+        tried; NaN where there is none.
     """
-    count = int(np.cumprod(np.asarray(kind) == STABLE).sum())
-    return Edge(
-        float(dt[count - 1]) if count else np.nan, float(dt[count]) if count < len(dt) else np.nan
-    )
+    stable, sure = np.asarray(kind) == STABLE, np.asarray(sure)
+    good = np.flatnonzero(stable & np.logical_and.accumulate(stable | ~sure))
+    after = good[-1] + 1 if len(good) else 0
+    return (
+        float(dt[after - 1]) if after else np.nan, float(dt[after]) if after < len(dt) else np.nan
+    )  # fmt: skip
+
+
+def crossing(dt, excess, error):
+    """Step at which kT is 10 % off, in one column of a map.
+
+    Between the last step below that and the next it follows from a power law through both.
+    Where the next run blew up it is anywhere between.
+
+    Parameters
+    ----------
+    dt : (n,) array
+        Ascending.
+    excess, error : (n,) arrays
+        kT - 1 and its standard error; NaN for what blew up.
+
+    Returns
+    -------
+    value, error : float
+        The error is that of ln value; NaN where no step is further off, or none is nearer.
+    """
+    away = np.abs(excess)
+    count = int(np.logical_and.accumulate(away <= FAR_FROM).sum())
+    if count in (0, len(dt)):
+        return np.nan, np.nan
+    below, above = count - 1, count
+    width = np.log(dt[above] / dt[below])
+    if not np.isfinite(away[above]):
+        return float(np.sqrt(dt[above] * dt[below])), width / np.sqrt(12.0)
+    # What is lost in noise is taken for as large as the noise.
+    y = np.log(np.maximum(away[[below, above]], error[[below, above]]) / FAR_FROM)
+    spread = (error / np.maximum(away, error))[[below, above]]
+    rise = y[1] - y[0]
+    value = dt[below] * np.exp(-width * y[0] / rise)
+    noise = width / rise**2 * np.hypot(y[1] * spread[0], y[0] * spread[1])
+    return float(value), float(np.hypot(noise, INTERPOLATED))
 
 
 class Power(NamedTuple):
@@ -154,25 +182,27 @@ def power_law(x, y, error):
     )  # fmt: skip
 
 
-def falling(x, edges):
-    """The power law with which the edge of stability falls as something grows stiffer.
+def falling(x, limit, error):
+    """The power law with which a limit falls as something grows stiffer.
 
-    Columns up to the last one that has the largest edge of all are left out: there something
-    else sets the limit.
+    Left out is what comes before the last limit that cannot be told from the largest (two
+    standard errors), and that itself: there something else sets it.
 
     Parameters
     ----------
     x : (n,) array
         Ascending.
-    edges : list of Edge
+    limit, error : (n,) arrays
+        The error is that of ln limit; NaN where there is no limit.
 
     Returns
     -------
     Power
     """
-    middle = np.array([found.middle for found in edges])
-    if not np.isfinite(middle).any():
+    limit, error = np.asarray(limit), np.asarray(error)
+    if not np.isfinite(limit).any():
         return NO_POWER
-    last = np.flatnonzero(middle >= np.nanmax(middle) * (1 - 1e-9))[-1]
-    error = np.array([found.error for found in edges])
-    return power_law(x[last + 1 :], middle[last + 1 :], error[last + 1 :])
+    largest = np.nanargmax(limit)
+    level = np.log(limit[largest] / limit) <= SURE * np.hypot(error, error[largest])
+    after = np.flatnonzero(level)[-1] + 1
+    return power_law(x[after:], limit[after:], error[after:])
