@@ -49,12 +49,12 @@ def scene_of(wildcards):
 
 def work_of(wildcards):
     """Millions of bead-steps of a run: its priority, so that no long run is left to the end."""
-    return round(scene_of(wildcards).work / 1e6)
+    return 1 + round(scene_of(wildcards).work / 1e6)
 
 
 def work_after(wildcards):
     """The same for a start: of the longest run that waits for it."""
-    return max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
+    return 1 + max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
 
 
 def start_of(wildcards):

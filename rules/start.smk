@@ -9,6 +9,7 @@ rule compile_kernels:
         f"{LOGS}/{{paper}}/compile.log",
     params:
         study=STUDY,
+    priority: 1
     threads: workflow.cores
     shell:
         "python -m dpd compile {params.study} {wildcards.paper} --cores {threads} -o {output}"
