@@ -217,6 +217,7 @@ def test_a_scheme_that_blows_up_is_left_out():
     data = schemes({"W1": wild}, turns=1, say=said.append)
     assert np.isnan(data.cost.sel(scheme="euler")).all()
     assert any("euler" in line and "blew up" in line for line in said)
+    assert "Left out" in data.description and "euler on W1" in data.description
 
 
 def test_features_and_their_absence(results):

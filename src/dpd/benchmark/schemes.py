@@ -41,6 +41,7 @@ def schemes(scenes=None, turns=TURNS, say=print):
     """
     scenes = scenes or {name: workload(name) for name in ("W1", "W2")}
     starts, named = starts_of(scenes, say), labelled_schemes()
+    wild = []
     cost = np.full((len(scenes), len(named), turns), np.nan)
     for w, (name, scene) in enumerate(scenes.items()):
         steps = max(1, round(SHARE * scene.steps[1]))
@@ -52,6 +53,7 @@ def schemes(scenes=None, turns=TURNS, say=print):
                 simulation.advance((turns + 1) * steps)  # stands what is to come, and compiles
             except Unstable as problem:
                 say(f"{name}: {label}: {problem}")
+                wild.append(f"{label} on {name}")
                 continue
             running[s] = simulation.advance
         seconds = in_turns(list(running.values()), steps, turns)
@@ -62,7 +64,10 @@ def schemes(scenes=None, turns=TURNS, say=print):
         "beads": (("workload",), [s.beads for s in scenes.values()], "1", "number of beads"),
         "cost": (("workload", "scheme", "turn"), cost, "s", "seconds per bead and step"),
     }
-    return labelled(variables, f"every scheme from the same state, one thread, {turns} turns.")
+    description = f"every scheme from the same state, one thread, {turns} turns."
+    if wild:
+        description += f" Left out, as they blow up at that time step: {', '.join(wild)}."
+    return labelled(variables, description)
 
 
 def _with(scene, integrator):
