@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 from scipy.signal import lfilter
 
+from dpd import files
 from dpd.analysis import verdicts
-from dpd.analysis.collect import save
+from dpd.analysis.collect import RECORDED, collect, save
 from dpd.analysis.composition import bulk_fraction, bulk_windows, chi_and_error, composition
 from dpd.analysis.statistics import (
     block_mean_and_error,
@@ -17,6 +18,9 @@ from dpd.analysis.statistics import (
     trend,
 )
 from dpd.analysis.verdicts import Measured, judge
+from dpd.digest import stage_digest
+from dpd.scene import Scene
+from dpd.study import Axis, Point, Sweep
 from dpd.theory.flory_huggins import chi_of_composition
 
 MEMORY = 0.9  # of the autoregressive series below
@@ -69,6 +73,36 @@ def test_trends_cover_as_often_as_they_say(memory):
     assert found[:, 2].mean() == pytest.approx(1.0, rel=0.05)
     white = found[:, 2] / np.sqrt(((time - time.mean()) ** 2).sum())
     assert np.mean(away < 1.96 * white) == pytest.approx(0.4 if memory else 0.95, abs=0.12)
+
+
+def test_a_sweep_keeps_the_trends_of_its_series(tmp_path):
+    """Two runs with time axes of their own: slopes per tau, and NaN for the one that blew up."""
+    points, paths = [], []
+    for seed, (dt, slope) in enumerate(((0.01, 0.3), (0.04, np.nan))):
+        scene = Scene({
+            "dimension": 2, "box": 3, "molecules": [{"architecture": "A", "count": 5}],
+            "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": dt},
+            "steps": {"sample": 50}, "observe": [{"thermo": {"pressure": False}}], "seed": seed,
+        })  # fmt: skip
+        time = dt * np.arange(1, 51)
+        variables = {
+            "time": (("sample",), time, "tau", "time"),
+            "kT": (("sample",), 1 + slope * time, "kT", "kinetic temperature"),
+            "momentum": (("sample", "axis"), np.zeros((50, 2)), "m r_c / tau", "momentum"),
+        }
+        attributes = dict.fromkeys(RECORDED, 1) | {
+            "scene": "{}", "scene_digest": scene.digest, "sources": stage_digest("simulate"),
+            "numpy": "", "numba": "",
+        }  # fmt: skip
+        paths.append(tmp_path / f"{seed}.nc")
+        files.write(paths[-1], variables, attributes)
+        points.append(Point(str(dt), (dt, 0), scene))
+    axes = (Axis("dt", (0.01, 0.04), "tau", "time step"), Axis("replica", (0,), "1", "replica"))
+    found = collect(Sweep("made up", axes, tuple(points)), paths).isel(replica=0)
+    assert found.kT_trend.values == pytest.approx([0.3, np.nan], nan_ok=True)
+    assert found.kT_trend_error.values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
+    assert found.kT_spread.values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
+    assert (found.kT_trend.units, found.kT_spread.units) == ("kT / tau", "kT")
 
 
 def test_trends_of_lines_and_of_broken_series():

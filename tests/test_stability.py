@@ -181,7 +181,7 @@ def test_the_map_says_what_it_was_made_of(sweeps):
     """Edges, laws, words and marks of made-up runs."""
     module = load_module("benchmark", "stability")
     data = module.compute(sweeps)
-    assert module.measured(data) == {}
+    assert module.measured(data) == {} and not without_units(data)
     assert float(data.map_noise_law_exponent) == pytest.approx(-1, abs=0.01)
     assert bool(data.map_noise_law_holds) and not bool(data.map_bonds_law_holds)
     table = module.table(data).set_index(["map", "value"])
@@ -212,6 +212,11 @@ def test_cold_and_undecided_runs_are_told(sweeps):
     assert "are stable at a step larger than one that is not" in text
 
 
+def without_units(data):
+    """Names of numbers that do not say their units, which they must in a figure's file."""
+    return [n for n, v in data.data_vars.items() if v.dtype.kind == "f" and "units" not in v.attrs]
+
+
 @pytest.fixture
 def long_sweeps():
     """Two long runs, one with a pressure that rises; energy that drifts as dt^3, swings as dt^2."""
@@ -227,7 +232,7 @@ def long_sweeps():
         given |= {name: 1.0, f"{name}_error": 0.01, f"{name}_trend": 0.0}
         given |= {f"{name}_trend_error": 1e-5, f"{name}_spread": 0.5}
     for name, value in given.items():
-        runs[name] = ("run", [value, value])
+        runs[name] = ("run", [value, value], {"units": "as collected"})
     runs.pressure_trend[1] = 7e-5
     dt = np.array([0.001, 0.01, 0.02, 0.05])
     free = xr.Dataset(
@@ -236,7 +241,7 @@ def long_sweeps():
             "total_energy_trend_error": ("dt", np.full(4, 81 * 1e-7)),
             "total_energy_spread": ("dt", 81 * 5 * dt**2),
             "total_energy_correlation_time": ("dt", np.full(4, 0.4)),
-            "momentum_per_bead": ("dt", np.full(4, 1e-15)),
+            "momentum_per_bead": ("dt", np.full(4, 1e-15), {"units": "m r_c / tau"}),
             "beads": ("dt", np.full(4, 81)), "lost_step": ("dt", np.full(4, -1)),
             "scene": ("dt", [text] * 4),
         },
@@ -264,7 +269,7 @@ def test_orders_of_drift_and_fluctuation(long_sweeps):
     """Both come back; the drift at dt 0.001, a hundredth of its error, is not fitted."""
     module = load_module("benchmark", "long_runs")
     data = module.compute(long_sweeps)
-    assert module.measured(data) == {}
+    assert module.measured(data) == {} and not without_units(data)
     assert float(data.drift_law_exponent) == pytest.approx(3)
     assert (float(data.drift_law_low), float(data.drift_law_points)) == (0.01, 3)
     assert float(data.spread_law_exponent) == pytest.approx(2)

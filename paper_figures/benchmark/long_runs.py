@@ -84,7 +84,7 @@ def _without_thermostat(runs):
         "spread": spread.assign_attrs(units="kT"),
         "spread_error": (spread * share).assign_attrs(units="kT"),
         "nve_lost": (runs.lost_step >= 0).any("replica").astype(float).assign_attrs(units="1"),
-        "nve_momentum": runs.momentum_per_bead.max("replica"),
+        "nve_momentum": runs.momentum_per_bead.max("replica", keep_attrs=True),
         "nve_length": ((), length, {"units": "tau"}),
     })  # fmt: skip
     dt = data.dt.values
