@@ -3,7 +3,6 @@
 import json
 import resource
 import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -224,6 +223,8 @@ def compile_for(scenes, cores=1):
         smallest = variants.setdefault(variant, scene)
         if scene.beads < smallest.beads:
             variants[variant] = scene
+    from concurrent.futures import ProcessPoolExecutor  # slow to import, and only needed here
+
     with ProcessPoolExecutor(cores) as processes:
         list(processes.map(_compile_variant, variants.values()))
     return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
