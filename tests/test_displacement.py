@@ -179,6 +179,15 @@ def test_a_bead_that_moves_too_far_to_be_followed_is_noticed(axis):
         watch(velocity, 20)
 
 
+def test_a_run_that_loses_track_is_recorded_where_asked(tmp_path):
+    """Hot beads of a scene with ``unstable: record``: the file says at which step."""
+    hot = {"start": {"kT": 1e4}, "integrator": {"scheme": "gw-vv", "dt": 0.002}}
+    watched = {"observe": ["thermo", {"displacement": {"every": 20}}], "unstable": "record"}
+    scene = Scene(FREE | hot | watched | {"steps": {"sample": 100}})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert 20 < read(tmp_path / "run.nc")[1]["lost_step"] <= 100
+
+
 def test_arrays_are_all_that_goes_on():
     """A fresh observer that is given the arrays half-way ends with the same bits."""
     velocity = np.random.default_rng(1).normal(scale=0.3, size=(2, 10))

@@ -11,7 +11,7 @@ from dpd import files
 from dpd.digest import stage_digest, value_digest
 from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Simulation, State, Unstable
-from dpd.errors import UserError
+from dpd.errors import LostTrack, UserError
 from dpd.observe import observables
 from dpd.scene import Scene
 from dpd.start import make_start, make_start_and_record, start_description, system_of
@@ -132,7 +132,7 @@ def simulate(
             simulation, scene.steps, observers, keeper, progress, every_seconds, stopping, say
         )
     except UserError as problem:
-        recorded = isinstance(problem, Unstable) and scene.data["unstable"] == "record"
+        recorded = isinstance(problem, Unstable | LostTrack) and scene.data["unstable"] == "record"
         done, lost = (problem.step, problem.step) if recorded else (0, -1)
         if not recorded:
             raise _with_place(problem, scene, keeper) from None
