@@ -8,10 +8,12 @@ import pytest
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, State
 from dpd.errors import UserError
+from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.displacement import Displacement
 from dpd.observe.multitau import COARSER, KEPT
 from dpd.scene import Scene
+from dpd.simulate import simulate
 from dpd.start import make_start, system_of
 from tests.engine.build import by_identity
 
