@@ -94,16 +94,23 @@ def test_limit_of_too_few_runs_is_no_number():
 def test_cheapest_is_the_fastest_that_is_surely_good():
     # Errors at dt 0.04: 3.2 %, 0.8 %, 0.16 %; at 0.02: 0.8 %, 0.2 %, 0.04 %.
     data = study([20.0, 5.0, 1.0]).sel(gamma=4.5)
-    assert cheapest(data, data.seconds, "pressure", 0.04)[:2] == ("gw-vv-0.5", 0.04)
-    assert cheapest(data, data.seconds, "pressure", 0.01)[:2] == ("gw-vv-0.5", 0.02)
-    assert cheapest(data, data.seconds, "pressure", 0.003)[:2] == ("aboba", 0.04)
-    assert cheapest(data, data.seconds, "pressure", 1e-5) is None
+    assert cheapest(data, data.seconds, ["pressure"], 0.04)[:2] == ("gw-vv-0.5", 0.04)
+    assert cheapest(data, data.seconds, ["pressure"], 0.01)[:2] == ("gw-vv-0.5", 0.02)
+    assert cheapest(data, data.seconds, ["pressure"], 0.003)[:2] == ("aboba", 0.04)
+    assert cheapest(data, data.seconds, ["pressure"], 1e-5) is None
 
 
 def test_noise_counts_against_a_scheme():
     data = study([0.0, 0.0, 0.0], sigma=0.01).sel(gamma=4.5)
     assert float(bound(data, "pressure").max()) == pytest.approx(0.0196)
-    assert cheapest(data, data.seconds, "pressure", 0.01) is None
+    assert cheapest(data, data.seconds, ["pressure"], 0.01) is None
+
+
+def test_all_that_is_asked_for_must_be_good():
+    data = study([1.0, 1.0, 1.0]).sel(gamma=4.5)
+    data["kT"] = data.kT + 0.02 * (data.scheme == "gw-vv-0.5")
+    assert cheapest(data, data.seconds, ["pressure"], 0.01)[0] == "gw-vv-0.5"
+    assert cheapest(data, data.seconds, ["pressure", "kT"], 0.01)[0] == "shardlow"
 
 
 def test_front_leaves_out_what_is_slower_and_worse():

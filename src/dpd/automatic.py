@@ -1,7 +1,7 @@
 """``integrator: {scheme: auto}``: the cheapest scheme whose error was measured to be small.
 
 config/schemes.yaml holds what the benchmark found: for a fluid and for a melt of stiff bonds, at
-two frictions, the scheme and step of least run time for each tolerance in pressure.
+two frictions, the scheme and step of least run time for each tolerance in pressure and kT.
 """
 
 from functools import cache
@@ -59,7 +59,7 @@ def choose(data, where):
     chosen = {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
     text = (
         f"integrator: auto is {choice['scheme']}, dt {dt:g}: the cheapest measured with pressure "
-        f"within {100 * choice['tolerance']:g} % in a {system} at gamma {choice['gamma']:g}"
+        f"and kT within {100 * choice['tolerance']:g} % in a {system} at gamma {choice['gamma']:g}"
     )
     if slower > 1:
         text += f" (there dt {choice['dt']:g}; this one is stiffer or hotter)"

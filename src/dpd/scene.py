@@ -20,7 +20,7 @@ MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # fraction of the time in which a bead moves its own size, and what moves slower.
 INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1}
 SLOWER = 0.8
-TOLERANCE = 0.01  # of scheme auto, in pressure
+TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 
 
 @dataclass(frozen=True)

@@ -210,8 +210,8 @@ def bound(data, name):
     return np.abs(data[name]) + COVERAGE * data[f"{name}_error"]
 
 
-def cheapest(data, seconds, name, tolerance):
-    """The scheme and step of least run time whose error is surely within a tolerance.
+def cheapest(data, seconds, names, tolerance):
+    """The scheme and step of least run time whose errors are surely within a tolerance.
 
     Parameters
     ----------
@@ -219,7 +219,8 @@ def cheapest(data, seconds, name, tolerance):
         From `deviations`, at one friction: over ``scheme`` and ``dt``.
     seconds : xarray.DataArray
         Run time per tau over ``scheme`` and ``dt``.
-    name : str
+    names : sequence of str
+        Quantities that must be.
     tolerance : float
 
     Returns
@@ -227,7 +228,9 @@ def cheapest(data, seconds, name, tolerance):
     (str, float, float) or None
         Scheme, dt, seconds per tau; None if no run is good enough.
     """
-    good = seconds.where(bound(data, name) <= tolerance)
+    good = seconds
+    for name in names:
+        good = good.where(bound(data, name) <= tolerance)
     if not np.isfinite(good).any():
         return None
     at = good.stack(point=("scheme", "dt")).dropna("point")
