@@ -1,15 +1,29 @@
-# The engine's speed. Takes all cores, so that nothing else runs beside it.
+# What the engine costs: measurements, and a page of its own on them.
+
+
+# Takes all cores, so that nothing runs beside it, and comes after what has a priority.
+rule measure:
+    output:
+        f"{OUT}/{{paper}}/measurements/{{measurement}}.nc",
+    log:
+        f"{LOGS}/{{paper}}/measurements/{{measurement}}.log",
+    params:
+        sources=stage_digest("measure"),
+    priority: 0
+    threads: workflow.cores
+    shell:
+        "python -m dpd measure {wildcards.measurement} -o {output} 2>&1 | tee {log}"
 
 
 rule benchmark:
     input:
-        ancient(rules.compile_kernels.output),
+        page_sources({"benchmark": PAPERS["benchmark"]}),
     output:
-        f"{OUT}/benchmark.txt",
+        f"{OUT}/benchmark.html",
     log:
         f"{LOGS}/benchmark.log",
     params:
-        sources=stage_digest("engine"),
-    threads: workflow.cores
+        study=STUDY,
+        sources=stage_digest("report"),
     shell:
-        "python -m dpd bench -o {output} 2>&1 | tee {log}"
+        "python -m dpd report {params.study} benchmark -o {output} 2>&1 | tee {log}"

@@ -20,10 +20,26 @@ def sweep_runs(wildcards):
     return [f"{folder}/{point.name}/run.nc" for point in points]
 
 
-def figure_sweeps(wildcards):
-    """Sweeps that feed a figure."""
-    names = PAPERS[wildcards.paper].figures[wildcards.figure]
-    return [f"{OUT}/{wildcards.paper}/sweeps/{name}.nc" for name in names]
+def figure_sources(wildcards):
+    """Sweeps and measurements that feed a figure."""
+    folder, figure = f"{OUT}/{wildcards.paper}", PAPERS[wildcards.paper].figures[wildcards.figure]
+    return [f"{folder}/sweeps/{name}.nc" for name in figure.sweeps] + [
+        f"{folder}/measurements/{name}.nc" for name in figure.measurements
+    ]
+
+
+def page_sources(papers):
+    """All that a page on some papers is made from."""
+    files = []
+    for name, paper in papers.items():
+        folder = f"{OUT}/{name}"
+        figures = expand(
+            "{figure}.{kind}", figure=paper.figures, kind=["png", "md", "nc", "csv"]
+        )
+        files += [f"{folder}/figures/{figure}" for figure in figures]
+        files += [f"{folder}/sweeps/{sweep}.nc" for sweep in paper.sweeps]
+        files += [f"{folder}/measurements/{name}.nc" for name in paper.measurements]
+    return files
 
 
 def scene_of(wildcards):
@@ -33,12 +49,12 @@ def scene_of(wildcards):
 
 def work_of(wildcards):
     """Millions of bead-steps of a run: its priority, so that no long run is left to the end."""
-    return round(scene_of(wildcards).work / 1e6)
+    return 1 + round(scene_of(wildcards).work / 1e6)
 
 
 def work_after(wildcards):
     """The same for a start: of the longest run that waits for it."""
-    return max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
+    return 1 + max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
 
 
 def start_of(wildcards):
@@ -55,7 +71,7 @@ def first_with_start(wildcards):
     return f"{sweep} {point.name}"
 
 
-def figure_sources(wildcards):
+def figure_digest(wildcards):
     """Digest of all that a figure's numbers and looks depend on."""
     pages = ROOT / "paper_figures"
     own = files_digest(

@@ -3,7 +3,7 @@
 
 rule draw_figure:
     input:
-        figure_sweeps,
+        figure_sources,
     output:
         png=report(
             f"{OUT}/{{paper}}/figures/{{figure}}.png",
@@ -18,7 +18,7 @@ rule draw_figure:
         f"{LOGS}/{{paper}}/figures/{{figure}}.log",
     params:
         study=STUDY,
-        sources=figure_sources,
+        sources=figure_digest,
     shell:
         "python -m dpd figure {params.study} {wildcards.paper} {wildcards.figure}"
         " -o $(dirname {output.png}) 2>&1 | tee {log}"

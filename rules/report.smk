@@ -1,6 +1,6 @@
 # The verdict table and the page.
 
-FIGURES = [f"{OUT}/{name}/figures/{figure}" for name, p in PAPERS.items() for figure in p.figures]
+FIGURES = [f"{OUT}/{name}/figures/{figure}" for name, p in REPORTED.items() for figure in p.figures]
 
 
 rule join_verdicts:
@@ -12,23 +12,21 @@ rule join_verdicts:
         f"{LOGS}/verdicts.log",
     params:
         study=STUDY,
-        papers=" ".join(PAPERS),
+        papers=" ".join(REPORTED),
     shell:
         "python -m dpd verdicts {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
 
 
 rule write_report:
     input:
-        rules.join_verdicts.output,
-        expand("{figure}.{kind}", figure=FIGURES, kind=["png", "md", "nc"]),
-        [f"{OUT}/{name}/sweeps/{sweep}.nc" for name, p in PAPERS.items() for sweep in p.sweeps],
+        page_sources(REPORTED),
     output:
         f"{OUT}/report.html",
     log:
         f"{LOGS}/report.log",
     params:
         study=STUDY,
-        papers=" ".join(PAPERS),
+        papers=" ".join(REPORTED),
         sources=stage_digest("report"),
     shell:
         "python -m dpd report {params.study} {params.papers} -o {output} 2>&1 | tee {log}"

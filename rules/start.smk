@@ -4,14 +4,16 @@
 
 rule compile_kernels:
     output:
-        f"{OUT}/compiled-{stage_digest('engine')}.txt",
+        f"{OUT}/{{paper}}/compiled-{stage_digest('engine')}.txt",
     log:
-        f"{LOGS}/compile.log",
+        f"{LOGS}/{{paper}}/compile.log",
     params:
         study=STUDY,
-        papers=" ".join(PAPERS),
+    priority: 1
+    threads: workflow.cores
     shell:
-        "python -m dpd compile {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
+        "python -m dpd compile {params.study} {wildcards.paper} --cores {threads} -o {output}"
+        " 2>&1 | tee {log}"
 
 
 rule make_start:

@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 from scipy.signal import lfilter
 
+from dpd import files
 from dpd.analysis import verdicts
-from dpd.analysis.collect import save
+from dpd.analysis.collect import RECORDED, collect, save
 from dpd.analysis.composition import bulk_fraction, bulk_windows, chi_and_error, composition
 from dpd.analysis.statistics import (
     block_mean_and_error,
@@ -14,8 +15,12 @@ from dpd.analysis.statistics import (
     linear_fit,
     mean_and_error,
     over_replicas,
+    trend,
 )
 from dpd.analysis.verdicts import Measured, judge
+from dpd.digest import stage_digest
+from dpd.scene import Scene
+from dpd.study import Axis, Point, Sweep
 from dpd.theory.flory_huggins import chi_of_composition
 
 MEMORY = 0.9  # of the autoregressive series below
@@ -50,6 +55,63 @@ def test_intervals_cover_as_often_as_they_say(estimate):
     assert 0.91 < covered < 0.985
     naive = runs.std(axis=1) / np.sqrt(runs.shape[1])
     assert np.mean(np.abs(mean) < 1.96 * naive) < 0.5
+
+
+@pytest.mark.parametrize("memory", [0.0, MEMORY])
+def test_trends_cover_as_often_as_they_say(memory):
+    """Of 400 series with a known slope 95 % of the intervals hold it, white noise or correlated.
+
+    Taken for white, the correlated would be sure of a wrong slope more often than not. The
+    spread is that of the noise, not of the slope.
+    """
+    rng, n, slope = np.random.default_rng(5), 2000, -0.003
+    noise = correlated(rng, 400, n) if memory else rng.normal(size=(400, n))
+    time = 0.1 * (1 + np.arange(n))
+    found = np.array([trend(time, 7 + slope * time + x) for x in noise])
+    away = np.abs(found[:, 0] - slope)
+    assert 0.91 < np.mean(away < 1.96 * found[:, 1]) < 0.985
+    assert found[:, 2].mean() == pytest.approx(1.0, rel=0.05)
+    white = found[:, 2] / np.sqrt(((time - time.mean()) ** 2).sum())
+    assert np.mean(away < 1.96 * white) == pytest.approx(0.4 if memory else 0.95, abs=0.12)
+
+
+def test_a_sweep_keeps_the_trends_of_its_series(tmp_path):
+    """Two runs with time axes of their own: slopes per tau, and NaN for the one that blew up."""
+    points, paths = [], []
+    for seed, (dt, slope) in enumerate(((0.01, 0.3), (0.04, np.nan))):
+        scene = Scene({
+            "dimension": 2, "box": 3, "molecules": [{"architecture": "A", "count": 5}],
+            "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": dt},
+            "steps": {"sample": 50}, "observe": [{"thermo": {"pressure": False}}], "seed": seed,
+        })  # fmt: skip
+        time = dt * np.arange(1, 51)
+        variables = {
+            "time": (("sample",), time, "tau", "time"),
+            "kT": (("sample",), 1 + slope * time, "kT", "kinetic temperature"),
+            "momentum": (("sample", "axis"), np.zeros((50, 2)), "m r_c / tau", "momentum"),
+        }
+        attributes = dict.fromkeys(RECORDED, 1) | {
+            "scene": "{}", "scene_digest": scene.digest, "sources": stage_digest("simulate"),
+            "numpy": "", "numba": "",
+        }  # fmt: skip
+        paths.append(tmp_path / f"{seed}.nc")
+        files.write(paths[-1], variables, attributes)
+        points.append(Point(str(dt), (dt, 0), scene))
+    axes = (Axis("dt", (0.01, 0.04), "tau", "time step"), Axis("replica", (0,), "1", "replica"))
+    found = collect(Sweep("made up", axes, tuple(points)), paths).isel(replica=0)
+    assert found.kT_trend.values == pytest.approx([0.3, np.nan], nan_ok=True)
+    assert found.kT_trend_error.values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
+    assert found.kT_spread.values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
+    assert (found.kT_trend.units, found.kT_spread.units) == ("kT / tau", "kT")
+
+
+def test_trends_of_lines_and_of_broken_series():
+    """A line has its slope and no error; a run that blew up has none, nor have two samples."""
+    time = np.arange(1.0, 9.0)
+    line = trend(time, 2 - 0.5 * time)
+    assert line == pytest.approx((-0.5, 0.0, 0.0), abs=1e-12)
+    assert np.isnan(trend(time, np.where(time > 6, np.nan, 1.0))).all()
+    assert np.isnan(trend(time[:2], time[:2])).all()
 
 
 def test_short_series_do_not_claim_an_error():

@@ -1,5 +1,6 @@
 """The command line as a user meets it: in a process of its own."""
 
+import json
 import os
 import subprocess
 import sys
@@ -47,6 +48,30 @@ def test_run_a_scene(tmp_path):
     assert variables["kT"].shape == (100,)
     assert {"scene", "scene_digest", "sources", "seed", "numba"} <= set(attributes)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml"]
+
+
+def test_threads_give_the_same_file(tmp_path):
+    """The same numbers with two threads; a number of threads that is none is refused."""
+    scene = write(tmp_path / "scene.yaml", SCENE)
+    for threads in ("1", "2"):
+        path = tmp_path / f"{threads}.nc"
+        done = dpd("run", scene, "-o", path, "--threads", threads, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    one, two = (read(tmp_path / f"{threads}.nc")[0] for threads in ("1", "2"))
+    assert one.keys() == two.keys()
+    assert all((one[name] == two[name]).all() for name in one)
+    refused = dpd("run", scene, "-o", tmp_path / "x.nc", "--threads", "0", cwd=tmp_path)
+    assert refused.returncode == 2 and "allowed: 1, 2, ..." in refused.stderr
+
+
+def test_a_scene_may_leave_the_scheme_to_us(tmp_path):
+    """It says which it took, and runs with it."""
+    scene = SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.03}}
+    path = tmp_path / "run.nc"
+    done = dpd("run", write(tmp_path / "scene.yaml", scene), "-o", path, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "integrator: auto is" in done.stdout
+    assert json.loads(read(path)[1]["scene"])["integrator"]["scheme"] != "auto"
 
 
 def test_run_keeps_and_takes_a_start(tmp_path):

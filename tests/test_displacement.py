@@ -8,10 +8,12 @@ import pytest
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, State
 from dpd.errors import UserError
+from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.displacement import Displacement
 from dpd.observe.multitau import COARSER, KEPT
 from dpd.scene import Scene
+from dpd.simulate import simulate
 from dpd.start import make_start, system_of
 from tests.engine.build import by_identity
 
@@ -177,6 +179,15 @@ def test_a_bead_that_moves_too_far_to_be_followed_is_noticed(axis):
     velocity[axis, 7] = -0.34 * edge
     with pytest.raises(UserError, match=r"observe\.displacement\.every: .* third of the box"):
         watch(velocity, 20)
+
+
+def test_a_run_that_loses_track_is_recorded_where_asked(tmp_path):
+    """Hot beads of a scene with ``unstable: record``: the file says at which step."""
+    hot = {"start": {"kT": 1e4}, "integrator": {"scheme": "gw-vv", "dt": 0.002}}
+    watched = {"observe": ["thermo", {"displacement": {"every": 20}}], "unstable": "record"}
+    scene = Scene(FREE | hot | watched | {"steps": {"sample": 100}})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert 20 < read(tmp_path / "run.nc")[1]["lost_step"] <= 100
 
 
 def test_arrays_are_all_that_goes_on():

@@ -82,9 +82,9 @@ def test_two_values_for_a_pair_are_refused():
 
 
 def test_schema_and_table_name_the_same_schemes():
-    """What a scene may ask for is what the engine has."""
+    """What a scene may ask for is what the engine has, and auto."""
     allowed = schema("scene")["properties"]["integrator"]["properties"]["scheme"]["enum"]
-    assert sorted(allowed) == sorted(SCHEMES)
+    assert sorted(allowed) == sorted(["auto", *SCHEMES])
 
 
 def test_a_scene_knows_its_system():

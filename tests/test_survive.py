@@ -213,7 +213,7 @@ def test_a_plan_adds_up():
     """Bead-steps are those of the scenes; hours follow from the rate; the sum from the rows."""
     paper = read_paper("groot_warren_1997", "smoke")
     chosen = {name: paper.sweeps[name] for name in ("springs", "relaxation")}
-    some = Paper(paper.name, paper.title, paper.reference, chosen, {})
+    some = Paper(paper.name, paper.title, paper.reference, chosen, (), {})
     rows = plan([some], measure_seconds=0.02)
     assert [row["sweep"] for row in rows] == ["springs", "relaxation"]
     for row in rows:

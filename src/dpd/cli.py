@@ -1,7 +1,6 @@
 """`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
 
 import argparse
-import os
 import signal
 import sys
 from pathlib import Path
@@ -50,9 +49,12 @@ def _parser():
         help="first configuration: read if the file is there, otherwise made and kept in it",
     )  # fmt: skip
     _add_threads(run)
-    bench = stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
-    bench.add_argument("-o", "--output", type=Path, help="also write the figures here")
-    stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
+    stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
+    stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
+    compiling = stage(
+        "compile", _compile, "compile what a study needs", "study", "papers", output="stamp"
+    )
+    compiling.add_argument("--cores", type=_threads, default=1, metavar="N", help="(default 1)")
     stage(
         "start", _start, "make a first configuration",
         "study", "paper", "sweep", "point", output="start.nc",
@@ -71,6 +73,10 @@ def _parser():
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
+    stage(
+        "schemes", _schemes, "write config/schemes.yaml, for scheme auto, from the benchmark",
+        "study", output="schemes.yaml",
+    )  # fmt: skip
     stage("document", _document, "write config/README.md from the schemas", output="README.md")
     return parser
 
@@ -83,9 +89,8 @@ def _add_threads(parser):
 
 
 def _threads(text):
-    cores = len(os.sched_getaffinity(0))
-    if not text.isdigit() or not 1 <= int(text) <= cores:
-        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1 to {cores} (cores)")
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1, 2, ...")
     return int(text)
 
 
@@ -103,6 +108,8 @@ def _run(options):
     if options.output.is_dir():
         raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
     scene = Scene.read(options.scene)
+    if scene.chosen:
+        print(scene.chosen)
     checkpoint = checkpoint_path(options.output)
     if checkpoint.exists():
         print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
@@ -140,15 +147,14 @@ def _say(sentence):
 
 def _bench(options):
     from dpd.benchmark.speed import against_lammps, as_text
-    from dpd.benchmark.workloads import WORKLOADS
-    from dpd.files import replace_whole
-    from dpd.progress import Progress
 
-    with Progress(len(WORKLOADS), "measuring speed") as progress:
-        text = as_text(against_lammps(progress=progress))
-    print(text)
-    if options.output:
-        replace_whole(options.output, lambda draft: draft.write_text(text + "\n"))
+    print(as_text(against_lammps(say=print)))
+
+
+def _measure(options):
+    from dpd.benchmark.measure import measure
+
+    measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
 
 def _compile(options):
@@ -160,7 +166,7 @@ def _compile(options):
     for paper in options.papers:
         for sweep in read_paper(paper, options.study).sweeps.values():
             scenes += [point.scene for point in sweep.points]
-    compiled = compile_for(scenes)
+    compiled = compile_for(scenes, options.cores)
     replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
 
 
@@ -217,17 +223,20 @@ def _figure(options):
             f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
             f"{suggestion(options.figure, paper.figures)}"
         )
-    folder = RESULTS / options.study / options.paper / "sweeps"
-    sweeps = {name: folder / f"{name}.nc" for name in paper.figures[options.figure]}
-    make_figure(options.paper, options.figure, sweeps, options.output)
+    folder, figure = RESULTS / options.study / options.paper, paper.figures[options.figure]
+    sources = {name: folder / "sweeps" / f"{name}.nc" for name in figure.sweeps}
+    sources |= {name: folder / "measurements" / f"{name}.nc" for name in figure.measurements}
+    make_figure(options.paper, options.figure, sources, options.output)
 
 
 def _verdicts(options):
-    from dpd.report.figures import join_verdicts
+    from dpd.files import replace_whole
+    from dpd.report.figures import joined_verdicts
     from dpd.study import read_paper
 
     papers = [read_paper(name, options.study) for name in options.papers]
-    join_verdicts(papers, RESULTS / options.study, options.output)
+    table = joined_verdicts(papers, RESULTS / options.study)
+    replace_whole(options.output, lambda draft: table.to_csv(draft, index=False))
 
 
 def _report(options):
@@ -252,6 +261,14 @@ def _plan(options):
     with Progress(sum(len(paper.sweeps) for paper in papers), "measuring rates") as progress:
         rows = plan(papers, progress=progress)
     print(as_text(rows, options.cores))
+
+
+def _schemes(options):
+    from dpd.files import replace_whole
+    from dpd.report.accuracy import recommendations
+
+    text = recommendations(RESULTS / options.study / "benchmark" / "figures")
+    replace_whole(options.output, lambda draft: draft.write_text(text))
 
 
 def _document(options):

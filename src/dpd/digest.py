@@ -21,6 +21,7 @@ _STAGES = {
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
     "figure": ("analysis", "theory", "report/style.py", "report/text.py", "report/figures.py"),
     "report": ("report", "analysis/verdicts.py"),
+    "measure": (*_SIMULATION, "benchmark"),
 }
 
 
@@ -31,7 +32,8 @@ def stage_digest(stage):
     Parameters
     ----------
     stage : str
-        One of ``engine``, ``start``, ``simulate``, ``collect``, ``figure``, ``report``.
+        One of ``engine``, ``start``, ``simulate``, ``collect``, ``figure``, ``report``,
+        ``measure``.
 
     Returns
     -------

@@ -110,7 +110,7 @@ def as_text(rows, cores):
         )
     hours = np.nansum([row["core_hours"] for row in rows])
     disk = sum(row["disk"] for row in rows)
-    longest = np.nanmax([row["longest"] for row in rows])
+    longest = np.nanmax([0.0, *(row["longest"] for row in rows)])
     lines.append(
         f"{sum(row['runs'] for row in rows)} runs: {hours:.1f} core-hours, "
         f"{max(hours / cores, longest):.1f} hours on {cores} cores at best; "

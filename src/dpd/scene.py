@@ -6,6 +6,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from dpd.automatic import choose
 from dpd.digest import value_digest
 from dpd.engine.integrators import coefficients
 from dpd.errors import UserError
@@ -19,6 +20,7 @@ MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # fraction of the time in which a bead moves its own size, and what moves slower.
 INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1}
 SLOWER = 0.8
+TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 
 
 @dataclass(frozen=True)
@@ -49,12 +51,27 @@ class Scene:
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
         self.where = where
+        self.chosen = ""  # what was chosen for a scene that leaves the choice to us
+        self._choose_integrator()
         self._check()
 
     @classmethod
     def read(cls, path):
         """Read a scene from a YAML file."""
         return cls(read_yaml(path), str(path))
+
+    def _choose_integrator(self):
+        integrator = self.data["integrator"]
+        if integrator["scheme"] != "auto":
+            if "tolerance" in integrator:
+                self._fail("integrator.tolerance", "only scheme 'auto' has one")
+            if "dt" not in integrator:
+                self._fail("integrator", "the key 'dt' is missing (Time step in tau.)")
+            return
+        if "dt" in integrator:
+            self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
+        integrator.setdefault("tolerance", TOLERANCE)
+        self.data["integrator"], self.chosen = choose(self.data, self.where)
 
     @cached_property
     def digest(self):
@@ -186,6 +203,7 @@ class Scene:
         self._check_box()
         self._check_molecules()
         self._check_repulsion()
+        self._check_core()
         self._check_bond()
         self._check_thermostat()
         if self.steps[1] < 1:
@@ -268,6 +286,15 @@ class Scene:
                 "integrator.scheme",
                 f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "
                 "allowed: euler, gw-vv, verlet-no-acceleration, dpd-vv",
+            )
+
+    def _check_core(self):
+        core = self.data.get("core", {"radius": 0, "smooth": 0})
+        if 2 * core["radius"] + core["smooth"] > CUTOFF:
+            self._fail(
+                "core.smooth",
+                f"{core['smooth']:g} beyond a core of diameter {2 * core['radius']:g} goes past "
+                f"the cutoff; allowed: <= {CUTOFF - 2 * core['radius']:g}",
             )
 
     def _check_bond(self):

@@ -11,7 +11,7 @@ from dpd import files
 from dpd.digest import stage_digest, value_digest
 from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Simulation, State, Unstable
-from dpd.errors import UserError
+from dpd.errors import LostTrack, UserError
 from dpd.observe import observables
 from dpd.scene import Scene
 from dpd.start import make_start, make_start_and_record, start_description, system_of
@@ -132,7 +132,7 @@ def simulate(
             simulation, scene.steps, observers, keeper, progress, every_seconds, stopping, say
         )
     except UserError as problem:
-        recorded = isinstance(problem, Unstable) and scene.data["unstable"] == "record"
+        recorded = isinstance(problem, Unstable | LostTrack) and scene.data["unstable"] == "record"
         done, lost = (problem.step, problem.step) if recorded else (0, -1)
         if not recorded:
             raise _with_place(problem, scene, keeper) from None
@@ -152,7 +152,7 @@ def simulate(
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-    } | _versions()
+    } | versions()
     files.write(path, variables, attributes)
     if keeper:
         keeper.discard()
@@ -186,18 +186,21 @@ def summary(scene, variables, attributes):
     return found
 
 
-def _versions():
+def versions():
+    """Of what computes, for a file."""
     import numba
 
     return {"numpy": np.__version__, "numba": numba.__version__}
 
 
-def compile_for(scenes):
+def compile_for(scenes, cores=1):
     """Compile every variant of the kernels that some scenes need, into the disk cache.
 
     Parameters
     ----------
     scenes : list of Scene
+    cores : int
+        Processes that share the variants.
 
     Returns
     -------
@@ -209,26 +212,39 @@ def compile_for(scenes):
         species = "several species" if len(scene.species) > 1 else "one species"
         bonds = "bonds" if "bond" in scene.data else "no bonds"
         system = system_of(scene)
-        core = "core" if system.core else "no core"
+        core = "no core" if system.core is None else "core"
+        core = f"smooth {core}" if system.core and system.core[2] else core
         search = "list" if scene.skin else "cells"
         thermostat = scene.data["thermostat"]["kind"]
-        friction = (
-            scene.data["integrator"]["scheme"]
-            if system.scheme.exchange is not None
-            else ("friction twice" if system.scheme.again else "friction once")
-        )
         variant = (
-            scene.dimension, species, bonds, core, thermostat, friction, search, *scene.observe,
+            scene.dimension, species, bonds, core, thermostat, _friction(scene, system), search,
+            *scene.observe,
         )  # fmt: skip
         smallest = variants.setdefault(variant, scene)
         if scene.beads < smallest.beads:
             variants[variant] = scene
-    for scene in variants.values():
-        system = system_of(scene)
-        simulation = Simulation(system, make_start(quick_to_start(scene)))
-        for observer in observables(scene, system):
-            observer.sample(simulation, simulation.measure())
+    from concurrent.futures import ProcessPoolExecutor  # slow to import, and only needed here
+
+    with ProcessPoolExecutor(cores) as processes:
+        list(processes.map(_compile_variant, variants.values()))
     return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
+
+
+def _friction(scene, system):
+    """How the scheme takes friction, as far as it is compiled apart."""
+    if system.scheme.exchange is not None:
+        return scene.data["integrator"]["scheme"]
+    if system.scheme.again:
+        return "friction twice"
+    return "friction once" if system.scheme.prediction is None else "predicted friction"
+
+
+def _compile_variant(scene):
+    """Run what a scene needs once."""
+    system = system_of(scene)
+    simulation = Simulation(system, make_start(quick_to_start(scene)))
+    for observer in observables(scene, system):
+        observer.sample(simulation, simulation.measure())
 
 
 def quick_to_start(scene, grow=True):

@@ -56,13 +56,22 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Figure:
+    """What feeds a figure: names of sweeps, and of measurements."""
+
+    sweeps: tuple
+    measurements: tuple
+
+
+@dataclass(frozen=True)
 class Paper:
-    """A paper under a study: its sweeps by name, and the sweeps of each figure."""
+    """A paper under a study: its sweeps and figures by name, and names of its measurements."""
 
     name: str
     title: str
     reference: str
     sweeps: dict
+    measurements: tuple
     figures: dict
 
 
@@ -128,15 +137,17 @@ def read_paper(name, study, only=None):
                 f"config/studies/{study}.yaml: papers.{name}: no sweep {sweep!r}; "
                 f"{suggestion(sweep, paper['sweeps'])}"
             )
-    figures = {}
-    for figure, given in paper["figures"].items():
-        for sweep in given["sweeps"]:
-            if sweep not in paper["sweeps"]:
-                raise UserError(
-                    f"{where}: figures.{figure}.sweeps: no sweep {sweep!r}; "
-                    f"{suggestion(sweep, paper['sweeps'])}"
-                )
-        figures[figure] = tuple(given["sweeps"])
+    measurements = tuple(paper.get("measurements", ()))
+    for measurement in measurements:
+        if measurement in paper["sweeps"]:
+            raise UserError(
+                f"{where}: measurements: {measurement!r} is the name of a sweep as well, and a "
+                "figure could not tell them apart; rename the sweep"
+            )
+    figures = {
+        figure: _feeds(given, paper["sweeps"], measurements, f"{where}: figures.{figure}")
+        for figure, given in paper["figures"].items()
+    }
     if only is not None and only not in paper["sweeps"]:
         raise UserError(f"{where}: no sweep {only!r}; {suggestion(only, paper['sweeps'])}")
     sweeps = {
@@ -144,7 +155,18 @@ def read_paper(name, study, only=None):
         for sweep, given in paper["sweeps"].items()
         if only in (None, sweep)
     }
-    return Paper(name, paper["title"], paper["reference"], sweeps, figures)
+    return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures)
+
+
+def _feeds(given, sweeps, measurements, key):
+    """A `Figure`, refused if it names what the paper has not."""
+    named = {}
+    for kind, there in (("sweeps", sweeps), ("measurements", measurements)):
+        named[kind] = tuple(given.get(kind, ()))
+        for name in named[kind]:
+            if name not in there:
+                raise UserError(f"{key}.{kind}: no {kind[:-1]} {name!r}; {suggestion(name, there)}")
+    return Figure(**named)
 
 
 def _known(key, name, folder):

@@ -62,8 +62,15 @@ class Reference:
         approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
         push, energy = a * (1 - r), a * (1 - r) ** 2 / 2
         if system.core is not None:
-            d, most = system.core
-            energy = np.where(r < d, most * (d - r) + a * (1 - d) ** 2 / 2, energy)
+            d, most, width = system.core
+            width = width or 0.0
+            outer = a * (1 - d - width)
+            beyond = a * (1 - d - width) ** 2 / 2
+            ramp = outer + (most - outer) * (d + width - r) / (width or 1.0)
+            edge = (r >= d) & (r < d + width)
+            energy = np.where(edge, (ramp + outer) * (d + width - r) / 2 + beyond, energy)
+            push = np.where(edge, ramp, push)
+            energy = np.where(r < d, most * (d - r) + (most + outer) * width / 2 + beyond, energy)
             push = np.where(r < d, most, push)
         conservative = push * e
         drag = -gamma * (1 - r) ** 2 * approach * e

@@ -18,10 +18,16 @@ from tests.engine.build import (
 )
 from tests.engine.reference import Reference
 
-CORE = (0.3, 100.0)
+CORE = (0.3, 100.0, None)
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 # dimension, species and bonds, core, skin
-VARIANTS = [(2, True, CORE, 0.0), (2, True, CORE, 0.2), (3, False, None, 0.2)]
+SMOOTH_CORE = (0.3, 100.0, 0.1)
+VARIANTS = [
+    (2, True, CORE, 0.0),
+    (2, True, CORE, 0.2),
+    (2, True, SMOOTH_CORE, 0.2),
+    (3, False, None, 0.2),
+]
 
 
 def beads(dimension, mixed, core, skin, dt=0.01):
@@ -75,6 +81,25 @@ def test_two_beads_meet_at_a_core():
     assert pair(1.01) == (0.0, 0.0)
 
 
+def test_two_beads_meet_at_a_smooth_core():
+    """A straight line from F_max at the diameter to a (1 - r) at the end of the width."""
+    system = make_system((5.0, 5.0), friction=0.0, core=SMOOTH_CORE)
+    still = np.zeros((2, 2))
+
+    def pair(r):
+        simulation = make_simulation(system, np.array([[1.0, 1.0 + r], [2.0, 2.0]]), still)
+        return by_identity(simulation, "force")[0, 1], simulation.measure().energy[0]
+
+    for r in (0.05, 0.299, 0.301, 0.35, 0.399, 0.401, 0.7, 0.99):
+        expected = np.interp(r, [0.3, 0.4, 1.0], [100.0, 15.0, 0.0])
+        slope = (pair(r + 1e-6)[1] - pair(r - 1e-6)[1]) / 2e-6
+        assert pair(r)[0] == pytest.approx(expected, rel=1e-12)
+        assert -slope == pytest.approx(expected, rel=1e-6)
+    # No jump of the energy anywhere.
+    energies = [pair(r)[1] for r in np.linspace(0.29, 0.41, 121)]
+    assert np.abs(np.diff(energies)).max() < 0.101
+
+
 def test_ten_steps_are_three_and_seven_with_a_list():
     """Bit for bit, whether or not the list is made anew at the start of a call."""
     one, other = (beads(*VARIANTS[1])[0] for _ in range(2))
@@ -105,7 +130,7 @@ def test_an_interrupted_run_with_a_list_goes_on_to_the_same_bits(tmp_path):
     def new():
         scene = Scene(SCENE)
         system = system_of(scene)
-        assert system.skin > 0 and system.core == (0.3, 100.0)
+        assert system.skin > 0 and system.core == (0.3, 100.0, None)
         from dpd.engine.simulation import Simulation
 
         return Simulation(system, make_start(scene)), observables(scene, system), scene.steps

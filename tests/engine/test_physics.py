@@ -116,6 +116,32 @@ def test_trace_of_the_pressure_tensor(fluid):
     found = fluid[0]
     third = np.trace(found["pressure_tensor"], axis1=1, axis2=2) / 3
     np.testing.assert_allclose(third, 3 * found["kT"] + found["excess_conservative"], rtol=1e-12)
+    np.testing.assert_allclose(found["pressure"], third, rtol=1e-12)
+
+
+def test_total_energy_is_what_stays():
+    """Without a thermostat it keeps to 1e-3 kT a bead, while its parts change a hundred times that.
+
+    Chains, so that all three parts exchange energy; velocity Verlet at dt 0.002.
+    """
+    scene = Scene({
+        "dimension": 3,
+        "box": 4,
+        "molecules": [{"architecture": "A 4", "density": 3}],
+        "repulsion": {"A A": 25},
+        "bond": {"stiffness": 50, "length": 0.5},
+        "thermostat": {"gamma": 0},
+        "integrator": {"scheme": "gw-vv", "dt": 0.002},
+        "steps": {"sample": 500},
+        "observe": [{"thermo": {"every": 5}}],
+    })  # fmt: skip
+    system = system_of(scene)
+    (watch,) = observables(scene, system)
+    run(Simulation(system, make_start(scene)), scene.steps, [watch])
+    found = {name: variable[1] for name, variable in watch.variables().items()}
+    assert np.ptp(found["total_energy"]) < 1e-3 * scene.beads
+    for part in (found["kT"] * 1.5 * scene.beads, found["pair_energy"], found["bond_energy"]):
+        assert np.ptp(part) > 0.1 * scene.beads
 
 
 def test_velocities_are_maxwellian(fluid):

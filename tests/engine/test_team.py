@@ -23,7 +23,7 @@ CASES = {
     "prediction of its own": dict(box=(5.1, 6.2, 7.4), prediction=0.65),
     "each bead with a bath": dict(box=(5.1, 6.2, 7.4), per_bead=True, scheme="dpd-vv"),
     "two species": dict(box=(6.0, 5.0, 5.0), repulsion=np.array([[25.0, 37.0], [37.0, 25.0]])),
-    "list in 2D": dict(box=(13.1, 12.2), core=(0.3, 100.0), skin=0.2, dt=0.002),
+    "list in 2D": dict(box=(13.1, 12.2), core=(0.3, 100.0, None), skin=0.2, dt=0.002),
     "list with bonds": dict(box=(30.1, 20.2), bonds=BONDS, skin=0.2, dt=0.002),
 }
 

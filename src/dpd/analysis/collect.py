@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from dpd import files
-from dpd.analysis.statistics import mean_and_error
+from dpd.analysis.statistics import mean_and_error, trend
 from dpd.digest import stage_digest
 from dpd.errors import UserError
 from dpd.scene import Scene
@@ -28,8 +28,9 @@ RECORDED = {
 def collect(sweep, paths):
     """Put the runs of a sweep on its axes.
 
-    A series becomes its mean, ``_error`` (standard error) and ``_correlation_time`` in
-    tau. Blocks and tables are kept whole, filled up with NaN where runs have fewer
+    A series becomes its mean, ``_error`` (standard error), ``_correlation_time`` in tau,
+    ``_trend`` per tau with ``_trend_error``, and ``_spread`` (standard deviation about the
+    trend). Blocks and tables are kept whole, filled up with NaN where runs have fewer
     molecules or lags than others; the kT series too where all runs share one time axis.
 
     Parameters
@@ -80,6 +81,15 @@ def collect(sweep, paths):
                 [tau * dt for (_, _, tau), dt in zip(found, step)],
                 "tau", f"integrated autocorrelation time of {long_name}",
             )  # fmt: skip
+            trends = [trend(run.time.values, part.values) for run, part in zip(runs, parts)]
+            slope = f"linear trend of {long_name}"
+            put(f"{name}_trend", [t.slope for t in trends], f"{units} / tau", slope)
+            put(
+                f"{name}_trend_error", [t.error for t in trends],
+                f"{units} / tau", f"standard error of {slope}",
+            )  # fmt: skip
+            spread = f"standard deviation of {long_name} about its trend"
+            put(f"{name}_spread", [t.spread for t in trends], units, spread)
         elif "sample" not in variable.dims and _alike(parts):
             put(name, padded([part.values for part in parts]), units, long_name, variable.dims)
             data = data.assign_coords(

@@ -59,6 +59,41 @@ def mean_and_error(series):
     return float(x.mean()), float(np.sqrt(2 * tau / len(x) * x.var(ddof=1))), tau
 
 
+class Trend(NamedTuple):
+    """Slope of a series over time, its standard error, and the spread about that line."""
+
+    slope: float
+    error: float
+    spread: float
+
+
+def trend(time, series):
+    """Linear trend of a correlated series.
+
+    The error takes the correlation of what is left from the line into account as
+    `mean_and_error` does: it holds where that is short beside the series.
+
+    Parameters
+    ----------
+    time, series : (n,) arrays
+
+    Returns
+    -------
+    Trend
+        In the units of the series, per unit of time; NaN for fewer than three samples, or where
+        one is missing.
+    """
+    t, x = np.asarray(time, dtype=float), np.asarray(series, dtype=float)
+    if len(x) < 3 or not np.isfinite(x).all():
+        return Trend(np.nan, np.nan, np.nan)
+    t = t - t.mean()
+    slope = t @ x / (t @ t)
+    rest = x - x.mean() - slope * t
+    spread = np.sqrt(rest @ rest / (len(x) - 2))
+    error = spread * np.sqrt(2 * correlation_time(rest) / (t @ t))
+    return Trend(float(slope), float(error), float(spread))
+
+
 def block_mean_and_error(blocks):
     """Mean over the first axis and its standard error, by blocking.
 
@@ -84,6 +119,21 @@ def block_mean_and_error(blocks):
         even = len(x) // 2 * 2
         x = 0.5 * (x[0:even:2] + x[1:even:2])
     return mean, error
+
+
+def middle_and_range(turns):
+    """Median, smallest and largest over the last axis: of timings, which have no normal errors.
+
+    Parameters
+    ----------
+    turns : (..., n) array
+
+    Returns
+    -------
+    middle, low, high : (...) arrays
+        NaN where a turn is.
+    """
+    return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
 
 
 def jackknife(blocks, function):

@@ -39,8 +39,8 @@ class Measured:
 
 
 def published(paper):
-    """Published numbers of a paper: name to what published.yaml says of it."""
-    return read_yaml(PUBLISHED)[paper]
+    """Published numbers of a paper, if it has any: name to what published.yaml says of it."""
+    return read_yaml(PUBLISHED).get(paper, {})
 
 
 def judge(entry, measured):

@@ -1,72 +1,84 @@
 """Bead-steps per second of this engine and of LAMMPS, in turns on the same system."""
 
-import time
-
 import numpy as np
 import pandas as pd
 
 from dpd.benchmark.lammps import Lammps, lammps_module
+from dpd.benchmark.timing import TURNS, in_turns, seconds_of, simulation_of, starts_of
 from dpd.benchmark.workloads import WORKLOADS, workload
-from dpd.engine.simulation import Simulation
-from dpd.start import make_start, system_of
 
 SKINS = {3: (0.2, 0.3, 0.4, 0.5), 2: (0.1, 0.15, 0.2, 0.3)}  # r_c, sensible for LAMMPS
-TURNS = 5
-
-
-def rate(advance, work, steps):
-    """Bead-steps per second of one call."""
-    begun = time.perf_counter()
-    advance(steps)
-    return work * steps / (time.perf_counter() - begun)
+SCHEME = "gw-vv"  # the one that LAMMPS has
 
 
 def best_skin(scene, state, steps):
-    """LAMMPS with the skin that is fastest of `SKINS`."""
+    """The skin of `SKINS` with which LAMMPS is fastest."""
     found = {}
     for skin in SKINS[scene.dimension]:
         code = Lammps(scene, state, skin)
         code.advance(steps // 2)
-        found[skin] = rate(code.advance, scene.beads, steps)
+        found[skin] = seconds_of(code.advance, steps)
         code.close()
-    return Lammps(scene, state, max(found, key=found.get)), max(found, key=found.get)
+    return min(found, key=found.get)
 
 
-def against_lammps(names=tuple(WORKLOADS), progress=None):
-    """Rates of both codes, measured in turns.
+def race(name, scene, start, turns=TURNS):
+    """Rates of both codes on one workload.
 
     Parameters
     ----------
-    names : sequence of str
-    progress : callable or None
-        Called with the number of workloads done.
+    name : str
+    scene : Scene
+    start : State
+    turns : int
 
     Returns
     -------
     pandas.DataFrame
-        One row per workload and turn: ``workload``, ``beads``, ``own``, ``lammps`` (bead-steps
-        per second, NaN where LAMMPS is not installed), ``skin``.
+        One row per turn: ``workload``, ``turn``, ``beads``, ``own``, ``lammps`` (bead-steps per
+        second, NaN where LAMMPS is not installed or lacks the scheme), ``skin``.
+    State
+        Of our run when it ended.
     """
-    rows = []
-    for place, name in enumerate(names):
-        scene = workload(name)
-        steps = scene.steps[1]
-        own = Simulation(system_of(scene), make_start(scene))
-        own.advance(steps)
-        other, skin = None, np.nan
-        if installed() and scene.data["integrator"]["scheme"] == "gw-vv":
-            other, skin = best_skin(scene, own.state, steps)
-            other.advance(steps)
-        for turn in range(TURNS):
-            mine = rate(own.advance, scene.beads, steps)
-            theirs = rate(other.advance, scene.beads, steps) if other else np.nan
-            rows.append((name, turn, scene.beads, mine, theirs, skin))
-        if other:
-            other.close()
-        if progress is not None:
-            progress(place + 1)
-    columns = ["workload", "turn", "beads", "own", "lammps", "skin"]
-    return pd.DataFrame(rows, columns=columns)
+    steps = scene.steps[1]
+    own = simulation_of(scene, start)
+    own.advance(steps)
+    skin, theirs = np.nan, np.full(turns, np.nan)
+    if installed() and scene.data["integrator"]["scheme"] == SCHEME:
+        skin = best_skin(scene, own.state, steps)
+        other = Lammps(scene, own.state, skin)
+        other.advance(steps)
+        mine, theirs = in_turns([own.advance, other.advance], steps, turns)
+        other.close()
+    else:
+        (mine,) = in_turns([own.advance], steps, turns)
+    work = scene.beads * steps
+    columns = {
+        "workload": name, "turn": np.arange(turns), "beads": scene.beads, "own": work / mine,
+        "lammps": work / theirs, "skin": skin,
+    }  # fmt: skip
+    return pd.DataFrame(columns), own.state
+
+
+def against_lammps(say):
+    """`race` on all workloads.
+
+    Parameters
+    ----------
+    say : callable
+        Called with a sentence before each.
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    scenes = {name: workload(name) for name in WORKLOADS}
+    starts = starts_of(scenes, say)
+    tables = []
+    for name, scene in scenes.items():
+        say(f"{name}: measuring speed")
+        tables.append(race(name, scene, starts[name])[0])
+    return pd.concat(tables, ignore_index=True)
 
 
 def installed():

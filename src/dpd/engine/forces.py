@@ -9,8 +9,9 @@ import numpy as np
 from dpd.engine.jit import part
 from dpd.engine.noise import gaussian_noise, uniform_noise
 
-# A rigid core (diameter d, force F) replaces the soft repulsion below d: a constant push F,
-# F_max and 2 r_s of Liu et al. 2008, Eq. 5. The force jumps at d.
+# A rigid core (diameter d, force F, width) replaces the soft repulsion below d: a constant push
+# F, F_max and 2 r_s of Liu et al. 2008, Eq. 5. The force jumps at d, or, with a width, goes over
+# into the soft repulsion in a straight line within it.
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
 
@@ -20,8 +21,18 @@ def conservative_force(strength, r, w, core):
     """Repulsion at distance r, with w = max(0, 1 - r)."""
     if core is None:
         return strength * w
-    diameter, push = core
-    return push if r < diameter else strength * w
+    diameter, push, width = core
+    return push if r < diameter else beyond_core(strength, r, w, diameter, push, width)
+
+
+@part()
+def beyond_core(strength, r, w, diameter, push, width):
+    """Repulsion from the edge of a core on."""
+    if width is None:
+        return strength * w
+    outer = strength * (1.0 - diameter - width)
+    slope = (outer - push) / width
+    return push + slope * (r - diameter) if r < diameter + width else strength * w
 
 
 @part()
@@ -29,10 +40,24 @@ def conservative_energy(strength, r, w, core):
     """Potential of `conservative_force`, continuous at the core, zero from r = 1 on."""
     if core is None:
         return 0.5 * strength * w * w
-    diameter, push = core
+    diameter, push, width = core
     if r < diameter:
-        return push * (diameter - r) + 0.5 * strength * (1.0 - diameter) ** 2
-    return 0.5 * strength * w * w
+        edge = energy_beyond_core(strength, diameter, 1.0 - diameter, diameter, push, width)
+        return push * (diameter - r) + edge
+    return energy_beyond_core(strength, r, w, diameter, push, width)
+
+
+@part()
+def energy_beyond_core(strength, r, w, diameter, push, width):
+    """Potential of `beyond_core`."""
+    if width is None:
+        return 0.5 * strength * w * w
+    left = diameter + width - r
+    if left <= 0.0:
+        return 0.5 * strength * w * w
+    outer = strength * (1.0 - diameter - width)
+    here = beyond_core(strength, r, w, diameter, push, width)
+    return 0.5 * (here + outer) * left + 0.5 * strength * (1.0 - diameter - width) ** 2
 
 
 @part()
@@ -81,7 +106,8 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
         In storage order; the velocity is the one that the friction sees.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         A table of a_ij; with gamma 0 no random number is drawn; ``core`` is None or its
-        diameter and force. The rest belongs to `dpd.engine.bonds` and `dpd.engine.bath`.
+        diameter, force, and width or None. The rest belongs to `dpd.engine.bonds` and
+        `dpd.engine.bath`.
 
     Notes
     -----

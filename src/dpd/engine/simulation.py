@@ -56,8 +56,9 @@ class System:
         From `dpd.engine.integrators.coefficients`.
     seed : int
         Seed of the noise.
-    core : None or (diameter, force)
-        Rigid core: below the diameter (2 r_s, in r_c) the repulsion is the force F_max.
+    core : None or (diameter, force, width)
+        Rigid core: below the diameter (2 r_s, in r_c) the repulsion is the force F_max; within
+        the width beyond, None for a jump, it goes over into the soft repulsion.
     skin : float
         0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
         list is kept until a bead has moved half the skin.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dpd.engine.periodic import nearest
-from dpd.errors import UserError
+from dpd.errors import LostTrack
 from dpd.observe.multitau import MultipleTau
 
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
@@ -52,9 +52,10 @@ class Displacement:
         if arrays["taken"][0]:
             step = nearest(position - arrays["last"], self._system.box)
             if np.abs(step / box).max() > FARTHEST:
-                raise UserError(
+                raise LostTrack(
                     "observe.displacement.every: a bead moved more than a third of the box between "
-                    f"samples {self.every} steps apart; sample more often"
+                    f"samples {self.every} steps apart; sample more often",
+                    state.step,
                 )
             arrays["moved"] += step
         arrays["last"][...] = position

@@ -84,8 +84,19 @@ class Thermo:
                 ),
                 "pair_energy": (along, self.arrays["energy"][:, 0], "kT", "pair energy"),
                 "bond_energy": (along, self.arrays["energy"][:, 1], "kT", "bond energy"),
+                "total_energy": (
+                    along, self._total_energy(), "kT", "kinetic, pair and bond energy",
+                ),
+                "pressure": (
+                    along, self._trace(kinetic + virial[:, 0]), pressure,
+                    "pressure, conservative virial",
+                ),
             }  # fmt: skip
         return found
+
+    def _total_energy(self):
+        kinetic = 0.5 * np.trace(self.arrays["kinetic"], axis1=1, axis2=2)
+        return kinetic + self.arrays["energy"].sum(axis=1)
 
     def _trace(self, virial):
         d = self._system.dimension

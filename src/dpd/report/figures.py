@@ -1,4 +1,4 @@
-"""From sweeps to a figure's files: picture, PDF, plotted numbers, verdict rows, caption."""
+"""From sweeps and measurements to a figure's files: picture, PDF, numbers, verdicts, caption."""
 
 import importlib.util
 import json
@@ -23,7 +23,7 @@ ERRORS = (
 
 
 def load_module(paper, figure):
-    """The file of a figure: ``compute(sweeps)``, ``draw(numbers)``, ``measured(numbers)``.
+    """The file of a figure: ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``.
 
     It may also have ``warnings(numbers)``, sentences, and ``table(numbers)``, a data frame of
     text; both go below its caption.
@@ -42,19 +42,19 @@ def load_module(paper, figure):
     return module
 
 
-def make_figure(paper, figure, sweeps, folder):
+def make_figure(paper, figure, sources, folder):
     """Write ``figure``.png, .pdf, .nc, .csv and .md to a folder.
 
     Parameters
     ----------
     paper, figure : str
-    sweeps : dict of str to path
-        Collected sweeps.
+    sources : dict of str to path
+        Collected sweeps and measurements.
     folder : path
     """
     begun = time.perf_counter()
     module = load_module(paper, figure)
-    data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sweeps.items()}
+    data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sources.items()}
     numbers = module.compute(data)
     table = rows(paper, figure, module.measured(numbers))
     numbers.attrs |= {"paper": paper, "figure": figure}
@@ -73,23 +73,27 @@ def make_figure(paper, figure, sweeps, folder):
     save(numbers, path("nc"))
 
 
-def join_verdicts(papers, results, path):
-    """Join the verdict tables of all figures into one file.
+def joined_verdicts(papers, results):
+    """The verdict tables of all figures as one.
 
     Parameters
     ----------
     papers : list of dpd.study.Paper
     results : path
         Folder of the study.
-    path : path
+
+    Returns
+    -------
+    pandas.DataFrame
+        Without rows where no figure has a published number.
     """
     tables = [
         pd.read_csv(results / paper.name / "figures" / f"{figure}.csv")
         for paper in papers
         for figure in paper.figures
     ]
-    joined = pd.concat([table for table in tables if len(table)], ignore_index=True)
-    replace_whole(path, lambda draft: joined[COLUMNS].to_csv(draft, index=False))
+    filled = [table for table in tables if len(table)]
+    return pd.concat(filled or tables, ignore_index=True)[COLUMNS]
 
 
 def caption(module, data, numbers):
@@ -98,7 +102,7 @@ def caption(module, data, numbers):
     Below that what the figure warns of, and its table.
     """
     parts = [f"**{module.TITLE}** {module.PAPER_SHOWS}"]
-    parts += [f"*{name}*: {_sweep_line(sweep)}" for name, sweep in data.items()]
+    parts += [f"*{name}*: {_line(source)}" for name, source in data.items()]
     parts.append(getattr(module, "ERRORS", ERRORS))
     if hasattr(module, "warnings"):
         parts += [f"**Warning.** {sentence}" for sentence in module.warnings(numbers)]
@@ -107,6 +111,11 @@ def caption(module, data, numbers):
         rows = [table.columns, ["---"] * table.shape[1], *table.values]
         parts.append("\n".join(f"| {' | '.join(map(str, row))} |" for row in rows))
     return "\n\n".join(parts) + "\n"
+
+
+def _line(source):
+    """One sentence on a sweep or a measurement."""
+    return source.attrs["description"] if "description" in source.attrs else _sweep_line(source)
 
 
 def _sweep_line(sweep):
@@ -132,6 +141,8 @@ def _sweep_line(sweep):
         text += f", lambda {integrator['lambda']:g}"
     if "core" in scene:
         text += f", core radius {scene['core']['radius']:g}, force {scene['core']['force']:g}"
+        if scene["core"]["smooth"]:
+            text += f", smoothed over {scene['core']['smooth']:g}"
     if "bond" in scene:
         text += f", bonds C {scene['bond']['stiffness']:g}, rest length {scene['bond']['length']:g}"
     text += f", {steps} steps with equilibration, {sweep.sizes['replica']} replica(s)"

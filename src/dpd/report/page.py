@@ -16,6 +16,7 @@ from markupsafe import Markup, escape
 
 from dpd.digest import ROOT, stage_digest
 from dpd.files import replace_whole
+from dpd.report.figures import joined_verdicts
 from dpd.report.text import with_error
 from dpd.simulate import start_digest
 
@@ -34,7 +35,7 @@ def write_page(study, description, papers, results, path):
         Folder of the study.
     path : path
     """
-    table = pd.read_csv(results / "verdicts.csv")
+    table = joined_verdicts(papers, results)
     checks = pd.concat([_checks(paper, results) for paper in papers], ignore_index=True)
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
@@ -43,7 +44,7 @@ def write_page(study, description, papers, results, path):
     page = environment.get_template(TEMPLATE).render(
         study=study,
         description=description,
-        papers=[_paper(paper, results) for paper in papers],
+        papers=[_paper(paper, results, paper.name in set(table.paper)) for paper in papers],
         verdicts=table.to_dict("records"),
         counts=table.verdict.value_counts().to_dict(),
         checks=checks.to_dict("records"),
@@ -59,7 +60,7 @@ def write_page(study, description, papers, results, path):
     replace_whole(path, lambda draft: draft.write_text(page))
 
 
-def _paper(paper, results):
+def _paper(paper, results, judged):
     """A paper's figures, each with its picture and caption inside the page."""
     folder = results / paper.name / "figures"
     figures = []
@@ -75,6 +76,7 @@ def _paper(paper, results):
     return {
         "key": paper.name,
         "name": paper.name.replace("_", " ").title(),
+        "judged": judged,
         "title": paper.title,
         "reference": paper.reference,
         "figures": figures,
@@ -125,6 +127,7 @@ def _costs(paper, results):
     folder = results / paper.name
     points = [point for sweep in paper.sweeps.values() for point in sweep.points]
     starts = sorted({start_digest(point.scene) for point in points})
+    measurements = [folder / "measurements" / f"{name}.nc" for name in paper.measurements]
     sweeps = [folder / "sweeps" / f"{name}.nc" for name in paper.sweeps]
     stages = {
         "first configurations": [folder / "starts" / f"{digest}.nc" for digest in starts],
@@ -134,9 +137,12 @@ def _costs(paper, results):
             for point in sweep.points
         ],
         "sweeps": sweeps,
+        "measurements": measurements,
         "figures": [folder / "figures" / f"{name}.nc" for name in paper.figures],
     }
     for stage, paths in stages.items():
+        if not paths:
+            continue
         seconds = sum(_seconds(path) for path in paths)
         yield {"paper": paper.name, "stage": stage, "jobs": len(paths), "seconds": seconds}
 

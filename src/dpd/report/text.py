@@ -15,3 +15,10 @@ def with_error(value, error=None):
         return f"({with_error(value / 10.0**power, error / 10.0**power)})e{power}"
     digits = max(0, 1 - first)
     return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def with_range(middle, low, high):
+    """A number with the range that it was met in."""
+    if not np.isfinite(middle):
+        return "–"
+    return f"{middle:.3g} ({low:.3g} to {high:.3g})"

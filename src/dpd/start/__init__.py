@@ -54,7 +54,7 @@ def _bonds(scene, bond):
 def _core(core):
     if core is None or core["radius"] == 0:
         return None
-    return 2.0 * core["radius"], float(core["force"])
+    return 2.0 * core["radius"], float(core["force"]), float(core.get("smooth", 0)) or None
 
 
 def start_description(scene):

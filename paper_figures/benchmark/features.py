@@ -1,0 +1,92 @@
+"""What features cost that a scene names, and what it pays for those that it does not."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from dpd.analysis.statistics import middle_and_range
+from dpd.report.style import BLACK, BLUE, panels
+from dpd.report.text import with_range
+
+TITLE = "What each feature adds to the cost of a bead and step."
+PAPER_SHOWS = (
+    "Each feature against the bare fluid in the same turn. What counts for a feature that changes "
+    "the fluid itself, as bonds do that draw beads together, is the whole change; the Langevin "
+    "bath takes the place of friction and noise between pairs. Table: the same with the ratio, "
+    "then the engine against one whose code for all these features was cut out before it was "
+    "compiled, both on the bare fluid: what a scene pays for what it does not name."
+)
+ERRORS = "Points: medians, beside them the ratio. Bars: from the cheapest turn to the dearest."
+NANO = 1e9
+ROOM = 0.3  # for the ratios, of the width
+
+
+def compute(data):
+    """Medians and ranges of cost, of cost added, of the ratio; and the stripped engine's."""
+    source = data["features"]
+    cost, bare = source.cost.values, source.bare_cost.values
+    whole, stripped = source.engine_seconds.values
+    parts = {
+        "cost": ("feature", NANO * cost, "ns", "cost of a bead and step with the feature"),
+        "added": ("feature", NANO * (cost - bare), "ns", "what the feature adds"),
+        "ratio": ("feature", cost / bare, "1", "cost with the feature over that without"),
+        "bare": ((), NANO * bare.ravel(), "ns", "cost of a bead and step of the bare fluid"),
+        "absent": ((), whole / stripped, "1", "time of the whole engine over the stripped one"),
+    }
+    numbers = xr.Dataset(coords={"feature": source.feature, "engine": source.engine})
+    for name, (dims, turns, units, long_name) in parts.items():
+        for end, part in zip(("", "_low", "_high"), middle_and_range(turns)):
+            numbers[name + end] = (dims, part, {"units": units, "long_name": long_name})
+    numbers["code_size"], numbers["same_bits"] = source.code_size, source.same_bits
+    return numbers
+
+
+def measured(data):
+    """None: nobody has published these numbers."""
+    return {}
+
+
+def warnings(data):
+    """Where the two engines do not compute the same."""
+    if int(data.same_bits):
+        return []
+    return ["The stripped engine did not end in the same state as the whole one."]
+
+
+def table(data):
+    """Costs with ranges, and the stripped engine."""
+    rows = [("bare fluid", _ranged(data, "bare"), "–", "–")]
+    for name in data.feature.values:
+        at = data.sel(feature=name)
+        rows.append((str(name), *(_ranged(at, part) for part in ("cost", "added", "ratio"))))
+    whole, stripped = data.code_size.values
+    size = f"machine code {whole / 1024:.0f} and {stripped / 1024:.0f} KiB"
+    bits = "the same bits" if int(data.same_bits) else "other results"
+    rows.append(("whole over stripped engine", f"{size}, {bits}", "–", _ranged(data, "absent")))
+    return pd.DataFrame(rows, columns=["feature", "ns per bead and step", "added / ns", "ratio"])
+
+
+def _ranged(data, name):
+    return with_range(*(float(data[name + end]) for end in ("", "_low", "_high")))
+
+
+def draw(data):
+    """What is added, one line a feature."""
+    figure, axes = panels(1)
+    place = np.arange(data.sizes["feature"])[::-1]
+    middle, low, high = (data["added" + end].values for end in ("", "_low", "_high"))
+    axes.errorbar(
+        middle, place, xerr=(middle - low, high - middle), fmt="o", color=BLUE, capsize=1.5,
+        elinewidth=0.8,
+    )  # fmt: skip
+    for x, y, ratio in zip(high, place, data.ratio.values):
+        axes.annotate(f"x {ratio:.2f}", (x, y), (4, 0), textcoords="offset points", fontsize=6.5,
+                      va="center")  # fmt: skip
+    left, right = axes.get_xlim()
+    axes.set_xlim(left, right + ROOM * (right - left))
+    axes.axvline(0, color=BLACK, linewidth=0.7)
+    axes.set_yticks(place, [str(name) for name in data.feature.values])
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel(f"added / ns per bead and step\n(bare fluid: {float(data.bare):.0f} ns)")
+    axes.grid(axis="x", color="0.9", linewidth=0.5)
+    return figure

@@ -1,0 +1,256 @@
+"""Maps of stability: time step against noise, repulsion, density, core force and bond stiffness."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.lines import Line2D
+
+from dpd.analysis.stability import (
+    FAR,
+    LOST,
+    OFF,
+    STABLE,
+    crossing,
+    edge,
+    falling,
+    free_temperature,
+    outcome,
+)
+from dpd.report.style import BLACK, BLUE, MARKERS, ORANGE, RED, panels
+from dpd.report.text import with_error
+
+TITLE = "How runs fail as the time step grows."
+PAPER_SHOWS = (
+    "Each mark is a run: by how much kT is off 1, or after how many tau (the number below) a bead "
+    "moved more than a cutoff in one step. kT is <v^2> over the degrees of freedom that are left "
+    "when the centre of mass rests, as it does. Open: kT is within two standard errors of the "
+    "limit between two kinds. (a) to (c): the standard fluid (rho 3, a 25, gamma 4.5), gw-vv with "
+    "lambda 1/2. (d) and (e): monomers in two dimensions (rho 2, a 25, lambda 0.65) with rigid "
+    "cores of two radii. (f): chains of 10 of such beads, rest length 0.25, r_s 0.15, F_max 100. "
+    "Ticks: the step at which kT is 10 % off, between the steps that were tried. Dashed: its power "
+    "law over the columns that the line spans, beyond those in which that step is as large as "
+    "anywhere within errors, where a fit is good (p > 0.05) and not level."
+)
+ERRORS = "Errors are standard errors; those of kT know about correlation."
+KINDS = {
+    STABLE: ("kT within 2 %", BLUE, MARKERS[0]),
+    OFF: ("2 to 10 % off", ORANGE, MARKERS[1]),
+    FAR: ("> 10 % off", RED, MARKERS[2]),
+    LOST: (r"blown up (after $\tau$)", BLACK, "x"),
+}
+FAILS = {OFF: "2 to 10 % off", FAR: "> 10 % off", LOST: "blows up"}
+# Sweep, its axis, and how it is called in labels, in the table and in formulas.
+MAPS = (
+    (
+        "map_noise",
+        "sigma",
+        r"noise $\sigma$ / ($k_BT$ $\tau^{1/2}$ $r_c^{-1}$)",
+        "noise sigma",
+        r"\sigma",
+    ),
+    ("map_repulsion", "a", r"repulsion $a$ / ($k_BT$ $r_c^{-1}$)", "repulsion a", "a"),
+    ("map_density", "density", r"density $\rho$ / $r_c^{-3}$", "density", r"\rho"),
+    ("map_core", "force", r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)", "F_max", "F_{max}"),
+    ("map_bonds", "stiffness", r"spring constant C / ($k_BT$ $r_c^{-2}$)", "C", "C"),
+)
+UNITS = {"excess": "kT", "error": "kT", "lost": "tau", "kind": "1", "sure": "1"}
+
+
+def compute(sweeps):
+    """Kinds of outcome on every map, steps at which runs fail, and their power laws."""
+    return xr.merge([_map(key, *rest) for key, *rest in _maps(sweeps)])
+
+
+def _maps(sweeps):
+    """Key, runs, axis and name of each map; one for each core radius."""
+    for sweep, axis, _, name, _ in MAPS:
+        runs = sweeps[sweep]
+        if "r_s" not in runs.dims:
+            yield sweep, runs, axis, name
+            continue
+        for number, radius in enumerate(runs.r_s.values):
+            yield f"{sweep}_{number}", runs.sel(r_s=radius), axis, f"{name}, r_s {radius:g}"
+
+
+def _map(key, runs, axis, name):
+    """One map, all its names beginning with its key."""
+    runs = runs.sortby("dt").sortby(axis).transpose(axis, "dt", "replica")
+    dt, x = runs.dt.values.astype(float), runs[axis].values.astype(float)
+    kT, kT_error = (free_temperature(v, runs.beads).values for v in (runs.kT, runs.kT_error))
+    found = outcome(kT, kT_error, runs.lost_step.values, dt)
+    edges = np.array([edge(dt, kind, sure) for kind, sure in zip(found.kind, found.sure)])
+    hot = np.array([crossing(dt, e, error) for e, error in zip(found.excess, found.error)])
+    law = falling(x, *hot.T)
+    along, across = (f"{key}_x", f"{key}_dt"), f"{key}_x"
+    data = xr.Dataset(coords={across: (across, x, runs[axis].attrs), along[1]: (along[1], dt)})
+    data[along[1]].attrs = {"units": "tau", "long_name": "time step"}
+    for part, values in found._asdict().items():
+        data[f"{key}_{part}"] = (along, np.asarray(values), {"units": UNITS[part], "map": name})
+    for part, values in zip(("stable", "beyond"), edges.T):
+        data[f"{key}_{part}"] = (across, values, {"units": "tau"})
+    data[f"{key}_hot"] = (
+        across,
+        hot[:, 0],
+        {"units": "tau", "long_name": "dt where kT is 10 % off"},
+    )
+    data[f"{key}_hot_error"] = (across, hot[:, 1], {"units": "1", "long_name": "error of ln hot"})
+    for part, value in law._asdict().items():
+        data[f"{key}_law_{part}"] = ((), float(value), {"units": "1"})
+    data[f"{key}_law_holds"] = ((), law.holds, {"units": "1"})
+    return data
+
+
+def _keys(data):
+    """The maps of a dataset, in order."""
+    return [key.removesuffix("_kind") for key in data.data_vars if key.endswith("_kind")]
+
+
+def _name(data, key):
+    return data[f"{key}_kind"].attrs["map"]
+
+
+def measured(data):
+    """None: no paper gives such numbers."""
+    return {}
+
+
+def table(data):
+    """For every column of every map the largest stable step, and how the next one fails."""
+    rows = []
+    for key in _keys(data):
+        hot, hot_error = data[f"{key}_hot"].values, data[f"{key}_hot_error"].values
+        x, dt = data[f"{key}_x"].values, data[f"{key}_dt"].values
+        for place, value in enumerate(x):
+            stable, beyond = (float(data[f"{key}_{p}"][place]) for p in ("stable", "beyond"))
+            largest = f"{stable:g}" if np.isfinite(stable) else f"none (< {dt[0]:g})"
+            fails = "all that were tried are stable"
+            if np.isfinite(beyond):
+                fails = f"{beyond:g}: {_failure(data, key, place, dt == beyond)}"
+            ten = with_error(hot[place], hot[place] * hot_error[place])
+            rows.append((_name(data, key), f"{value:g}", largest, fails, ten))
+    return pd.DataFrame(rows, columns=[
+        "map", "value", "largest stable dt / tau", "the next dt / tau, and how it fails",
+        "dt / tau at which kT is 10 % off",
+    ])  # fmt: skip
+
+
+def _failure(data, key, place, step):
+    """How one run fails, in words with numbers."""
+    kind, excess, error, lost = (
+        data[f"{key}_{part}"].values[place][step][0] for part in ("kind", "excess", "error", "lost")
+    )
+    if kind == LOST:
+        return f"blows up after {lost:.2g} tau"
+    return f"kT {100 * excess:+.1f} ± {100 * error:.1f} %"
+
+
+def warnings(data):
+    """What the maps cannot tell, and what is odd in them."""
+    keys = _keys(data)
+
+    def count(test):
+        return sum(int(test(key).sum()) for key in keys)
+
+    runs = count(lambda key: data[f"{key}_kind"] >= 0)
+    unsure = count(lambda key: ~data[f"{key}_sure"].astype(bool))
+    cold = count(lambda key: (data[f"{key}_excess"] < 0) & (data[f"{key}_kind"] > STABLE))
+    found = []
+    if unsure:
+        found.append(
+            f"Of {runs} runs {unsure} are too short to tell on which side of a limit they lie."
+        )
+    if cold:
+        found.append(
+            f"In {cold} of the runs that are off by more than 2 % kT is below 1, not above."
+        )
+    never = [
+        f"{_name(data, key)} {', '.join(f'{v:g}' for v in data[f'{key}_x'].values[none])}"
+        for key in keys
+        if (none := np.isnan(data[f"{key}_stable"].values)).any()
+    ]
+    if never:
+        found.append(f"No step that was tried is stable at {'; '.join(never)}.")
+    again = count(lambda key: _stable_again(data, key))
+    if again:
+        found.append(f"{again} runs are stable at a step larger than one that is not.")
+    bad = [_name(data, key) for key in keys if not data[f"{key}_law_holds"]]
+    if bad:
+        found.append(
+            f"No single power law for the step at which kT is 10 % off over {'; '.join(bad)}."
+        )
+    return found
+
+
+def _stable_again(data, key):
+    """Stable runs beyond the first that is not."""
+    stable = data[f"{key}_kind"].values == STABLE
+    return stable & (np.cumprod(stable, axis=1) == 0)
+
+
+def draw(data):
+    """A panel for each map, over two log axes."""
+    keys = _keys(data)
+    figure, axes = panels(3, -(-len(keys) // 3), height=2.6)
+    described = {sweep: (label, symbol) for sweep, _, label, _, symbol in MAPS}
+    for panel, key, letter in zip(axes.ravel(), keys, "abcdefgh"):
+        label, symbol = next(d for sweep, d in described.items() if key.startswith(sweep))
+        _draw_map(panel, data, key)
+        title = f"({letter}){_radius(data, key)}{_law(data, key, symbol)}"
+        panel.set(xlabel=label, ylabel=r"time step dt / $\tau$", title=title)
+    for panel in axes.ravel()[len(keys) :]:
+        panel.axis("off")
+    handles = [
+        Line2D([], [], color=color, marker=marker, linestyle="none", markersize=5, label=label)
+        for label, color, marker in KINDS.values()
+    ]
+    tick = {"color": "0.35", "marker": "_", "markersize": 11, "linestyle": "none"}
+    handles.append(Line2D([], [], label="10 % off here", **tick))
+    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=8)
+    return figure
+
+
+def _radius(data, key):
+    """The core radius of a map as part of its title."""
+    radius = _name(data, key).partition("r_s ")[2]
+    return rf" $r_s$ = {radius} $r_c$" if radius else ""
+
+
+def _law(data, key, symbol):
+    """The power law of a map, if there is one, as part of its title."""
+    if not data[f"{key}_law_holds"]:
+        return ""
+    exponent, error = (float(data[f"{key}_law_{part}"]) for part in ("exponent", "error"))
+    return rf"  dashed: dt $\propto {symbol}^{{{exponent:.2f} \pm {error:.2f}}}$"
+
+
+def _draw_map(panel, data, key):
+    """Marks, times of blowing up, and the power law if there is one."""
+    x, dt = data[f"{key}_x"].values, data[f"{key}_dt"].values
+    kinds, sure = data[f"{key}_kind"].values, data[f"{key}_sure"].values.astype(bool)
+    across, up = np.meshgrid(x, dt, indexing="ij")
+    for kind, (_, color, marker) in KINDS.items():
+        for filled in (True, False):
+            at = (kinds == kind) & (sure == filled)
+            face = color if filled else "white"
+            panel.plot(across[at], up[at], marker, color=color, markersize=5, markerfacecolor=face)
+    for place in np.argwhere(kinds == LOST):
+        time = float(data[f"{key}_lost"].values[tuple(place)])
+        panel.annotate(
+            f"{time:.2g}", (x[place[0]], dt[place[1]]), (0, -4), textcoords="offset points",
+            ha="center", va="top", fontsize=5,
+        )  # fmt: skip
+    panel.plot(x, data[f"{key}_hot"], "_", color="0.35", markersize=11, markeredgewidth=1)
+    if data[f"{key}_law_holds"]:
+        factor, exponent = (float(data[f"{key}_law_{part}"]) for part in ("factor", "exponent"))
+        ends = np.array([float(data[f"{key}_law_{end}"]) for end in ("low", "high")])
+        panel.plot(ends, factor * ends**exponent, "--", color="0.35", zorder=0)
+    panel.set(xscale="log", yscale="log", xlim=_around(x), ylim=_around(dt, below=1.2))
+    panel.set_xticks(x, [f"{v:g}" for v in x])
+    panel.set_yticks(dt, [f"{v:g}" for v in dt])
+    panel.minorticks_off()
+
+
+def _around(values, below=1.0):
+    """Limits that leave room for a mark on either side, and for a number below it."""
+    room = (values[-1] / values[0]) ** (0.5 / max(1, len(values) - 1)) if len(values) > 1 else 1.5
+    return values[0] / (room * below), values[-1] * room

@@ -1,0 +1,208 @@
+"""How runs fail as the time step grows, and at which step."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dpd.analysis.statistics import linear_fit, over_replicas
+
+STABLE, OFF, FAR, LOST = range(4)
+WITHIN, FAR_FROM = 0.02, 0.1  # of kT, the limits between the first three
+SURE = 2.0  # standard errors from such a limit
+INTERPOLATED = 0.05  # of a step that was found between two others: heating is no exact power
+LEAST_POINTS, LEAST_CHANCE = 3, 0.05  # of a power law that is worth a line
+
+
+class Outcome(NamedTuple):
+    """What became of runs; all arrays have the shape of the sweep without its replicas.
+
+    Attributes
+    ----------
+    kind : array of int
+        `STABLE`, `OFF`, `FAR` or `LOST`: kT at most 2 % from 1, at most 10 %, further, or the
+        run blew up.
+    sure : array of bool
+        Whether kT is further than two standard errors from both limits.
+    excess, error : arrays
+        kT - 1 and its standard error; NaN for what blew up.
+    lost : array
+        Time in tau at which the first replica blew up; NaN where none did.
+    """
+
+    kind: np.ndarray
+    sure: np.ndarray
+    excess: np.ndarray
+    error: np.ndarray
+    lost: np.ndarray
+
+
+def free_temperature(kT, beads):
+    """Kinetic temperature of beads whose total momentum is zero and stays so.
+
+    They have dimension times (beads - 1) degrees of freedom, not dimension times beads.
+    """
+    return kT * beads / (beads - 1)
+
+
+def outcome(kT, kT_error, lost_step, dt):
+    """How runs went.
+
+    Parameters
+    ----------
+    kT, kT_error, lost_step : (..., replicas) arrays
+        Temperature, its standard error, and the step that broke the run, or -1.
+    dt : array
+        Time step in tau, broadcast against (...).
+
+    Returns
+    -------
+    Outcome
+    """
+    broken = lost_step >= 0
+    lost = np.where(broken, lost_step * np.asarray(dt)[..., None], np.inf).min(axis=-1)
+    whole = np.isinf(lost)
+    mean, error = over_replicas(np.asarray(kT), np.asarray(kT_error), -1)
+    excess, error = np.where(whole, mean - 1, np.nan), np.where(whole, error, np.nan)
+    away = np.abs(excess)
+    kind = np.select([~whole, away > FAR_FROM, away > WITHIN], [LOST, FAR, OFF], STABLE)
+    near = np.minimum(np.abs(away - WITHIN), np.abs(away - FAR_FROM))
+    return Outcome(
+        kind, ~whole | (near > SURE * error), excess, error, np.where(whole, np.nan, lost)
+    )
+
+
+def edge(dt, kind, sure):
+    """Where one column of a map stops being stable.
+
+    Parameters
+    ----------
+    dt : (n,) array
+        Ascending.
+    kind : (n,) array of int
+    sure : (n,) array of bool
+
+    Returns
+    -------
+    stable, beyond : float
+        The largest stable step below which no run surely fails, and the next one that was
+        tried; NaN where there is none.
+    """
+    stable, sure = np.asarray(kind) == STABLE, np.asarray(sure)
+    good = np.flatnonzero(stable & np.logical_and.accumulate(stable | ~sure))
+    after = good[-1] + 1 if len(good) else 0
+    return (
+        float(dt[after - 1]) if after else np.nan, float(dt[after]) if after < len(dt) else np.nan
+    )  # fmt: skip
+
+
+def crossing(dt, excess, error):
+    """Step at which kT is 10 % off, in one column of a map.
+
+    Between the last step below that and the next it follows from a power law through both.
+    Where the next run blew up it is anywhere between.
+
+    Parameters
+    ----------
+    dt : (n,) array
+        Ascending.
+    excess, error : (n,) arrays
+        kT - 1 and its standard error; NaN for what blew up.
+
+    Returns
+    -------
+    value, error : float
+        The error is that of ln value; NaN where no step is further off, or none is nearer.
+    """
+    away = np.abs(excess)
+    count = int(np.logical_and.accumulate(away <= FAR_FROM).sum())
+    if count in (0, len(dt)):
+        return np.nan, np.nan
+    below, above = count - 1, count
+    width = np.log(dt[above] / dt[below])
+    if not np.isfinite(away[above]):
+        return float(np.sqrt(dt[above] * dt[below])), width / np.sqrt(12.0)
+    # What is lost in noise is taken for as large as the noise.
+    y = np.log(np.maximum(away[[below, above]], error[[below, above]]) / FAR_FROM)
+    spread = (error / np.maximum(away, error))[[below, above]]
+    rise = y[1] - y[0]
+    value = dt[below] * np.exp(-width * y[0] / rise)
+    noise = width / rise**2 * np.hypot(y[1] * spread[0], y[0] * spread[1])
+    return float(value), float(np.hypot(noise, INTERPOLATED))
+
+
+class Power(NamedTuple):
+    """A law y = factor x^exponent, with the standard error of the exponent.
+
+    ``chance`` is the probability of a worse fit if the law is right, NaN where no point is
+    left to tell; ``low`` and ``high`` are the ends of what was fitted, ``points`` how many.
+    """
+
+    factor: float
+    exponent: float
+    error: float
+    chance: float
+    low: float
+    high: float
+    points: int
+
+    @property
+    def holds(self):
+        """Whether it describes its points and says more than that y is level."""
+        enough = self.points >= LEAST_POINTS and self.chance > LEAST_CHANCE
+        return bool(enough and abs(self.exponent) > SURE * self.error)
+
+
+NO_POWER = Power(*[np.nan] * 6, 0)
+
+
+def power_law(x, y, error):
+    """Fit a power law to the points that are finite and positive.
+
+    Parameters
+    ----------
+    x, y : (n,) arrays
+    error : (n,) array
+        Standard errors of ln y.
+
+    Returns
+    -------
+    Power
+        `NO_POWER` for fewer than three points.
+    """
+    x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
+    use = np.isfinite(y) & np.isfinite(error) & (np.nan_to_num(y) > 0)
+    if use.sum() < LEAST_POINTS:
+        return NO_POWER
+    log_x = np.log(x[use])
+    fit = linear_fit([np.ones_like(log_x), log_x], np.log(y[use]), error[use])
+    low, high = x[use].min(), x[use].max()
+    return Power(
+        float(np.exp(fit.values[0])), float(fit.values[1]), float(fit.errors[1]), fit.p_value,
+        float(low), float(high), int(use.sum()),
+    )  # fmt: skip
+
+
+def falling(x, limit, error):
+    """The power law with which a limit falls as something grows stiffer.
+
+    Left out is what comes before the last limit that cannot be told from the largest (two
+    standard errors), and that itself: there something else sets it.
+
+    Parameters
+    ----------
+    x : (n,) array
+        Ascending.
+    limit, error : (n,) arrays
+        The error is that of ln limit; NaN where there is no limit.
+
+    Returns
+    -------
+    Power
+    """
+    limit, error = np.asarray(limit), np.asarray(error)
+    if not np.isfinite(limit).any():
+        return NO_POWER
+    largest = np.nanargmax(limit)
+    level = np.log(limit[largest] / limit) <= SURE * np.hypot(error, error[largest])
+    after = np.flatnonzero(level)[-1] + 1
+    return power_law(x[after:], limit[after:], error[after:])

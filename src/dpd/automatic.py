@@ -1,0 +1,114 @@
+"""``integrator: {scheme: auto}``: the cheapest scheme whose error was measured to be small.
+
+config/schemes.yaml holds what the benchmark found: for a fluid and for a melt of stiff bonds, at
+two frictions, the scheme and step of least run time for each tolerance in pressure and kT.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.schema import read_yaml
+
+TABLE = ROOT / "config" / "schemes.yaml"
+
+
+@cache
+def table():
+    """The measured table: ``fluid`` and ``melt``, each with a list of ``choices``.
+
+    Of a choice: ``gamma``, ``tolerance``, ``scheme``, ``lambda``, ``dt``; of each system
+    ``stiffness``: a rho and C in kT / r_c^2, what its steps were measured for.
+    """
+    return read_yaml(TABLE)
+
+
+def choose(data, where):
+    """The integrator of a scene that leaves it to us, and one sentence that says so.
+
+    The step is that of the measured system, shorter where this one is stiffer (as
+    1 / sqrt(stiffness), the period of its fastest motion) or hotter.
+
+    Parameters
+    ----------
+    data : dict
+        A valid scene with defaults, whose integrator is ``{scheme: auto, tolerance}``.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    dict, str
+        ``scheme``, ``lambda`` and ``dt``; the sentence.
+
+    Raises
+    ------
+    UserError
+        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, no
+        friction, more friction or a smaller tolerance than in the table.
+    """
+    _refuse(data, where)
+    system = "melt" if "bond" in data else "fluid"
+    measured = table()[system]
+    choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
+    kT = data["thermostat"]["kT"]
+    slower = max(1.0, *(np.sqrt(r) for r in _ratios(data, measured["stiffness"])), np.sqrt(kT))
+    dt = float(f"{choice['dt'] / slower:.2g}")
+    chosen = {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
+    text = (
+        f"integrator: auto is {choice['scheme']}, dt {dt:g}: the cheapest measured with pressure "
+        f"and kT within {100 * choice['tolerance']:g} % in a {system} at gamma {choice['gamma']:g}"
+    )
+    if slower > 1:
+        text += f" (there dt {choice['dt']:g}; this one is stiffer or hotter)"
+    return chosen, text
+
+
+def _refuse(data, where):
+    why = None
+    if data.get("core", {}).get("radius"):
+        why = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
+    elif data["thermostat"]["kind"] == "langevin":
+        why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
+    elif data["thermostat"]["gamma"] == 0:
+        why = "schemes were measured with a thermostat; without friction take gw-vv"
+    if why:
+        raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
+
+
+def _row(choices, gamma, integrator, where):
+    """The measured choice that is safe for a friction and a tolerance."""
+    frictions = sorted({choice["gamma"] for choice in choices})
+    at = [friction for friction in frictions if friction >= gamma]
+    if not at:
+        raise UserError(
+            f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
+            f"<= {frictions[-1]:g}, or name a scheme"
+        )
+    good = [
+        choice
+        for choice in choices
+        if choice["gamma"] == at[0] and choice["tolerance"] <= integrator["tolerance"]
+    ]
+    if not good:
+        least = min(choice["tolerance"] for choice in choices if choice["gamma"] == at[0])
+        raise UserError(
+            f"{where}: integrator.tolerance: {integrator['tolerance']:g} is less than was "
+            f"measured; allowed: >= {least:g}"
+        )
+    return max(good, key=lambda choice: choice["tolerance"])
+
+
+def _ratios(data, measured):
+    """Stiffness of this scene over that of the measured one: of repulsion, and of bonds."""
+    volume = np.prod(np.broadcast_to(data["box"], data["dimension"]).astype(float))
+    density = 0.0
+    for kind in data["molecules"]:
+        words = kind["architecture"].split()
+        beads = sum(int(w) - 1 if w.isdigit() else 1 for w in words)
+        density += kind.get("density", beads * kind.get("count", 0) / volume)
+    yield max(data["repulsion"].values()) * density / measured["repulsion"]
+    if "bond" in data:
+        yield data["bond"]["stiffness"] / measured["bond"]

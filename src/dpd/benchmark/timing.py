@@ -1,0 +1,83 @@
+"""What the measurements share: clocks in turns, starts, labelled numbers."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from dpd.engine.simulation import Simulation
+from dpd.simulate import start_digest
+from dpd.start import make_start, system_of
+
+TURNS = 5
+
+
+def seconds_of(advance, steps):
+    """Wall clock of one call."""
+    begun = time.perf_counter()
+    advance(steps)
+    return time.perf_counter() - begun
+
+
+def in_turns(advances, steps, turns):
+    """Wall clock of several calls, one after the other in every turn.
+
+    A disturbance of the machine then falls on all of them alike.
+
+    Parameters
+    ----------
+    advances : list of callable
+        Each of a number of steps.
+    steps, turns : int
+
+    Returns
+    -------
+    (len(advances), turns) array
+        Seconds.
+    """
+    return np.array([[seconds_of(a, steps) for a in advances] for _ in range(turns)]).T
+
+
+def starts_of(scenes, say):
+    """First configurations of some scenes; those that share one get it made once.
+
+    Parameters
+    ----------
+    scenes : dict of str to Scene
+    say : callable
+        Called with a sentence before each is made.
+
+    Returns
+    -------
+    dict of str to State
+    """
+    made, starts = {}, {}
+    for name, scene in scenes.items():
+        digest = start_digest(scene)
+        if digest not in made:
+            say(f"{name}: first configuration of {scene.beads} beads")
+            made[digest] = make_start(scene)
+        starts[name] = made[digest]
+    return starts
+
+
+def simulation_of(scene, start, threads=1):
+    """A simulation that leaves the start to others as it is."""
+    return Simulation(system_of(scene), replace(start), threads)
+
+
+def labelled(variables, description):
+    """A dataset.
+
+    Parameters
+    ----------
+    variables : dict
+        Name to (dimensions, array, units, long_name).
+    description : str
+        One sentence for the caption: what was measured, and how.
+    """
+    data = xr.Dataset(attrs={"description": description})
+    for name, (dimensions, values, units, long_name) in variables.items():
+        data[name] = (dimensions, values, {"units": units, "long_name": long_name})
+    return data

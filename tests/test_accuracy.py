@@ -1,0 +1,183 @@
+"""Limits for small steps, the cheapest scheme, and the choice that scenes leave to us."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd import automatic
+from dpd.analysis.accuracy import bound, cheapest, front, limit
+from dpd.errors import UserError
+from dpd.report.accuracy import choices, recommendations
+from dpd.scene import Scene
+
+DT = np.array([0.005, 0.01, 0.02, 0.04])
+SCHEMES = ["gw-vv-0.5", "shardlow", "aboba"]
+SCENE = {
+    "dimension": 3,
+    "box": 5,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "auto"},
+    "steps": {"sample": 10},
+}
+MELT = {
+    "molecules": [{"architecture": "A 5", "density": 1}],
+    "repulsion": {"A A": 100},
+    "bond": {"stiffness": 200, "length": 0.95},
+}
+TABLE = {
+    "fluid": {
+        "stiffness": {"repulsion": 75},
+        "choices": [
+            {"gamma": 4.5, "tolerance": 0.03, "scheme": "aboba", "lambda": 0.5, "dt": 0.1},
+            {"gamma": 4.5, "tolerance": 0.01, "scheme": "gw-vv", "lambda": 0.65, "dt": 0.05},
+            {"gamma": 40.5, "tolerance": 0.01, "scheme": "shardlow", "lambda": 0.5, "dt": 0.04},
+        ],
+    },
+    "melt": {
+        "stiffness": {"repulsion": 100, "bond": 200},
+        "choices": [
+            {"gamma": 4.5, "tolerance": 0.01, "scheme": "dpd-vv", "lambda": 0.5, "dt": 0.02}
+        ],
+    },
+}
+
+
+def study(errors, sigma=1e-4):
+    """Relative errors c dt^2 of each scheme, and run times that go as 1 / dt."""
+    shape = (len(SCHEMES), 1, len(DT))
+    value = (np.array(errors)[:, None] * DT**2).reshape(shape)
+    names = ("scheme", "gamma", "dt")
+    cost = xr.DataArray([[1e-4], [2e-4], [3e-4]] / DT, dims=("scheme", "dt"))
+    return xr.Dataset(
+        {
+            "pressure": (names, value),
+            "pressure_error": (names, np.full(shape, sigma)),
+            "kT": (names, 0 * value),
+            "kT_error": (names, np.full(shape, sigma)),
+            "seconds": cost,
+        },
+        {"scheme": SCHEMES, "gamma": [4.5], "dt": DT},
+    )
+
+
+def test_limit_is_shared_by_second_order_schemes_and_no_other():
+    """q_0 = 7 with slopes of their own; gw-vv, which is not asked, points elsewhere."""
+    data = study([1000.0, 30.0, -50.0])
+    data["pressure"] = data.pressure + 7.0
+    value, error = limit(data, "pressure")
+    assert value == pytest.approx(7.0, abs=1e-9)
+    assert 0 < error < 1e-4
+
+
+def test_limit_knows_its_error():
+    """Over many noisy studies the pulls have unit variance."""
+    rng = np.random.default_rng(1)
+    pulls = []
+    for _ in range(400):
+        data = study([0.0, 30.0, -50.0], sigma=0.01)
+        data["pressure"] = data.pressure + 7.0 + rng.normal(0, 0.01, data.pressure.shape)
+        value, error = limit(data, "pressure")
+        pulls.append((value - 7.0) / error)
+    assert 0.85 < np.std(pulls) < 1.6  # widened where points scatter more than they should
+    assert abs(np.mean(pulls)) < 0.2
+
+
+def test_limit_of_too_few_runs_is_no_number():
+    data = study([1.0, 1.0, 1.0])
+    data["pressure"] = data.pressure.where(data.dt < 0.007)
+    assert np.isnan(limit(data.sel(scheme=["aboba"]), "pressure")[0])
+    data["pressure"] = data.pressure * np.nan
+    assert np.isnan(limit(data, "pressure")[0])
+
+
+def test_cheapest_is_the_fastest_that_is_surely_good():
+    # Errors at dt 0.04: 3.2 %, 0.8 %, 0.16 %; at 0.02: 0.8 %, 0.2 %, 0.04 %.
+    data = study([20.0, 5.0, 1.0]).sel(gamma=4.5)
+    assert cheapest(data, data.seconds, ["pressure"], 0.04)[:2] == ("gw-vv-0.5", 0.04)
+    assert cheapest(data, data.seconds, ["pressure"], 0.01)[:2] == ("gw-vv-0.5", 0.02)
+    assert cheapest(data, data.seconds, ["pressure"], 0.003)[:2] == ("aboba", 0.04)
+    assert cheapest(data, data.seconds, ["pressure"], 1e-5) is None
+
+
+def test_noise_counts_against_a_scheme():
+    data = study([0.0, 0.0, 0.0], sigma=0.01).sel(gamma=4.5)
+    assert float(bound(data, "pressure").max()) == pytest.approx(0.0196)
+    assert cheapest(data, data.seconds, ["pressure"], 0.01) is None
+
+
+def test_all_that_is_asked_for_must_be_good():
+    data = study([1.0, 1.0, 1.0]).sel(gamma=4.5)
+    data["kT"] = data.kT + 0.02 * (data.scheme == "gw-vv-0.5")
+    assert cheapest(data, data.seconds, ["pressure"], 0.01)[0] == "gw-vv-0.5"
+    assert cheapest(data, data.seconds, ["pressure", "kT"], 0.01)[0] == "shardlow"
+
+
+def test_front_leaves_out_what_is_slower_and_worse():
+    seconds = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    error = np.array([0.5, 0.7, 0.1, np.nan, 0.05])
+    assert front(seconds, error) == [0, 2, 4]
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    monkeypatch.setattr(automatic, "table", lambda: TABLE)
+
+
+def test_auto_takes_the_row_of_the_table(measured):
+    scene = Scene(SCENE)
+    assert scene.data["integrator"] == {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.05}
+    assert "gw-vv" in scene.chosen and "dt 0.05" in scene.chosen
+    loose = Scene(SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.05}})
+    assert loose.data["integrator"]["scheme"] == "aboba"
+    rough = Scene(SCENE | {"thermostat": {"gamma": 10}})
+    assert rough.data["integrator"]["scheme"] == "shardlow"
+    assert Scene(SCENE | MELT).data["integrator"]["scheme"] == "dpd-vv"
+
+
+def test_auto_goes_slower_where_the_scene_is_stiffer(measured):
+    stiff = Scene(SCENE | {"repulsion": {"A A": 100}})
+    assert stiff.data["integrator"]["dt"] == pytest.approx(0.025)
+    bonds = Scene(SCENE | MELT | {"bond": {"stiffness": 800, "length": 0.95}})
+    assert bonds.data["integrator"]["dt"] == pytest.approx(0.01)
+    soft = Scene(SCENE | {"repulsion": {"A A": 5}})
+    assert soft.data["integrator"]["dt"] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"integrator": {"scheme": "auto", "tolerance": 0.001}}, "tolerance: 0.001 is less"),
+        ({"integrator": {"scheme": "auto", "dt": 0.01}}, "integrator.dt: .*remove the key"),
+        ({"integrator": {"scheme": "gw-vv", "dt": 0.01, "tolerance": 0.01}}, "only scheme 'auto'"),
+        ({"integrator": {"scheme": "gw-vv"}}, "the key 'dt' is missing"),
+        ({"thermostat": {"gamma": 100}}, "gamma: 100 is more than"),
+        ({"thermostat": {"gamma": 0}}, "without friction"),
+        ({"thermostat": {"kind": "langevin"}}, "Langevin"),
+        ({"core": {"radius": 0.15, "force": 100}}, "rigid core"),
+    ],
+)
+def test_auto_says_where_it_cannot_choose(measured, change, message):
+    with pytest.raises(UserError, match=message):
+        Scene(SCENE | change)
+
+
+def test_recommendations_are_what_auto_reads(tmp_path, monkeypatch):
+    data = study([20.0, 5.0, 1.0])
+    for system in ("fluid", "melt"):
+        data.to_netcdf(tmp_path / f"{system}_accuracy.nc", engine="netcdf4")
+    (tmp_path / "schemes.yaml").write_text(recommendations(tmp_path))
+    monkeypatch.setattr(automatic, "TABLE", tmp_path / "schemes.yaml")
+    automatic.table.cache_clear()
+    try:
+        scene = Scene(SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.003}})
+    finally:
+        automatic.table.cache_clear()
+    best = choices(data)[-1]
+    assert (best["tolerance"], best["scheme"]) == (0.003, "aboba")
+    assert scene.data["integrator"] == {"scheme": "aboba", "lambda": 0.5, "dt": 0.04}
+
+
+def test_recommendations_need_the_benchmark(tmp_path):
+    with pytest.raises(UserError, match="run snakemake --cores 2 benchmark"):
+        recommendations(tmp_path)

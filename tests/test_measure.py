@@ -1,0 +1,273 @@
+"""Measurements of the engine: what is refused, what is planned, and each one made small."""
+
+import os
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from dpd import study
+from dpd.analysis.verdicts import COLUMNS
+from dpd.benchmark import beside, scaling, speed
+from dpd.benchmark.measure import MEASUREMENTS, measure
+from dpd.benchmark.schemes import labelled_schemes, schemes
+from dpd.benchmark.speed import installed
+from dpd.benchmark.workloads import workload
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.report.figures import joined_verdicts, load_module, make_figure
+from dpd.report.page import write_page
+from dpd.schema import schema
+from dpd.study import read_paper
+from tests.test_pipeline import copy_repository, planned
+
+FIGURES = ("lammps", "scaling", "features")
+FEW = {"steps": {"sample": 20}}
+FLUID = workload("W1", box=6, start={"relax": {"steps": 100, "dt": 0.02}}, **FEW)
+CHAINS = {
+    "box": 8,
+    "molecules": [{"architecture": "A 16", "count": 32}],
+    "start": {"relax": {"steps": 500, "dt": 0.005}},
+} | FEW
+SMALL = {
+    "W1": FLUID,
+    "W2": workload("W2", **CHAINS),
+    "W2, dpd-vv": workload("W2, dpd-vv", **CHAINS),
+}
+SIZES = {
+    "lammps": {"scenes": SMALL, "turns": 2, "snapshots": 20, "reach": 2.0},
+    "scaling": {
+        "beads": (1000, 100_000), "densities": (1, 3), "at": 1000, "work": 2e4, "turns": 2,
+        "begins": 1,
+    },
+    "schemes": {"scenes": {name: SMALL[name] for name in ("W1", "W2")}, "turns": 2},
+    "features": {
+        "scene": FLUID, "steps": 10, "turns": 2, "stripped_turns": 3,
+        "watched": {
+            "g(r)": {"rdf": {"every": 10, "range": 2}},
+            "displacement": {"displacement": {"every": 5}},
+        },
+    },
+}  # fmt: skip
+
+
+def quiet(sentence):
+    """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Folder of a study, for measurements made small."""
+    return tmp_path_factory.mktemp("results")
+
+
+def path_of(results, name):
+    """File of a measurement, made if it is not there."""
+    path = results / "benchmark" / "measurements" / f"{name}.nc"
+    if not path.exists():
+        measure(name, path, quiet, **SIZES[name])
+    return path
+
+
+def made(results, name):
+    """A measurement."""
+    return xr.load_dataset(path_of(results, name))
+
+
+def drawn(results, name):
+    """Files of a figure, made."""
+    folder = results / "benchmark" / "figures"
+    make_figure("benchmark", name, {name: path_of(results, name)}, folder)
+    return folder
+
+
+BROKEN = {
+    "no such measurement": ({"measurements": ["scalling"]}, "did you mean 'scaling'"),
+    "twice": ({"measurements": ["scaling", "scaling"]}, "measurements"),
+    "not among the paper's": (
+        {"measurements": ["scaling"], "figures": {"lammps": {"measurements": ["lammps"]}}},
+        "figures.lammps.measurements: no measurement 'lammps'; allowed: scaling",
+    ),
+    "no such sweep": ({"figures": {"lammps": {"sweeps": ["x"]}}}, "no sweep 'x'"),
+    "a sweep of that name": (
+        {"measurements": ["scaling"], "sweeps": {"scaling": {"scene": FLUID.data}}},
+        "'scaling' is the name of a sweep as well",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_papers_that_are_refused(name, tmp_path, monkeypatch):
+    """File, key, what is allowed."""
+    changes, words = BROKEN[name]
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    paper = {"title": "T", "reference": "R", "sweeps": {}, "figures": {}} | changes
+    (tmp_path / "config" / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
+    monkeypatch.setattr(study, "CONFIG", tmp_path / "config")
+    with pytest.raises(UserError, match=r"config/papers/mine\.yaml") as refused:
+        read_paper("mine", "smoke")
+    assert words in str(refused.value)
+
+
+def test_unknown_measurements_are_refused(tmp_path):
+    """With the names that there are; nothing is written."""
+    with pytest.raises(UserError, match="did you mean 'features'"):
+        measure("feature", tmp_path / "x.nc", quiet)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_schema_knows_the_measurements():
+    """The names that papers may list are those that can be made."""
+    assert schema("paper")["properties"]["measurements"]["items"]["enum"] == list(MEASUREMENTS)
+
+
+def test_what_is_planned(tmp_path):
+    """The benchmark's own jobs and no other paper's; one figure's; none by default."""
+    folder = copy_repository(tmp_path / "copy")
+    paper = read_paper("benchmark", "quick")
+    points = sum(len(sweep.points) for sweep in paper.sweeps.values())
+    jobs = planned(folder, "benchmark")
+    assert jobs["measure"] == len(paper.measurements)
+    assert jobs["draw_figure"] == len(paper.figures)
+    assert jobs.get("simulate", 0) == points and jobs["benchmark"] == 1
+    assert "write_report" not in jobs
+    one = planned(folder, "results/quick/benchmark/figures/lammps.png")
+    assert one == {"measure": 1, "draw_figure": 1}
+    other = planned(folder, "results/quick/groot_warren_1997/figures/fig06_interface.png")
+    assert other == dict.fromkeys(
+        ("compile_kernels", "make_start", "simulate", "collect", "draw_figure"), 1
+    )
+    assert "measure" not in planned(folder)
+    section = planned(folder, "--config", "papers=[benchmark]")
+    assert section["measure"] == len(paper.measurements) and section["write_report"] == 1
+
+
+def test_rates_and_physics_beside_lammps(results):
+    """Rates in all turns; both codes find the same temperature, pressure and bonds."""
+    data = made(results, "lammps")
+    assert data.own_rate.shape == (3, 2) and (data.own_rate > 1e4).all()
+    assert np.isfinite(data.kT.sel(code="own")).all()
+    assert np.isnan(data.lammps_rate.sel(workload="W2, dpd-vv")).all()
+    assert np.isnan(data.bond.sel(workload="W1")).all()
+    means = data.mean("snapshot").sel(workload=["W1", "W2"])
+    far = means.rdf.sel(r=slice(1.7, 2), code="own").mean("r")
+    np.testing.assert_allclose(far, 1, atol=0.05)
+    assert 0.9 < float(means.bond.sel(workload="W2", code="own")) < 1.1
+    if installed():
+        for name, tolerance in (("kT", 0.05), ("pressure", 0.05), ("bond", 0.01)):
+            own, other = (means[name].sel(code=code) for code in ("own", "lammps"))
+            np.testing.assert_allclose(own, other, rtol=tolerance, err_msg=name)
+        assert float(abs(means.rdf.diff("code")).mean()) < 0.05
+
+
+def test_without_lammps(monkeypatch, tmp_path):
+    """Our own values, NaN for the others, and a figure that says so."""
+    for module in (speed, beside):
+        monkeypatch.setattr(module, "installed", lambda: False)
+    path = tmp_path / "benchmark" / "measurements" / "lammps.nc"
+    measure("lammps", path, quiet, **SIZES["lammps"] | {"scenes": {"W1": FLUID}})
+    data = made(tmp_path, "lammps")
+    assert np.isfinite(data.own_rate).all() and np.isnan(data.lammps_rate).all()
+    assert np.isfinite(data.rdf.sel(code="own")).all()
+    assert np.isnan(data.rdf.sel(code="lammps")).all()
+    caption = (drawn(tmp_path, "lammps") / "lammps.md").read_text()
+    assert "**Warning.** LAMMPS is not installed" in caption and "nan" not in caption
+
+
+def test_scaling(results):
+    """Positive rates of every size, density and number of threads; memory and start sensible."""
+    data = made(results, "scaling")
+    assert data.rate.dims == ("beads", "threads", "turn")
+    assert (data.rate.sel(threads=1) > 1e4).all() and (data.density_rate.sel(threads=1) > 1e4).all()
+    less, more = data.memory.values
+    # A bead has 20 numbers of 8 bytes at the very least, in two copies while it moves.
+    assert 100 < (more - less) / np.ptp(data.beads.values) < 5000
+    assert 0.1 < float(data.start_up[0]) < 60
+
+
+def test_a_fluid_that_is_hot_is_not_timed(monkeypatch):
+    """Its beads would not stand as in a fluid at rest."""
+    monkeypatch.setattr(scaling, "HOTTEST", 0.5)
+    with pytest.raises(UserError, match="before timing"):
+        scaling.rates(scaling.fluid(500, 3.0), 1e3, 1, quiet)
+
+
+def test_a_machine_with_one_core(monkeypatch):
+    """Two threads would wait for each other there; they are left out."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
+    one, two = scaling.rates(scaling.fluid(500, 3.0), 1e3, 2, quiet)
+    assert (one > 1e3).all() and np.isnan(two).all()
+
+
+def test_schemes_by_name(results):
+    """Each scheme on both workloads, gw-vv with both lambdas; friction twice costs more."""
+    cost = made(results, "schemes").cost
+    assert list(cost.scheme.values) == list(labelled_schemes())
+    assert {"gw-vv-0.5", "gw-vv-0.65", "dpd-vv", "shardlow"} <= set(cost.scheme.values)
+    assert (cost > 0).all()
+
+
+def test_a_scheme_that_blows_up_is_left_out():
+    """NaN for it, and what happened is said."""
+    wild = workload("W1", box=5, start={}, **FEW)
+    said = []
+    data = schemes({"W1": wild}, turns=1, dt=0.5, say=said.append)
+    assert np.isnan(data.cost.sel(scheme="euler")).all()
+    assert any("euler" in line and "blew up" in line for line in said)
+    assert "Left out" in data.description and "euler on W1" in data.description
+
+
+def test_features_and_their_absence(results):
+    """Each has a cost; without their code the engine is smaller and ends in the same bits."""
+    data = made(results, "features")
+    assert {"bonds (dimers)", "rigid core", "virial every step", "g(r)"} <= set(data.feature.values)
+    assert (data.cost > 0).all() and (data.bare_cost > 0).all()
+    assert data.engine_seconds.shape == (2, 3) and (data.engine_seconds > 0).all()
+    assert int(data.same_bits) == 1
+    assert float(data.code_size.sel(engine="stripped")) < float(data.code_size.sel(engine="whole"))
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_are_made(results, name):
+    """Picture, numbers with units, and a caption with what was measured, and a table."""
+    folder = drawn(results, name)
+    assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    numbers = xr.load_dataset(folder / f"{name}.nc")
+    lacking = [
+        k for k, v in numbers.data_vars.items() if v.dtype.kind == "f" and "units" not in v.attrs
+    ]
+    assert not lacking
+    caption = (folder / f"{name}.md").read_text()
+    assert made(results, name).attrs["description"] in caption
+    assert "\n| --- |" in caption
+
+
+def test_numbers_of_figures_follow_from_turns(results):
+    """Median, smallest and largest; no verdict."""
+    module = load_module("benchmark", "features")
+    numbers = module.compute({"features": made(results, "features")})
+    ratio = made(results, "features").engine_seconds
+    ratio = (ratio.sel(engine="whole") / ratio.sel(engine="stripped")).values
+    assert float(numbers.absent) == pytest.approx(np.median(ratio))
+    assert (float(numbers.absent_low), float(numbers.absent_high)) == (ratio.min(), ratio.max())
+    assert module.measured(numbers) == {}
+
+
+def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
+    """Its figures and what they cost; no empty table."""
+    for name in FIGURES:
+        drawn(results, name)
+    path_of(results, "schemes")
+    whole = read_paper("benchmark", "smoke")
+    figures = {name: whole.figures[name] for name in FIGURES}
+    paper = replace(whole, sweeps={}, figures=figures, measurements=tuple(SIZES))
+    table = joined_verdicts([paper], results)
+    assert list(table.columns) == COLUMNS and len(table) == 0
+    write_page("smoke", "Small.", [paper], results, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert page.count("data:image/png;base64,") == len(FIGURES)
+    assert 'id="verdicts"' not in page and "momentum per bead" not in page
+    assert "<td>measurements</td>" in page and "first configurations" not in page
