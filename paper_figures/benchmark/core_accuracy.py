@@ -102,6 +102,7 @@ def draw(data):
     middle.set_ylabel(r"pressure less its limit / $k_BT\,r_c^{-2}$")
     right.axhline(0, color="0.6", linewidth=0.6, zorder=0)
     right.set(xlabel=r"width of the edge / $r_c$", ylabel="change of the limit / %")
-    left.legend(loc="upper left")
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
     right.legend()
     return figure
