@@ -79,7 +79,8 @@ def test_limit_knows_its_error():
         data["pressure"] = data.pressure + 7.0 + rng.normal(0, 0.01, data.pressure.shape)
         value, error = limit(data, "pressure")
         pulls.append((value - 7.0) / error)
-    assert 0.85 < np.std(pulls) < 1.6  # widened where points scatter more than they should
+    # Below 1, as errors are widened where points scatter more than they should, never narrowed.
+    assert 0.85 < np.std(pulls) < 1.05
     assert abs(np.mean(pulls)) < 0.2
 
 
@@ -155,6 +156,7 @@ def test_auto_goes_slower_where_the_scene_is_stiffer(measured):
         ({"thermostat": {"gamma": 0}}, "without friction"),
         ({"thermostat": {"kind": "langevin"}}, "Langevin"),
         ({"core": {"radius": 0.15, "force": 100}}, "rigid core"),
+        ({"box": [5, 5]}, "2 edges in 3 dimensions"),
     ],
 )
 def test_auto_says_where_it_cannot_choose(measured, change, message):

@@ -25,7 +25,7 @@ def table():
     return read_yaml(TABLE)
 
 
-def choose(data, where):
+def choose(data, density, where):
     """The integrator of a scene that leaves it to us, and one sentence that says so.
 
     The step is that of the measured system, shorter where this one is stiffer (as
@@ -35,6 +35,8 @@ def choose(data, where):
     ----------
     data : dict
         A valid scene with defaults, whose integrator is ``{scheme: auto, tolerance}``.
+    density : float
+        Beads per r_c^dimension.
     where : str
         File to name in messages.
 
@@ -54,7 +56,7 @@ def choose(data, where):
     measured = table()[system]
     choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
     kT = data["thermostat"]["kT"]
-    slower = max(1.0, *(np.sqrt(r) for r in _ratios(data, measured["stiffness"])), np.sqrt(kT))
+    slower = np.sqrt(max(1.0, kT, *_ratios(data, density, measured["stiffness"])))
     dt = float(f"{choice['dt'] / slower:.2g}")
     chosen = {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
     text = (
@@ -101,14 +103,8 @@ def _row(choices, gamma, integrator, where):
     return max(good, key=lambda choice: choice["tolerance"])
 
 
-def _ratios(data, measured):
+def _ratios(data, density, measured):
     """Stiffness of this scene over that of the measured one: of repulsion, and of bonds."""
-    volume = np.prod(np.broadcast_to(data["box"], data["dimension"]).astype(float))
-    density = 0.0
-    for kind in data["molecules"]:
-        words = kind["architecture"].split()
-        beads = sum(int(w) - 1 if w.isdigit() else 1 for w in words)
-        density += kind.get("density", beads * kind.get("count", 0) / volume)
     yield max(data["repulsion"].values()) * density / measured["repulsion"]
     if "bond" in data:
         yield data["bond"]["stiffness"] / measured["bond"]

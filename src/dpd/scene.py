@@ -71,7 +71,7 @@ class Scene:
         if "dt" in integrator:
             self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
         integrator.setdefault("tolerance", TOLERANCE)
-        self.data["integrator"], self.chosen = choose(self.data, self.where)
+        self.data["integrator"], self.chosen = choose(self.data, self.density, self.where)
 
     @cached_property
     def digest(self):

@@ -1,5 +1,7 @@
 """Rigid cores, and the pair list that small time steps run on."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -64,15 +66,17 @@ def test_fifty_beads_step_beside_the_reference(variant):
         assert 1 < len(set(lists)) < 40
 
 
+def force_and_energy(core, r):
+    """Of two beads at rest with that core, a distance r apart along the first axis."""
+    system = make_system((5.0, 5.0), friction=0.0, core=core)
+    position = np.array([[1.0, 1.0 + r], [2.0, 2.0]])
+    simulation = make_simulation(system, position, np.zeros((2, 2)))
+    return by_identity(simulation, "force")[0, 1], simulation.measure().energy[0]
+
+
 def test_two_beads_meet_at_a_core():
     """F_max below the diameter, a (1 - r) above it, -dU/dr everywhere else than at the jump."""
-    system = make_system((5.0, 5.0), friction=0.0, core=CORE)
-    still = np.zeros((2, 2))
-
-    def pair(r):
-        simulation = make_simulation(system, np.array([[1.0, 1.0 + r], [2.0, 2.0]]), still)
-        return by_identity(simulation, "force")[0, 1], simulation.measure().energy[0]
-
+    pair = partial(force_and_energy, CORE)
     for r in (0.05, 0.2, 0.299, 0.301, 0.5, 0.99):
         expected = 100.0 if r < 0.3 else 25.0 * (1 - r)
         slope = (pair(r + 1e-6)[1] - pair(r - 1e-6)[1]) / 2e-6
@@ -83,13 +87,7 @@ def test_two_beads_meet_at_a_core():
 
 def test_two_beads_meet_at_a_smooth_core():
     """A straight line from F_max at the diameter to a (1 - r) at the end of the width."""
-    system = make_system((5.0, 5.0), friction=0.0, core=SMOOTH_CORE)
-    still = np.zeros((2, 2))
-
-    def pair(r):
-        simulation = make_simulation(system, np.array([[1.0, 1.0 + r], [2.0, 2.0]]), still)
-        return by_identity(simulation, "force")[0, 1], simulation.measure().energy[0]
-
+    pair = partial(force_and_energy, SMOOTH_CORE)
     for r in (0.05, 0.299, 0.301, 0.35, 0.399, 0.401, 0.7, 0.99):
         expected = np.interp(r, [0.3, 0.4, 1.0], [100.0, 15.0, 0.0])
         slope = (pair(r + 1e-6)[1] - pair(r - 1e-6)[1]) / 2e-6
