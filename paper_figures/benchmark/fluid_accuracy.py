@@ -4,7 +4,7 @@ from dpd.analysis.verdicts import Measured
 from dpd.report.accuracy import against_time, draw, shows, table
 
 TITLE = "Run time against error: the standard fluid (rho 3, a 25)."
-PAPER_SHOWS = shows("nine", "24 000")
+PAPER_SHOWS = shows("24 000")
 
 __all__ = ["PAPER_SHOWS", "TITLE", "compute", "draw", "measured", "table"]
 
@@ -17,4 +17,4 @@ def compute(data):
 def measured(data):
     """The pressure for dt to 0, known from Monte Carlo."""
     value, error = float(data.pressure_limit), float(data.pressure_limit_error)
-    return {"pressure_limit": Measured(value, error, "Shardlow and ABOBA, dt to 0, 3000 beads")}
+    return {"pressure_limit": Measured(value, error, "Shardlow and ABOBA, dt to 0")}

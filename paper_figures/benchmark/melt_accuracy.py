@@ -3,7 +3,7 @@
 from dpd.report.accuracy import against_time, draw, shows, table
 
 TITLE = "Run time against error: a melt of stiff bonds (rho 1, a 100, k 200)."
-PAPER_SHOWS = shows("eight", "8192")
+PAPER_SHOWS = shows("8192")
 
 __all__ = ["PAPER_SHOWS", "TITLE", "compute", "draw", "measured", "table"]
 

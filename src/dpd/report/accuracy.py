@@ -39,16 +39,16 @@ JUDGED = ("pressure", "kT")
 LEAST = 1e-4  # relative error at which the panels end
 
 
-def shows(steps, beads):
+def shows(beads):
     """What such a figure shows, for its caption.
 
     Parameters
     ----------
-    steps, beads : str
-        How many time steps there are, and how many beads the run time is for.
+    beads : str
+        How many beads the run time is for.
     """
     return (
-        f"Each scheme at {steps} time steps, at two frictions. Down: less error; left: less run "
+        "Each scheme over its time step, at each friction. Down: less error; left: less run "
         f"time, per tau of {beads} beads on one core. Temperatures are held against kT = 1, other "
         "quantities against their limit for dt to 0 (written in), taken from Shardlow's scheme and "
         "ABOBA. Lowe-Andersen has another dynamics by design, so its diffusion has another limit. "
