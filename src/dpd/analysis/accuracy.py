@@ -107,7 +107,7 @@ def limit(data, name, along="gamma"):
     """A quantity for dt -> 0: one value that the `SECOND_ORDER` schemes share.
 
     q(dt) = q_0 + c dt^2 with a c for each of them, and each value of ``along`` (friction does
-    not change what is in equilibrium; diffusion it does, see ``by``), through the smaller half
+    not change what is in equilibrium, but diffusion it does), through the smaller half
     of the steps.
 
     Returns

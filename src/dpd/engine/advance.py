@@ -140,7 +140,7 @@ def any_lost(shared, identity, step):
 
 @part()
 def sort_together(team, source, target, own, box, grid, shared):
-    """Sort beads by cell, each thread its own; find the slots of identities."""
+    """Sort beads by cell, each thread its own."""
     count_cells(source[0], own, box, grid, shared.cells, team.rank)
     meet(team)
     if team.rank == 0:
