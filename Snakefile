@@ -7,18 +7,24 @@
 
 import os
 import sys
+import time
 from pathlib import Path
 
+BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from dpd.digest import ROOT, files_digest, stage_digest
 from dpd.errors import UserError
+from dpd.report.overhead import overhead
 from dpd.simulate import start_digest
+from dpd.start import start_work
 from dpd.study import read_config, read_paper
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
+# For the report, which says what the workflow cost.
+os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(workflow.cores))
 
 
 configfile: "config/config.yaml"
@@ -43,6 +49,16 @@ wildcard_constraints:
     measurement="[a-z0-9_]+",
     point="[^/]+",
     figure="[a-z0-9_]+",
+
+
+onstart:
+    # While it limits the rate of jobs, as it does by default, each wake-up of Snakemake's
+    # scheduler sets a timer for one more: after some hundred jobs that keeps half a core busy.
+    workflow.scheduler.job_rate_limiter = None
+
+
+onsuccess:
+    print(overhead(OUT, BEGUN, workflow.cores))
 
 
 localrules:

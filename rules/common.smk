@@ -6,7 +6,8 @@ def waiting_for_starts(paper):
     waiting = {}
     for sweep in paper.sweeps.values():
         for point in sweep.points:
-            waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
+            if start_work(point.scene):
+                waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
     return waiting
 
 
@@ -58,8 +59,16 @@ def work_after(wildcards):
 
 
 def start_of(wildcards):
-    """First configuration of a run."""
-    return f"{OUT}/{wildcards.paper}/starts/{start_digest(scene_of(wildcards))}.nc"
+    """First configuration of a run; no file where a run has only to place its beads."""
+    scene = scene_of(wildcards)
+    if not start_work(scene):
+        return []
+    return f"{OUT}/{wildcards.paper}/starts/{start_digest(scene)}.nc"
+
+
+def given_start(wildcards, input):
+    """The option that names it."""
+    return f"--start {input.start}" if input.start else ""
 
 
 def first_with_start(wildcards):

@@ -4,7 +4,8 @@
 
 rule simulate:
     input:
-        start_of,
+        ancient(rules.compile_kernels.output),
+        start=start_of,
     output:
         f"{OUT}/{{paper}}/runs/{{sweep}}/{{point}}/run.nc",
     log:
@@ -13,9 +14,10 @@ rule simulate:
         study=STUDY,
         sources=stage_digest("simulate"),
         scene=lambda wildcards: scene_of(wildcards).digest,
+        start=given_start,
     priority: work_of
     threads: 1
     shell:
         "python -m dpd simulate {params.study} {wildcards.paper} {wildcards.sweep}"
-        " {wildcards.point} --start {input} --threads {threads}"
+        " {wildcards.point} {params.start} --threads {threads}"
         " -o {output} 2>&1 | tee {log}"

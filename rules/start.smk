@@ -1,5 +1,5 @@
-# Compiled kernels, and first configurations: points that differ in nothing that matters
-# there share one.
+# Compiled kernels, and first configurations that take steps to make: points that differ in
+# nothing that matters there share one.
 
 
 rule compile_kernels:

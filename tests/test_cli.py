@@ -149,6 +149,18 @@ def test_misspelt_names_of_stages(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_simulate_makes_the_start_that_it_is_not_given(tmp_path):
+    """The same bits either way."""
+    names = ("smoke", "groot_warren_1997", "fluid", "replica=0")
+    assert dpd("start", *names, "-o", "start.nc", cwd=tmp_path).returncode == 0
+    for option, name in ((("--start", "start.nc"), "given.nc"), ((), "made.nc")):
+        done = dpd("simulate", *names, *option, "-o", name, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    given, made = (read(tmp_path / name)[0] for name in ("given.nc", "made.nc"))
+    assert given.keys() == made.keys()
+    assert all((given[name] == made[name]).all() for name in given)
+
+
 def test_a_start_of_another_system_is_refused(tmp_path):
     """simulate reads only the start that belongs to its scene and sources."""
     names = ("smoke", "groot_warren_1997", "fluid", "replica=0")

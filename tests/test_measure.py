@@ -137,9 +137,7 @@ def test_what_is_planned(tmp_path):
     one = planned(folder, "results/quick/benchmark/figures/lammps.png")
     assert one == {"measure": 1, "draw_figure": 1}
     other = planned(folder, "results/quick/groot_warren_1997/figures/fig06_interface.png")
-    assert other == dict.fromkeys(
-        ("compile_kernels", "make_start", "simulate", "collect", "draw_figure"), 1
-    )
+    assert other == dict.fromkeys(("compile_kernels", "simulate", "collect", "draw_figure"), 1)
     assert "measure" not in planned(folder)
     section = planned(folder, "--config", "papers=[benchmark]")
     assert section["measure"] == len(paper.measurements) and section["write_report"] == 1
@@ -266,8 +264,9 @@ def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
     paper = replace(whole, sweeps={}, figures=figures, measurements=tuple(SIZES))
     table = joined_verdicts([paper], results)
     assert list(table.columns) == COLUMNS and len(table) == 0
-    write_page("smoke", "Small.", [paper], results, tmp_path / "page.html")
+    write_page("smoke", "Small.", [paper], results, tmp_path / "page.html", "3 runs in 2 s")
     page = (tmp_path / "page.html").read_text()
     assert page.count("data:image/png;base64,") == len(FIGURES)
     assert 'id="verdicts"' not in page and "momentum per bead" not in page
+    assert "the workflow that made it took: 3 runs in 2 s." in page
     assert "<td>measurements</td>" in page and "first configurations" not in page

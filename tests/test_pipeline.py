@@ -13,6 +13,8 @@ import xarray as xr
 
 from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import ROOT
+from dpd.simulate import start_digest
+from dpd.start import start_work
 from dpd.study import read_config, read_paper
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
@@ -71,11 +73,17 @@ def edit(path, old, new):
 
 @pytest.mark.parametrize("name", ["smoke", "quick", "paper"])
 def test_dry_run_of_every_study(tmp_path, name):
-    """Every study can be planned; it has one job per distinct run, start, sweep and figure."""
+    """Every study can be planned: a job per run, sweep, figure, and start that takes steps."""
     folder = copy_repository(tmp_path / "copy")
     jobs = planned(folder, "--config", f"study={name}")
     papers = [read_paper(paper, name) for paper in PAPERS]
-    assert jobs["simulate"] == sum(len(s.points) for p in papers for s in p.sweeps.values())
+    scenes = [
+        [point.scene for sweep in paper.sweeps.values() for point in sweep.points]
+        for paper in papers
+    ]
+    starts = [{start_digest(scene) for scene in each if start_work(scene)} for each in scenes]
+    assert jobs["simulate"] == sum(map(len, scenes))
+    assert jobs["make_start"] == sum(map(len, starts))
     assert jobs["collect"] == sum(len(paper.sweeps) for paper in papers)
     assert jobs["draw_figure"] == sum(len(paper.figures) for paper in papers)
     assert not (folder / "results").exists()
@@ -154,7 +162,14 @@ def test_the_report_is_one_page(study):
     figures = sum(len(read_paper(paper, "smoke").figures) for paper in PAPERS)
     assert page.count("data:image/png;base64,") == figures
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", page)
-    for word in ("noise seeds", "replica", "momentum per bead", "numba", "standard errors"):
+    for word in (
+        "noise seeds",
+        "replica",
+        "momentum per bead",
+        "numba",
+        "standard errors",
+        "s of simulation",
+    ):
         assert word in page
     for entry in (entry for paper in PAPERS for entry in published(paper).values()):
         assert entry["quantity"].split("(")[0].replace(">", "&gt;").replace("<", "&lt;") in page
@@ -200,7 +215,7 @@ def test_an_edited_plot_reruns_plots(study):
 
 
 def test_an_edited_sweep_runs_only_its_new_point(study):
-    """A density added in the study: one start, one run, and what follows from them."""
+    """A density added in the study: one run, and what follows from it."""
     runs = study / "results" / "smoke" / PAPER / "runs" / "equation_of_state_15"
     before = {path: path.stat().st_mtime_ns for path in runs.glob("*/run.nc")}
     edit(
@@ -209,12 +224,12 @@ def test_an_edited_sweep_runs_only_its_new_point(study):
         "density: [1, 2, 3, 4, 5, 8]",
     )
     expected = {
-        "make_start": 1, "simulate": 1, "collect": 1, "draw_figure": 2, "join_verdicts": 1,
-        "write_report": 1,
+        "simulate": 1, "collect": 1, "draw_figure": 2, "join_verdicts": 1, "write_report": 1
     }  # fmt: skip
     assert planned(study, *SMOKE) == expected
     done = snakemake(study, *SMOKE)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    assert re.search(r"^1 runs and starts: \d+ s of simulation", done.stdout, re.M), done.stdout
     after = {path: path.stat().st_mtime_ns for path in runs.glob("*/run.nc")}
     assert {path: after[path] for path in before} == before
     assert len(after) == len(before) + 1

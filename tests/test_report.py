@@ -1,5 +1,6 @@
 """Captions and numbers of the report."""
 
+import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,6 +8,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from dpd import files
+from dpd.report import overhead
 from dpd.report.figures import caption
 from dpd.report.page import _html
 from dpd.report.text import with_error
@@ -51,3 +54,17 @@ def test_a_figure_without_either():
     """Most have no warnings and no table."""
     module = SimpleNamespace(TITLE="Rates.", PAPER_SHOWS="None.", ERRORS="Bars.")
     assert caption(module, {}, xr.Dataset()) == "**Rates.** None.\n\nBars.\n"
+
+
+def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
+    """Runs and starts since it began, of all papers, and nothing older."""
+    monkeypatch.setattr(overhead.time, "time", lambda: 1110.0)
+    for number, name in enumerate(("a/runs/s/p/run.nc", "a/starts/0.nc", "b/runs/s/p/run.nc")):
+        files.write(tmp_path / name, {}, {"seconds": 50.0 + number})
+        os.utime(tmp_path / name, (1005.0, 1005.0))
+    said = overhead.overhead(tmp_path, 1000.0, 2)
+    assert said.startswith("3 runs and starts: 153 s of simulation, 110 s of wall clock on 2 cores")
+    assert "(44% more" in said
+    os.utime(tmp_path / "b/runs/s/p/run.nc", (999.0, 999.0))
+    assert overhead.overhead(tmp_path, 1000.0, 2).startswith("2 runs and starts: 101 s")
+    assert overhead.overhead(tmp_path, 1006.0, 2) == ""

@@ -1,6 +1,7 @@
 """`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
 
 import argparse
+import os
 import signal
 import sys
 from pathlib import Path
@@ -54,7 +55,7 @@ def _parser():
     compiling = stage(
         "compile", _compile, "compile what a study needs", "study", "papers", output="stamp"
     )
-    compiling.add_argument("--cores", type=_threads, default=1, metavar="N", help="(default 1)")
+    compiling.add_argument("--cores", type=_count, default=1, metavar="N", help="(default 1)")
     stage(
         "start", _start, "make a first configuration",
         "study", "paper", "sweep", "point", output="start.nc",
@@ -63,7 +64,9 @@ def _parser():
         "simulate", _simulate, "run one point of a sweep",
         "study", "paper", "sweep", "point", output="run.nc",
     )  # fmt: skip
-    simulate.add_argument("--start", required=True, type=Path)
+    simulate.add_argument(
+        "--start", type=Path, metavar="FILE", help="first configuration; without it, it is made"
+    )
     _add_threads(simulate)
     stage("collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc")
     stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
@@ -83,12 +86,12 @@ def _parser():
 
 def _add_threads(parser):
     parser.add_argument(
-        "--threads", type=_threads, default=1, metavar="N",
+        "--threads", type=_count, default=1, metavar="N",
         help="threads that share the work (default 1); the results are the same bits",
     )  # fmt: skip
 
 
-def _threads(text):
+def _count(text):
     if not text.isdigit() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1, 2, ...")
     return int(text)
@@ -158,8 +161,8 @@ def _measure(options):
 
 
 def _compile(options):
+    from dpd.compiling import compile_for
     from dpd.files import replace_whole
-    from dpd.simulate import compile_for
     from dpd.study import read_paper
 
     scenes = []
@@ -190,9 +193,10 @@ def _start(options):
 def _simulate(options):
     from dpd.progress import Progress
     from dpd.simulate import checkpoint_path, read_start, simulate
+    from dpd.start import make_start
 
     scene = _point(options).scene
-    state = read_start(scene, options.start)
+    state = read_start(scene, options.start) if options.start else make_start(scene)
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
         found = simulate(
             scene, options.output, state, checkpoint_path(options.output), progress,
@@ -240,12 +244,17 @@ def _verdicts(options):
 
 
 def _report(options):
+    from dpd.report.overhead import overhead
     from dpd.report.page import write_page
     from dpd.study import read_paper, read_study
 
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study)["description"]
-    write_page(options.study, description, papers, RESULTS / options.study, options.output)
+    results = RESULTS / options.study
+    # Set by the Snakefile: a parameter that differs every time would make the page again.
+    begun, cores = (os.environ.get(f"DPD_{name}") for name in ("BEGUN", "CORES"))
+    cost = overhead(results, float(begun), int(cores)) if begun and cores else ""
+    write_page(options.study, description, papers, results, options.output, cost)
 
 
 def _plan(options):

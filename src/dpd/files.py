@@ -111,6 +111,12 @@ def read(path):
         raise UserError(f"{path}: not a whole NetCDF file; delete it and run again") from None
 
 
+def attribute(path, name):
+    """One attribute of a NetCDF file, its variables left unread."""
+    with netCDF4.Dataset(path) as file:
+        return file.getncattr(name)
+
+
 def check_digest(path, attributes, name, expected, remedy):
     """Refuse a file that other sources made.
 

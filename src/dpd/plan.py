@@ -4,9 +4,9 @@ import time
 
 import numpy as np
 
+from dpd.compiling import quick_to_start
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.observe import observables
-from dpd.simulate import quick_to_start
 from dpd.start import make_start, system_of
 
 WARM = 50  # steps before the clock starts, in which kernels compile

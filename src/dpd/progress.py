@@ -3,8 +3,6 @@
 import sys
 import time
 
-from tqdm import tqdm
-
 LINE_EVERY = 20.0  # seconds between lines in a log
 
 
@@ -22,6 +20,8 @@ class Progress:
         self._total, self._label = total, label
         self._bar = None
         if sys.stderr.isatty():
+            from tqdm import tqdm  # not imported by the hundreds of jobs without a terminal
+
             self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
 

@@ -12,12 +12,19 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 
 SCHEMAS = ROOT / "config" / "schema"
+# libyaml reads a paper in a tenth of the time; PyYAML may come without it.
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @cache
 def schema(name):
     """A schema by name: ``config``, ``study``, ``paper`` or ``scene``."""
-    return yaml.safe_load((SCHEMAS / f"{name}.yaml").read_text())
+    return yaml.load((SCHEMAS / f"{name}.yaml").read_text(), LOADER)
+
+
+@cache
+def _validator(name):
+    return Draft202012Validator(schema(name))
 
 
 def read_yaml(path):
@@ -32,7 +39,7 @@ def read_yaml(path):
     if not path.is_file():
         raise UserError(f"{path}: there is no such file")
     try:
-        data = yaml.safe_load(path.read_text())
+        data = yaml.load(path.read_text(), LOADER)
     except (yaml.YAMLError, UnicodeDecodeError) as problem:
         where = getattr(problem, "problem_mark", None)
         line = f" (line {where.line + 1})" if where else ""
@@ -61,7 +68,7 @@ def validate(data, name, where):
     for key, value in _leaves(data):
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{where}: {key}: {value!r} is not a finite number")
-    errors = list(Draft202012Validator(schema(name)).iter_errors(data))
+    errors = list(_validator(name).iter_errors(data))
     if errors:
         raise UserError(f"{where}: {_sentence(_deepest(min(errors, key=_depth)))}")
 

@@ -13,8 +13,7 @@ from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Simulation, State, Unstable
 from dpd.errors import LostTrack, UserError
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import make_start, make_start_and_record, start_description, system_of
+from dpd.start import make_start_and_record, start_description, system_of
 from dpd.start.polymerize import RECORD
 
 RERUN = "let snakemake make it again, or delete it"
@@ -191,83 +190,6 @@ def versions():
     import numba
 
     return {"numpy": np.__version__, "numba": numba.__version__}
-
-
-def compile_for(scenes, cores=1):
-    """Compile every variant of the kernels that some scenes need, into the disk cache.
-
-    Parameters
-    ----------
-    scenes : list of Scene
-    cores : int
-        Processes that share the variants.
-
-    Returns
-    -------
-    list of str
-        One line per variant.
-    """
-    variants = {}
-    for scene in scenes:
-        species = "several species" if len(scene.species) > 1 else "one species"
-        bonds = "bonds" if "bond" in scene.data else "no bonds"
-        system = system_of(scene)
-        core = "no core" if system.core is None else "core"
-        core = f"smooth {core}" if system.core and system.core[2] else core
-        search = "list" if scene.skin else "cells"
-        thermostat = scene.data["thermostat"]["kind"]
-        variant = (
-            scene.dimension, species, bonds, core, thermostat, _friction(scene, system), search,
-            *scene.observe,
-        )  # fmt: skip
-        smallest = variants.setdefault(variant, scene)
-        if scene.beads < smallest.beads:
-            variants[variant] = scene
-    from concurrent.futures import ProcessPoolExecutor  # slow to import, and only needed here
-
-    with ProcessPoolExecutor(cores) as processes:
-        list(processes.map(_compile_variant, variants.values()))
-    return [f"{d} dimensions, {', '.join(rest)}" for d, *rest in variants]
-
-
-def _friction(scene, system):
-    """How the scheme takes friction, as far as it is compiled apart."""
-    if system.scheme.exchange is not None:
-        return scene.data["integrator"]["scheme"]
-    if system.scheme.again:
-        return "friction twice"
-    return "friction once" if system.scheme.prediction is None else "predicted friction"
-
-
-def _compile_variant(scene):
-    """Run what a scene needs once."""
-    system = system_of(scene)
-    simulation = Simulation(system, make_start(quick_to_start(scene)))
-    for observer in observables(scene, system):
-        observer.sample(simulation, simulation.measure())
-
-
-def quick_to_start(scene, grow=True):
-    """A scene with a start that needs no growth; where there is one, grow a small melt apart.
-
-    Parameters
-    ----------
-    scene : Scene
-    grow : bool
-        Whether to grow the small melt, which compiles growth.
-    """
-    start = scene.data["start"]
-    if start["method"] != "polymerize":
-        return scene
-    if grow:
-        kinds = [
-            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 8}
-            for kind in scene.molecules
-        ]
-        small = {"box": 4, "molecules": kinds, "observe": ["thermo"]}
-        make_start(Scene(scene.data | small, scene.where))
-    random = {"method": "random", "seed": start.get("seed", 1)}
-    return Scene(scene.data | {"start": random}, scene.where)
 
 
 def checkpoint_path(path):

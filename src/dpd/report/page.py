@@ -15,16 +15,17 @@ from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup, escape
 
 from dpd.digest import ROOT, stage_digest
-from dpd.files import replace_whole
+from dpd.files import attribute, replace_whole
 from dpd.report.figures import joined_verdicts
 from dpd.report.text import with_error
 from dpd.simulate import start_digest
+from dpd.start import start_work
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
 
 
-def write_page(study, description, papers, results, path):
+def write_page(study, description, papers, results, path, overhead=""):
     """Write the report of a study.
 
     Parameters
@@ -34,6 +35,8 @@ def write_page(study, description, papers, results, path):
     results : path
         Folder of the study.
     path : path
+    overhead : str
+        What the workflow cost beside its simulations, see `dpd.report.overhead`.
     """
     table = joined_verdicts(papers, results)
     checks = pd.concat([_checks(paper, results) for paper in papers], ignore_index=True)
@@ -48,6 +51,7 @@ def write_page(study, description, papers, results, path):
         verdicts=table.to_dict("records"),
         counts=table.verdict.value_counts().to_dict(),
         checks=checks.to_dict("records"),
+        overhead=overhead,
         costs=[cost for paper in papers for cost in _costs(paper, results)],
         versions={name: version(name) for name in LIBRARIES}
         | {"Python": platform.python_version()},
@@ -126,7 +130,7 @@ def _costs(paper, results):
     """Jobs and seconds of each stage, from what its files say of themselves."""
     folder = results / paper.name
     points = [point for sweep in paper.sweeps.values() for point in sweep.points]
-    starts = sorted({start_digest(point.scene) for point in points})
+    starts = sorted({start_digest(p.scene) for p in points if start_work(p.scene)})
     measurements = [folder / "measurements" / f"{name}.nc" for name in paper.measurements]
     sweeps = [folder / "sweeps" / f"{name}.nc" for name in paper.sweeps]
     stages = {
@@ -143,13 +147,8 @@ def _costs(paper, results):
     for stage, paths in stages.items():
         if not paths:
             continue
-        seconds = sum(_seconds(path) for path in paths)
+        seconds = sum(attribute(path, "seconds") for path in paths)
         yield {"paper": paper.name, "stage": stage, "jobs": len(paths), "seconds": seconds}
-
-
-def _seconds(path):
-    with xr.open_dataset(path, engine="netcdf4") as file:
-        return float(file.attrs["seconds"])
 
 
 def _span(values, pattern):

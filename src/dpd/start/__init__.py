@@ -129,10 +129,10 @@ def make_start(scene, progress=None):
 
 
 def start_work(scene):
-    """Beads to bond and steps to relax, which progress counts."""
+    """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
     start = scene.data["start"]
     grown = scene.beads if start["method"] == "polymerize" else 0
-    return max(1, grown + start.get("relax", {}).get("steps", 0))
+    return grown + start.get("relax", {}).get("steps", 0)
 
 
 def make_start_and_record(scene, progress=None):

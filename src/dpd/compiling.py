@@ -1,0 +1,90 @@
+"""Which kernels a study needs, compiled before its runs."""
+
+from concurrent.futures import ProcessPoolExecutor
+
+from dpd.engine.simulation import Simulation
+from dpd.observe import observables
+from dpd.scene import Scene
+from dpd.start import make_start, system_of
+
+
+def compile_for(scenes, cores=1):
+    """Compile every variant of the kernels that some scenes need, into the disk cache.
+
+    Parameters
+    ----------
+    scenes : list of Scene
+    cores : int
+        Processes that share the variants.
+
+    Returns
+    -------
+    list of str
+        One line per variant.
+    """
+    kernels = {}  # of the engine, to what is observed, to the smallest scene
+    for scene in scenes:
+        observed = kernels.setdefault(_kernels(scene), {})
+        smallest = observed.setdefault(tuple(scene.observe), scene)
+        if scene.beads < smallest.beads:
+            observed[tuple(scene.observe)] = scene
+    # What shares kernels shares a process, which compiles them once.
+    with ProcessPoolExecutor(cores) as processes:
+        list(processes.map(_compile_variants, [list(o.values()) for o in kernels.values()]))
+    return [", ".join((*named, *o)) for named, observed in kernels.items() for o in observed]
+
+
+def _kernels(scene):
+    """What decides which kernels of the engine a scene needs, in words."""
+    system = system_of(scene)
+    core = "no core" if system.core is None else "core"
+    return (
+        f"{scene.dimension} dimensions",
+        "several species" if len(scene.species) > 1 else "one species",
+        "bonds" if "bond" in scene.data else "no bonds",
+        f"smooth {core}" if system.core and system.core[2] else core,
+        scene.data["thermostat"]["kind"],
+        _friction(scene, system),
+        "list" if scene.skin else "cells",
+    )
+
+
+def _friction(scene, system):
+    """How the scheme takes friction, as far as it is compiled apart."""
+    if system.scheme.exchange is not None:
+        return scene.data["integrator"]["scheme"]
+    if system.scheme.again:
+        return "friction twice"
+    return "friction once" if system.scheme.prediction is None else "predicted friction"
+
+
+def _compile_variants(scenes):
+    """Run what some scenes need once."""
+    for scene in scenes:
+        system = system_of(scene)
+        simulation = Simulation(system, make_start(quick_to_start(scene)))
+        for observer in observables(scene, system):
+            observer.sample(simulation, simulation.measure())
+
+
+def quick_to_start(scene, grow=True):
+    """A scene with a start that needs no growth; where there is one, grow a small melt apart.
+
+    Parameters
+    ----------
+    scene : Scene
+    grow : bool
+        Whether to grow the small melt, which compiles growth.
+    """
+    start = scene.data["start"]
+    if start["method"] != "polymerize":
+        return scene
+    if grow:
+        kinds = [
+            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 8}
+            for kind in scene.molecules
+        ]
+        small = {"box": 4, "molecules": kinds, "observe": ["thermo"]}
+        make_start(Scene(scene.data | small, scene.where))
+    random = {"method": "random", "seed": start.get("seed", 1)}
+    return Scene(scene.data | {"start": random}, scene.where)
