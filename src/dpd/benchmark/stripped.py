@@ -6,7 +6,6 @@ replaced by empty ones; what is compiled then is a loop over steps that knows no
 """
 
 import os
-import tempfile
 from contextlib import contextmanager
 from multiprocessing import get_context
 
@@ -22,16 +21,17 @@ class Engine:
         A bare fluid, where the engine is stripped.
     start : State
     stripped : bool
-        Whether to cut the features out first. Either way it is compiled anew, into a folder
-        that is removed in the end; the first answer waits for that.
+        Whether to cut the features out first.
+    folder : path
+        Of compiled kernels, for engines of one kind only. Where it is empty the first answer
+        waits for them.
     """
 
-    def __init__(self, scene, start, stripped):
-        self._folder = tempfile.TemporaryDirectory()
+    def __init__(self, scene, start, stripped, folder):
         here = get_context("spawn")
         self._pipe, theirs = here.Pipe()
         self._process = here.Process(target=serve, args=(theirs, scene, start, stripped))
-        with _cache_in(self._folder.name):
+        with _cache_in(folder):
             self._process.start()
         theirs.close()
 
@@ -48,21 +48,20 @@ class Engine:
         return self._ask("state")
 
     def code_size(self):
-        """Bytes of machine code of the loop over steps."""
+        """Bytes of machine code of the loop over steps; of the engine that compiled it only."""
         return self._ask("code_size")
 
     def close(self):
         """End the process."""
         self._pipe.close()
         self._process.join()
-        self._folder.cleanup()
 
 
 @contextmanager
 def _cache_in(folder):
     """Let processes that start now keep their compiled kernels there."""
     kept = os.environ["NUMBA_CACHE_DIR"]
-    os.environ["NUMBA_CACHE_DIR"] = folder
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
     try:
         yield
     finally:
