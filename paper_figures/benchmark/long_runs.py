@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import xarray as xr
-from scipy import stats
+from scipy.special import stdtrit
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.stability import SURE, free_temperature, power_law
@@ -106,7 +106,7 @@ def _between(values):
     count = values.sizes["replica"]
     if count < 2:
         return xr.full_like(values.isel(replica=0, drop=True), np.nan)
-    student = stats.t.ppf(0.975, count - 1) / COVERAGE
+    student = stdtrit(count - 1, 0.975) / COVERAGE
     return student * values.std("replica", ddof=1) / np.sqrt(count)
 
 
