@@ -67,4 +67,5 @@ def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
     assert "(44% more" in said
     os.utime(tmp_path / "b/runs/s/p/run.nc", (999.0, 999.0))
     assert overhead.overhead(tmp_path, 1000.0, 2).startswith("2 runs and starts: 101 s")
+    assert "(116% more" in overhead.overhead(tmp_path, 1000.0, 4)  # no faster than one run
     assert overhead.overhead(tmp_path, 1006.0, 2) == ""

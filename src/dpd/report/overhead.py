@@ -29,7 +29,8 @@ def overhead(results, begun, cores):
     seconds = [attribute(path, "seconds") for path in paths if path.stat().st_mtime >= begun]
     if not seconds:
         return ""
-    wall, ideal = time.time() - begun, sum(seconds) / cores
+    wall = time.time() - begun
+    ideal = max(sum(seconds) / cores, max(seconds))  # one run has one core
     return (
         f"{len(seconds)} runs and starts: {sum(seconds):.0f} s of simulation, {wall:.0f} s of wall "
         f"clock on {cores} cores ({wall / ideal - 1:.0%} more than simulation alone)"
