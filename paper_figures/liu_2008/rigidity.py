@@ -5,8 +5,8 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error
-from dpd.analysis.structure import contact, radial_distribution, rise
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.structure import blocks_of, contact, radial_distribution, rise
+from dpd.analysis.verdicts import AGREE, Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
 
 TITLE = "Core force and bond stiffness (melts of N = 20, r_s 0.15, rest length 0.25)."
@@ -32,7 +32,8 @@ def compute(sweeps):
     width = length[1] - length[0]
     shape = (runs.sizes["force"], runs.sizes["stiffness"])
     names = (
-        "contact", "rise", "longest", "spread", "spread_error", "share", "rate", "stable_dt",
+        "contact", "rise", "longest", "longest_of_block", "longest_of_block_error", "spread",
+        "spread_error", "share", "rate", "stable_dt",
     )  # fmt: skip
     table = {name: np.full(shape, np.nan) for name in names}
     for place in np.ndindex(shape):
@@ -40,6 +41,7 @@ def compute(sweeps):
         scene = first_scene(at)
         g = radial_distribution(at)[0]
         density = at.bond_density.mean(("replica", "block")).values
+        longest = block_mean_and_error(blocks_of(at.bond_longest))
         spread = block_mean_and_error((at.bond_mean_square - at.bond_mean**2).values.ravel())
         bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
         time = float(at.crossing_time.isel(replica=0).max())
@@ -47,6 +49,8 @@ def compute(sweeps):
             "contact": contact(r, g),
             "rise": rise(r, g),
             "longest": float(at.bond_longest.max()),
+            "longest_of_block": float(longest[0]),
+            "longest_of_block_error": float(longest[1]),
             "spread": float(spread[0]),
             "spread_error": float(spread[1]),
             "share": density[length > 2 * scene.data["bond"]["length"]].sum() * width,
@@ -55,12 +59,13 @@ def compute(sweeps):
         }
         for name, value in found.items():
             table[name][place] = value
-    units = ("r_c", "r_c", "r_c", "r_c^2", "r_c^2", "1", "1 / tau", "tau")
+    units = ("r_c",) * 5 + ("r_c^2", "r_c^2", "1", "1 / tau", "tau")
     data = xr.Dataset(coords={"force": runs.force, "stiffness": runs.stiffness})
     for name, unit in zip(names, units):
         data[name] = (("force", "stiffness"), table[name], {"units": unit})
     data["kT"] = steps.kT.mean("replica").assign_attrs(units="kT")
     data.attrs["bin"] = float(r[1] - r[0])
+    data.attrs["blocks"] = len(blocks_of(at.bond_longest))
     data.attrs["limit"] = 2 * scene.data["bond"]["length"]
     return data
 
@@ -77,7 +82,11 @@ def _rise(data, name, error, note):
     low, high = (data.sel(stiffness=SET[1]).isel(force=k) for k in (0, -1))
     if isinstance(error, str):
         error = float(np.hypot(low[error], high[error]))
-    return Measured(float(high[name] - low[name]), error, note)
+    change = float(high[name] - low[name])
+    unseen = abs(change) <= AGREE * error
+    return Measured(
+        change, error, note, "the change is within two standard errors" if unseen else ""
+    )
 
 
 def measured(data):
@@ -96,7 +105,12 @@ def measured(data):
     )
     return {
         "contact_rises": _rise(data, "contact", data.attrs["bin"], f"{span}; error: one bin"),
-        "longest_rises": _rise(data, "longest", 0.0, f"{span}; extremes, without an error"),
+        "longest_rises": _rise(
+            data,
+            "longest_of_block",
+            "longest_of_block_error",
+            f"{span}; the longest of each of {data.attrs['blocks']} blocks of the run, mean",
+        ),
         "spread_rises": _rise(data, "spread", "spread_error", span),
         "time_step": Measured(stable, 0.0, f"kT at dt {tried}"),
     }
