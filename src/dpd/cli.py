@@ -193,10 +193,11 @@ def _start(options):
 def _simulate(options):
     from dpd.progress import Progress
     from dpd.simulate import checkpoint_path, read_start, simulate
-    from dpd.start import make_start
+    from dpd.start import make_start, start_work
 
     scene = _point(options).scene
-    state = read_start(scene, options.start) if options.start else make_start(scene)
+    with Progress(start_work(scene), f"{options.sweep} start") as progress:
+        state = read_start(scene, options.start) if options.start else make_start(scene, progress)
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
         found = simulate(
             scene, options.output, state, checkpoint_path(options.output), progress,

@@ -12,14 +12,14 @@ class Progress:
     Parameters
     ----------
     total : int
-        Steps of the whole run.
+        Steps of the whole run; with none there is nothing to show.
     label : str
     """
 
     def __init__(self, total, label):
         self._total, self._label = total, label
         self._bar = None
-        if sys.stderr.isatty():
+        if total and sys.stderr.isatty():
             from tqdm import tqdm  # not imported by the hundreds of jobs without a terminal
 
             self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
