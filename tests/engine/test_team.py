@@ -1,10 +1,12 @@
 """Threads that share the work: the same bits for any number of them."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
+from dpd.engine.blocks import PHASES, make_blocks
 from dpd.engine.bonds import make_bonds
-from dpd.engine.team import PHASES, layer_of, layers_in
 from dpd.errors import UserError
 from tests.engine.build import (
     assert_same_state,
@@ -18,6 +20,8 @@ BONDS = (chains(40, 30), 50.0, 0.5)
 CASES = {
     "five layers": dict(box=(5.1, 4.2, 4.4)),
     "four layers": dict(box=(4.4, 3.3, 5.0)),
+    "blocks within layers": dict(box=(3.2, 9.4, 2.2)),
+    "four blocks in a layer": dict(box=(3.2, 17.4, 1.1)),
     "one layer": dict(box=(1.9, 6.0, 6.0)),
     "friction twice, with bonds": dict(box=(5.1, 6.2, 7.4), scheme="dpd-vv", bonds=BONDS, dt=0.01),
     "prediction of its own": dict(box=(5.1, 6.2, 7.4), prediction=0.65),
@@ -63,16 +67,35 @@ def test_more_threads_than_beads():
     assert_same_state(*states)
 
 
+def rows_pushed(block, layers, rows):
+    """Rows (layer, place) with beads that the pairs of a block push."""
+    pushed = set()
+    for row in range(*block):
+        layer, place = divmod(row, rows)
+        pushed |= {(layer, place), (layer, (place + 1) % rows)}
+        pushed |= {((layer + 1) % layers, (place + step) % rows) for step in (-1, 0, 1)}
+    return pushed
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 7, 8, 9, 15, 16, 17, 21, 40])
 @pytest.mark.parametrize("layers", range(1, 12))
-def test_layers_of_a_phase_do_not_touch(layers):
-    met = []
-    for phase in range(PHASES):
-        count = layers_in.py_func(phase, layers)
-        own = [layer_of.py_func(phase, task, layers) for task in range(count)]
-        pushed = [place % layers for layer in own for place in (layer, layer + 1)]
-        assert count < 2 or len(set(pushed)) == len(pushed)
-        met += own
-    assert sorted(met) == list(range(layers))
+def test_blocks_of_a_phase_push_no_bead_in_common(layers, rows):
+    blocks = make_blocks(layers, rows)
+    assert len(blocks.phase) <= PHASES + 1
+    for begin, end in pairwise(blocks.phase):
+        assert end > begin
+        pushed = [rows_pushed(block, layers, rows) for block in blocks.row[begin:end]]
+        assert sum(map(len, pushed)) == len(set.union(*pushed))
+    met = [row for block in blocks.row for row in range(*block)]
+    assert sorted(met) == list(range(layers * rows))
+
+
+@pytest.mark.parametrize("layers", [16, 21, 22, 33])
+def test_two_threads_have_as_much_to_do(layers):
+    blocks = make_blocks(layers, layers)
+    assert (np.diff(blocks.phase) % 2 == 0).all()
+    sizes = np.diff(blocks.row, axis=1)
+    assert sizes.max() <= sizes.min() + 1
 
 
 def test_batches_of_bonds_share_no_bead():

@@ -6,8 +6,8 @@ Between rebuilds the beads stay in the order of the last sort, and the list foll
 positions at that time (the reference), so a resumed run has the same list in the same order.
 
 Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with
-its own; forces go by batches of bonds and by layers of cells, whoever is free taking the next.
-Layers come in phases, so that no two threads push the same bead at the same time, and the
+its own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next.
+Blocks come in phases, so that no two threads push the same bead at the same time, and the
 order of all sums is that of one thread alone.
 """
 
@@ -30,13 +30,10 @@ from dpd.engine.friction import (
 from dpd.engine.jit import kernel, part
 from dpd.engine.lists import CHUNK, farthest_move, listed_pairs, listing, no_list
 from dpd.engine.noise import step_keys
-from dpd.engine.search import layer_of_pairs, next_pairs, pair_buffers, search_buffers
+from dpd.engine.search import next_pairs, pair_buffers, pairs_of_block, search_buffers
 from dpd.engine.team import (
     BATCHES,
-    LAYERS,
-    PHASES,
-    layer_of,
-    layers_in,
+    BLOCKS,
     meet,
     new_round,
     share,
@@ -54,7 +51,8 @@ class Shared(NamedTuple):
     cells : Cells
     slot : None or (n,) uint32 array
         Of each identity, for bonds.
-    virial, energy : (batches + layers, 2, dimension, dimension) and (batches + layers, 2) arrays
+    virial, energy : (tasks, 2, dimension, dimension) and (tasks, 2) arrays
+        Of each batch of bonds, then of each block of cells.
     moved : (threads,) array
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
@@ -175,16 +173,16 @@ def pair_forces(
 def add_bonds(team, beads, force, shared, bonds, box, measure):
     """Add the forces of bonds, batch by batch."""
     tasks = batches(bonds)
-    task = take(team, BATCHES)
+    task = take(team, BATCHES, 0, tasks)
     while task < tasks:
         virial, energy = shared.virial[task], shared.energy[task]
         add_bond_forces(force, beads[0], shared.slot, bonds, task, box, measure, virial, energy)
-        task = take(team, BATCHES)
+        task = take(team, BATCHES, 0, tasks)
 
 
 @part()
 def add_pairs(team, beads, force, shared, listed, fields, exchange, box, grid, keys, measure, kept):
-    """Add the forces of pairs, layer by layer.
+    """Add the forces of pairs, block by block.
 
     Parameters
     ----------
@@ -196,33 +194,32 @@ def add_pairs(team, beads, force, shared, listed, fields, exchange, box, grid, k
     None or Kept
         The pairs, where the scheme needs them again.
     """
-    count, first_task = 0, batches(fields[3])
+    count, first_task, begin = 0, batches(fields[3]), grid.blocks.phase
     if listed is None:
         line, pairs = search_buffers(shared.cells, box, grid)
-        for phase in range(PHASES):
+        for phase in range(len(begin) - 1):
             meet(team)
-            task = take(team, LAYERS + phase)
-            while task < layers_in(phase, grid.shape[0]):
-                layer = layer_of(phase, task, grid.shape[0])
-                at, end = layer_of_pairs(layer, shared.cells, grid)
+            block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
+            while block < begin[phase + 1]:
+                at, end = pairs_of_block(block, shared.cells, grid)
                 while at[0] < end:
                     at, n = next_pairs(at, end, beads[0], shared.cells, box, grid, 1.0, line, pairs)
                     kept, count = pair_forces(
-                        beads, force, shared, first_task + layer, pairs, n, fields, exchange, box,
+                        beads, force, shared, first_task + block, pairs, n, fields, exchange, box,
                         keys, measure, kept, count,
                     )  # fmt: skip
-                task = take(team, LAYERS + phase)
+                block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
             close_phase(kept, phase, count)
     else:
         pairs = pair_buffers(len(box), CHUNK)
-        for phase in range(PHASES):
+        for phase in range(len(begin) - 1):
             meet(team)
             for q in range(listed.phase[phase], listed.phase[phase + 1]):
                 end = listed.end[q + 1]
                 for first in range(listed.end[q], end, CHUNK):
                     n = listed_pairs(first, end, beads[0], listed, box, pairs)
                     kept, count = pair_forces(
-                        beads, force, shared, first_task + listed.layer[q], pairs, n, fields,
+                        beads, force, shared, first_task + listed.block[q], pairs, n, fields,
                         exchange, box, keys, measure, kept, count,
                     )  # fmt: skip
             close_phase(kept, phase, count)
@@ -243,7 +240,7 @@ def renew(team, beads, force, own, kept, bath, box, again):
     _, velocity, predicted, _, _ = beads
     if again is not None:
         change_of(predicted, velocity, own)
-        for phase in range(PHASES):
+        for phase in range(len(kept.phase) - 1):
             meet(team)
             renew_friction(force, kept, phase, predicted, box)
         meet(team)
@@ -314,7 +311,8 @@ def advance(
     source, target = beads, spare
     own = share(team, len(beads[3]))
     listed = no_list(reference, grid, len(beads[3]))
-    kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * len(beads[3]))
+    phases = len(grid.blocks.phase) - 1
+    kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * len(beads[3]), phases)
     lost = (-1, step, 0.0)
     for s in range(max(steps, 1)):
         if steps > 0:

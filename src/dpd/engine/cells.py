@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
+from dpd.engine.blocks import Blocks, make_blocks
 from dpd.engine.jit import exact_part, part
 
 SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
@@ -27,11 +28,14 @@ class Grid(NamedTuple):
         two dimensions, four in three.
     shift : (rows, ahead, dimension - 1) array
         What brings beads of that row to the near side of a periodic boundary.
+    blocks : Blocks
+        Of rows, for threads to share.
     """
 
     shape: tuple
     base: np.ndarray
     shift: np.ndarray
+    blocks: Blocks
 
 
 class Cells(NamedTuple):
@@ -68,7 +72,8 @@ def grid(box, cutoff):
     there = here[:, None] + np.array([offset for offset in around if offset >= (0,) * len(across)])
     shift = edges * np.floor_divide(there, across)
     row = np.ravel_multi_index(tuple(np.moveaxis(there % across, -1, 0)), tuple(across))
-    return Grid(shape, row.astype(np.int64) * shape[-1], shift)
+    blocks = make_blocks(shape[0], len(row) // shape[0])
+    return Grid(shape, row.astype(np.int64) * shape[-1], shift, blocks)
 
 
 @part()

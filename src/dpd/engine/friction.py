@@ -12,14 +12,13 @@ import numpy as np
 
 from dpd.engine.arrays import columns
 from dpd.engine.jit import part
-from dpd.engine.team import PHASES
 
 
 class Kept(NamedTuple):
     """Pairs of one evaluation.
 
     ``ends`` are their (2, n) slots, ``drag`` is sqrt(gamma) w e, whose square is their friction;
-    ``phase`` is how many of them were found before each phase of the layers, and in all.
+    ``phase`` is how many of them were found before each phase of the blocks, and in all.
     """
 
     ends: np.ndarray
@@ -28,13 +27,13 @@ class Kept(NamedTuple):
 
 
 @part()
-def kept_buffers(again, exchange, dimension, size):
-    """Buffers for ``size`` pairs; None for a scheme that needs them once."""
+def kept_buffers(again, exchange, dimension, size, phases):
+    """Buffers for ``size`` pairs of so many phases; None for a scheme that needs them once."""
     if again is None:  # noqa: SIM102  Numba drops branches on None one by one
         if exchange is None:
             return None
     return Kept(
-        np.empty((2, size), np.uint32), np.empty((dimension, size)), np.zeros(PHASES + 1, np.int64)
+        np.empty((2, size), np.uint32), np.empty((dimension, size)), np.zeros(phases + 1, np.int64)
     )
 
 

@@ -1,4 +1,4 @@
-"""Lists of pairs that serve for several steps. Each thread keeps those of its own layers."""
+"""Lists of pairs that serve for several steps. Each thread keeps those of its own blocks."""
 
 from typing import NamedTuple
 
@@ -7,29 +7,29 @@ import numpy as np
 from dpd.engine.arrays import columns
 from dpd.engine.cells import count_cells, share_cells
 from dpd.engine.jit import part
-from dpd.engine.search import layer_of_pairs, next_pairs, search_buffers
-from dpd.engine.team import LAYERS, PHASES, layer_of, layers_in, meet, take
+from dpd.engine.search import next_pairs, pairs_of_block, search_buffers
+from dpd.engine.team import BLOCKS, meet, take
 
 CHUNK = 1024  # pairs whose forces are worked out together: their buffers stay in cache
 
 
 class Listed(NamedTuple):
-    """Pairs of some layers.
+    """Pairs of some blocks.
 
     Attributes
     ----------
     pairs : (2, n) uint32 array
         Slots.
-    layer : (layers,) int64 array
-        Numbers of the layers.
-    end : (layers + 1,) int64 array
+    block : (blocks,) int64 array
+        Numbers of the blocks.
+    end : (blocks + 1,) int64 array
         ``end[q]`` pairs are listed before those of the q-th of them.
     phase : (phases + 1,) int64 array
-        ``phase[f]`` of these layers belong to phases before f.
+        ``phase[f]`` of these blocks belong to phases before f.
     """
 
     pairs: np.ndarray
-    layer: np.ndarray
+    block: np.ndarray
     end: np.ndarray
     phase: np.ndarray
 
@@ -39,26 +39,26 @@ def no_list(reference, grid, beads):
     """A list yet to be made; None where pairs are found by cells."""
     if reference is None:
         return None
-    layers = grid.shape[0]
+    blocks = len(grid.blocks.row)
     pairs = np.empty((2, 8 * beads), np.uint32)
     return Listed(
         pairs,
-        np.empty(layers, np.int64),
-        np.zeros(layers + 1, np.int64),
-        np.zeros(PHASES + 1, np.int64),
+        np.empty(blocks, np.int64),
+        np.zeros(blocks + 1, np.int64),
+        np.zeros_like(grid.blocks.phase),
     )
 
 
 @part()
 def list_pairs(team, position, cells, box, grid, reach, listed):
-    """All pairs within ``reach`` of beads of the layers that this thread gets hold of."""
+    """All pairs within ``reach`` of beads of the blocks that this thread gets hold of."""
     line, pairs = search_buffers(cells, box, grid)
     kept, count, total = listed.pairs, 0, 0
-    for phase in range(PHASES):
-        task = take(team, LAYERS + phase)
-        while task < layers_in(phase, grid.shape[0]):
-            layer = layer_of(phase, task, grid.shape[0])
-            at, end = layer_of_pairs(layer, cells, grid)
+    begin = grid.blocks.phase
+    for phase in range(len(begin) - 1):
+        block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
+        while block < begin[phase + 1]:
+            at, end = pairs_of_block(block, cells, grid)
             while at[0] < end:
                 at, found = next_pairs(at, end, position, cells, box, grid, reach, line, pairs)
                 n = np.int64(found)
@@ -68,12 +68,12 @@ def list_pairs(team, position, cells, box, grid, reach, listed):
                     kept[0, total + p] = pairs.i[p]
                     kept[1, total + p] = pairs.j[p]
                 total += n
-            listed.layer[count] = layer
+            listed.block[count] = block
             count += 1
             listed.end[count] = total
-            task = take(team, LAYERS + phase)
+            block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
         listed.phase[phase + 1] = count
-    return Listed(kept, listed.layer, listed.end, listed.phase)
+    return Listed(kept, listed.block, listed.end, listed.phase)
 
 
 @part()

@@ -226,12 +226,11 @@ def unpack_hits(hits, line, pairs, n, box):
 
 
 @part()
-def layer_of_pairs(layer, cells, grid):
-    """``at`` and ``end`` for `next_pairs` to find those of beads in one layer of cells."""
-    rows = grid.base.shape[0] // grid.shape[0]
+def pairs_of_block(block, cells, grid):
+    """``at`` and ``end`` for `next_pairs` to find those of beads in one block of cells."""
+    first, end = grid.blocks.row[block, 0], grid.blocks.row[block, 1]
     levels = grid.shape[len(grid.shape) - 1]
-    row = layer * rows
-    return (int64(cells.start[row * levels]), row - 1), int64(cells.start[(row + rows) * levels])
+    return (int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
 
 
 @part()

@@ -227,7 +227,7 @@ class Simulation:
     def _shared(self):
         """What the threads share during a call."""
         bonds, beads = self._fields[3], self.state.position.shape[1]
-        tasks = batches.py_func(bonds) + self._grid.shape[0]
+        tasks = batches.py_func(bonds) + len(self._grid.blocks.row)
         return Shared(
             cell_buffers.py_func(self._grid, beads, self._threads),
             no_slots.py_func(bonds, beads),

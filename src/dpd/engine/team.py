@@ -1,6 +1,6 @@
 """Threads that advance one system together.
 
-Each runs the same compiled loop, over beads and layers of cells of its own, and waits for the
+Each runs the same compiled loop, over beads and blocks of cells of its own, and waits for the
 others where it needs what they have done. (Numba's parallel loops are compiled apart from
 serial ones and round differently. Here one thread and many run the same code, and what is
 added up is added in an order that does not depend on who does it: the bits are the same.)
@@ -16,8 +16,9 @@ from numba.extending import intrinsic
 from dpd.engine.jit import part
 
 PATIENCE = 2000  # looks before a waiting thread offers its core to others
-ARRIVED, MEETINGS, BATCHES, LAYERS = range(4)
-PHASES = 3  # of the layers: see `layer_of`
+ARRIVED, MEETINGS = 0, 1
+LINE = 8  # counters that fill a cache line: what one thread writes, others need not fetch again
+BATCHES, BLOCKS = 0, 1
 
 _yield_core = types.ExternalFunction("sched_yield", types.int32())
 
@@ -32,7 +33,7 @@ class Team(NamedTuple):
 
 def new_team(size):
     """One `Team` per thread."""
-    counters = np.zeros(LAYERS + PHASES, np.int64)
+    counters = np.zeros((1 + size) * LINE, np.int64)
     return [Team(rank, size, counters) for rank in range(size)]
 
 
@@ -67,37 +68,33 @@ def meet(team):
 
 
 @part()
-def take(team, tasks):
-    """Number of the next task of a kind that nobody has taken.
+def take(team, kind, first, end):
+    """One of the tasks from ``first`` to ``end`` that nobody has taken; ``end`` if all are.
 
-    Kinds are `BATCHES`, and `LAYERS` plus the phase.
+    A thread has a part of them that it begins with, the same in every step, so that what it
+    works on is in its own cache; then it helps the others with theirs.
+
+    Parameters
+    ----------
+    team : Team
+    kind : int
+        `BATCHES`, or `BLOCKS` plus the phase.
+    first, end : int
     """
-    return add_and_tell(team.counters, tasks, 1)
+    for step in range(team.size):
+        owner = (team.rank + step) % team.size
+        taken = add_and_tell(team.counters, (1 + owner) * LINE + kind, 1)
+        task = first + (end - first) * owner // team.size + taken
+        if task < first + (end - first) * (owner + 1) // team.size:
+            return task
+    return end
 
 
 @part()
 def new_round(team):
     """Begin all tasks anew; between a meeting after the last is done and one before the next."""
-    if team.rank == 0:
-        for tasks in range(BATCHES, len(team.counters)):
-            team.counters[tasks] = 0
-
-
-@part()
-def layers_in(phase, layers):
-    """How many layers of cells a phase has.
-
-    Pairs of a layer push beads of that layer and of the next. So layers with even numbers
-    can be worked on at the same time, and then those with odd ones. Of an odd number of layers
-    the last, which touches the first, comes alone in the end.
-    """
-    return layers // 2 if phase < 2 else layers % 2
-
-
-@part()
-def layer_of(phase, task, layers):
-    """Number of a phase's layer."""
-    return 2 * task + phase if phase < 2 else layers - 1
+    for kind in range(LINE):
+        team.counters[(1 + team.rank) * LINE + kind] = 0
 
 
 @part()
