@@ -6,9 +6,13 @@ order of their identities, and positions are not wrapped.
 
 import numpy as np
 
-from dpd.engine.noise import gaussian_noise, step_keys, uniform_noise
+from dpd.engine import noise
+from dpd.engine.jit import kernel
 
 NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langevin noise with
+
+uniform_noise, gaussian_noise = kernel()(noise.uniform_noise), kernel()(noise.gaussian_noise)
+step_keys, pair_word = kernel()(noise.step_keys), kernel()(noise.pair_word)
 
 
 def pair_noise(low, high, seed, step, gaussian):

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dpd.engine.noise import gaussian_noise, step_keys, uniform_noise
 from tests.engine.build import (
     assert_same_place,
     assert_same_state,
@@ -15,6 +14,7 @@ from tests.engine.build import (
     make_system,
     random_beads,
 )
+from tests.engine.reference import pair_noise
 
 SPLIT = ("shardlow", "lowe-andersen", "aboba")
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
@@ -22,12 +22,9 @@ SEARCHES = pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 SCHEMES = pytest.mark.parametrize("scheme", SPLIT)
 
 
-def noise_of(low, high, seed, step, fill):
+def noise_of(low, high, seed, step, gaussian):
     """The engine's noise of one pair at a step."""
-    theta = np.empty(1)
-    keys = [np.uint32(key) for key in step_keys(np.uint64(seed), step)]
-    fill(theta, np.array([low], np.uint32), np.array([high], np.uint32), 1, *keys)
-    return theta[0]
+    return pair_noise(np.array([low]), np.array([high]), seed, step, gaussian)[0]
 
 
 def pair_in_motion(scheme, dt, friction=4.5):
@@ -47,7 +44,7 @@ def test_shardlow_of_one_pair():
     distance = np.linalg.norm(r)
     e, w = r / distance, 1 - distance
     friction, sigma = 4.5 * w**2, np.sqrt(2 * 4.5)
-    push = 0.5 * sigma * w * e * noise_of(0, 1, 1, 1, uniform_noise) * np.sqrt(dt)
+    push = 0.5 * sigma * w * e * noise_of(0, 1, 1, 1, False) * np.sqrt(dt)
     v = velocity.copy()
     drag = 0.5 * friction * ((v[:, 0] - v[:, 1]) @ e) * e * dt
     v[:, 0] += push - drag
@@ -70,7 +67,7 @@ def test_exact_exchange_of_one_pair():
     e, rate = r / distance, 2 * 4.5 * (1 - distance) ** 2
     u = (velocity[:, 0] - velocity[:, 1]) @ e
     decay = np.exp(-rate * dt)
-    drawn = np.sqrt(2 * (1 - decay**2)) * noise_of(0, 1, 1, 1, gaussian_noise)
+    drawn = np.sqrt(2 * (1 - decay**2)) * noise_of(0, 1, 1, 1, True)
     kick = 0.5 * (u * decay + drawn - u) * e
     v = velocity + np.stack([kick, -kick], axis=1)
     np.testing.assert_allclose(by_identity(simulation, "velocity"), v, atol=1e-12)

@@ -10,9 +10,14 @@ import pytest
 from scipy import stats
 
 from dpd.engine.jit import kernel
-from dpd.engine.noise import gaussian_noise, pair_word, step_keys, uniform_noise
 from tests.engine.build import BOX_3D, by_identity, make_simulation, make_system
-from tests.engine.reference import pair_noise
+from tests.engine.reference import (
+    gaussian_noise,
+    pair_noise,
+    pair_word,
+    step_keys,
+    uniform_noise,
+)
 
 SIGMAS, CHANCE = 5.0, 1e-6
 # Name, whether Gaussian, fourth and eighth moment at unit variance.

@@ -227,10 +227,10 @@ class Simulation:
     def _shared(self):
         """What the threads share during a call."""
         bonds, beads = self._fields[3], self.state.position.shape[1]
-        tasks = batches.py_func(bonds) + len(self._grid.blocks.row)
+        tasks = batches(bonds) + len(self._grid.blocks.row)
         return Shared(
-            cell_buffers.py_func(self._grid, beads, self._threads),
-            no_slots.py_func(bonds, beads),
+            cell_buffers(self._grid, beads, self._threads),
+            no_slots(bonds, beads),
             np.zeros((tasks, 2, self.system.dimension, self.system.dimension)),
             np.zeros((tasks, 2)),
             np.zeros(self._threads),
