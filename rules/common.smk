@@ -53,6 +53,13 @@ def work_of(wildcards):
     return 1 + round(scene_of(wildcards).work / 1e6)
 
 
+def work_compiled_for(wildcards):
+    """The same for compilation: of the longest run of a paper."""
+    sweeps = PAPERS[wildcards.paper].sweeps.values()
+    works = (point.scene.work for sweep in sweeps for point in sweep.points)
+    return 1 + round(max(works, default=0) / 1e6)
+
+
 def work_after(wildcards):
     """The same for a start: of the longest run that waits for it."""
     return 1 + max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])

@@ -9,11 +9,9 @@ rule compile_kernels:
         f"{LOGS}/{{paper}}/compile.log",
     params:
         study=STUDY,
-    priority: 1
-    threads: workflow.cores
+    priority: work_compiled_for
     shell:
-        "python -m dpd compile {params.study} {wildcards.paper} --cores {threads} -o {output}"
-        " 2>&1 | tee {log}"
+        "python -m dpd compile {params.study} {wildcards.paper} -o {output} 2>&1 | tee {log}"
 
 
 rule make_start:

@@ -52,10 +52,7 @@ def _parser():
     _add_threads(run)
     stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
     stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
-    compiling = stage(
-        "compile", _compile, "compile what a study needs", "study", "papers", output="stamp"
-    )
-    compiling.add_argument("--cores", type=_count, default=1, metavar="N", help="(default 1)")
+    stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
     stage(
         "start", _start, "make a first configuration",
         "study", "paper", "sweep", "point", output="start.nc",
@@ -169,7 +166,7 @@ def _compile(options):
     for paper in options.papers:
         for sweep in read_paper(paper, options.study).sweeps.values():
             scenes += [point.scene for point in sweep.points]
-    compiled = compile_for(scenes, options.cores)
+    compiled = compile_for(scenes)
     replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
 
 

@@ -1,37 +1,37 @@
 """Which kernels a study needs, compiled before its runs."""
 
-from concurrent.futures import ProcessPoolExecutor
-
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene import Scene
 from dpd.start import make_start, system_of
 
 
-def compile_for(scenes, cores=1):
+def compile_for(scenes):
     """Compile every variant of the kernels that some scenes need, into the disk cache.
+
+    All in one process: most of what a variant is made of is that of others, and what a process
+    has compiled once it does not compile again.
 
     Parameters
     ----------
     scenes : list of Scene
-    cores : int
-        Processes that share the variants.
 
     Returns
     -------
     list of str
         One line per variant.
     """
-    kernels = {}  # of the engine, to what is observed, to the smallest scene
+    smallest = {}
     for scene in scenes:
-        observed = kernels.setdefault(_kernels(scene), {})
-        smallest = observed.setdefault(tuple(scene.observe), scene)
-        if scene.beads < smallest.beads:
-            observed[tuple(scene.observe)] = scene
-    # What shares kernels shares a process, which compiles them once.
-    with ProcessPoolExecutor(cores) as processes:
-        list(processes.map(_compile_variants, [list(o.values()) for o in kernels.values()]))
-    return [", ".join((*named, *o)) for named, observed in kernels.items() for o in observed]
+        variant = (*_kernels(scene), *scene.observe)
+        if scene.beads < smallest.setdefault(variant, scene).beads:
+            smallest[variant] = scene
+    for scene in smallest.values():
+        system = system_of(scene)
+        simulation = Simulation(system, make_start(quick_to_start(scene)))
+        for observer in observables(scene, system):
+            observer.sample(simulation, simulation.measure())
+    return [", ".join(variant) for variant in smallest]
 
 
 def _kernels(scene):
@@ -56,15 +56,6 @@ def _friction(scene, system):
     if system.scheme.again:
         return "friction twice"
     return "friction once" if system.scheme.prediction is None else "predicted friction"
-
-
-def _compile_variants(scenes):
-    """Run what some scenes need once."""
-    for scene in scenes:
-        system = system_of(scene)
-        simulation = Simulation(system, make_start(quick_to_start(scene)))
-        for observer in observables(scene, system):
-            observer.sample(simulation, simulation.measure())
 
 
 def quick_to_start(scene, grow=True):

@@ -16,6 +16,6 @@ from numba.extending import register_jitable
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 kernel = partial(njit, cache=True, nogil=True, **OPTIONS)
-part = partial(register_jitable, forceinline=True, **OPTIONS)
+part = partial(register_jitable, forceinline=True, no_cfunc_wrapper=True, **OPTIONS)
 # For what two places must agree on to the last bit: rounded as written.
 exact_part = partial(part, fastmath=False)
