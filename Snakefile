@@ -58,7 +58,8 @@ onstart:
 
 
 onsuccess:
-    print(overhead(OUT, BEGUN, workflow.cores))
+    if cost := overhead(OUT, BEGUN, workflow.cores):
+        print(cost)
 
 
 localrules:

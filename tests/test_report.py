@@ -57,15 +57,21 @@ def test_a_figure_without_either():
 
 
 def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
-    """Runs and starts since it began, of all papers, and nothing older."""
+    """Runs, starts and measurements since it began, of all papers, and nothing older."""
     monkeypatch.setattr(overhead.time, "time", lambda: 1110.0)
     for number, name in enumerate(("a/runs/s/p/run.nc", "a/starts/0.nc", "b/runs/s/p/run.nc")):
         files.write(tmp_path / name, {}, {"seconds": 50.0 + number})
         os.utime(tmp_path / name, (1005.0, 1005.0))
     said = overhead.overhead(tmp_path, 1000.0, 2)
-    assert said.startswith("3 runs and starts: 153 s of simulation, 110 s of wall clock on 2 cores")
-    assert "(44% more" in said
+    assert said.startswith("simulation 153 s (runs and starts: 3), wall clock 110 s on 2 cores")
+    assert ": 44% more" in said
     os.utime(tmp_path / "b/runs/s/p/run.nc", (999.0, 999.0))
-    assert overhead.overhead(tmp_path, 1000.0, 2).startswith("2 runs and starts: 101 s")
-    assert "(116% more" in overhead.overhead(tmp_path, 1000.0, 4)  # no faster than one run
+    assert overhead.overhead(tmp_path, 1000.0, 2).startswith(
+        "simulation 101 s (runs and starts: 2)"
+    )
+    assert ": 116% more" in overhead.overhead(tmp_path, 1000.0, 4)  # no faster than one run
     assert overhead.overhead(tmp_path, 1006.0, 2) == ""
+    # Nothing runs beside a measurement: it takes all cores.
+    files.write(tmp_path / "b/measurements/m.nc", {}, {"seconds": 40.0})
+    said = overhead.overhead(tmp_path, 1000.0, 2)
+    assert "measurements 40 s on all cores" in said and ": 21% more" in said

@@ -5,7 +5,9 @@ from pathlib import Path
 
 from dpd.files import attribute
 
-SIMULATED = ("runs/*/*/run.nc", "starts/*.nc")  # below the folder of a paper
+# Below the folder of a paper.
+SIMULATED = ("runs/*/*/run.nc", "starts/*.nc")
+MEASURED = ("measurements/*.nc",)  # each with all cores to itself
 
 
 def overhead(results, begun, cores):
@@ -22,16 +24,26 @@ def overhead(results, begun, cores):
     Returns
     -------
     str
-        Empty if nothing was simulated. Simulation is what runs, and starts that take steps, say
-        that they took; that Python starts, kernels compile and figures are drawn comes on top.
+        Empty if nothing was simulated or measured. Simulation is what runs, and starts that take
+        steps, say that they took; that Python starts, kernels compile and figures are drawn comes
+        on top.
     """
-    paths = [path for pattern in SIMULATED for path in Path(results).glob(f"*/{pattern}")]
-    seconds = [attribute(path, "seconds") for path in paths if path.stat().st_mtime >= begun]
-    if not seconds:
+    simulated, measured = (_seconds(results, begun, kind) for kind in (SIMULATED, MEASURED))
+    if not simulated and not measured:
         return ""
     wall = time.time() - begun
-    ideal = max(sum(seconds) / cores, max(seconds))  # one run has one core
+    # One run has one core.
+    ideal = max(sum(simulated) / cores, max(simulated, default=0.0)) + sum(measured)
+    said = f"simulation {sum(simulated):.0f} s (runs and starts: {len(simulated)})"
+    if measured:
+        said += f", measurements {sum(measured):.0f} s on all cores"
     return (
-        f"{len(seconds)} runs and starts: {sum(seconds):.0f} s of simulation, {wall:.0f} s of wall "
-        f"clock on {cores} cores ({wall / ideal - 1:.0%} more than simulation alone)"
+        f"{said}, wall clock {wall:.0f} s on {cores} cores: {wall / ideal - 1:.0%} more than "
+        "that alone"
     )
+
+
+def _seconds(results, begun, patterns):
+    """Of each file that the workflow made, the seconds it says that it took."""
+    paths = [path for pattern in patterns for path in Path(results).glob(f"*/{pattern}")]
+    return [attribute(path, "seconds") for path in paths if path.stat().st_mtime >= begun]
