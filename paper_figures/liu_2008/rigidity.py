@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, over_replicas
 from dpd.analysis.structure import blocks_of, contact, radial_distribution, rise
 from dpd.analysis.verdicts import AGREE, Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
@@ -17,8 +17,9 @@ PAPER_SHOWS = (
     "which no run blew up and kT stayed within 3 % of 1."
 )
 ERRORS = (
-    "Closest contacts and longest bonds are extremes of one run and have no error bar; shares and"
-    " rates below the ticks are zero in this run."
+    "On the longest bond of a block of the run, mean over blocks (filled), and on kT: 95 % "
+    "intervals. Closest contacts and the longest bond of a whole run (hollow), extremes, have "
+    "none; shares and rates below the ticks are zero in this run."
 )
 COLORS = (BLUE, GREEN, RED, ORANGE, PURPLE, BLACK)
 WARM = 0.03  # of kT, the limit of Groot and Warren 1997, Sec. III
@@ -63,7 +64,9 @@ def compute(sweeps):
     data = xr.Dataset(coords={"force": runs.force, "stiffness": runs.stiffness})
     for name, unit in zip(names, units):
         data[name] = (("force", "stiffness"), table[name], {"units": unit})
-    data["kT"] = steps.kT.mean("replica").assign_attrs(units="kT")
+    kT, error = over_replicas(steps.kT.values, steps.kT_error.values, -1)
+    data["kT"] = (steps.kT.dims[:-1], kT, {"units": "kT"})
+    data["kT_error"] = (steps.kT.dims[:-1], error, {"units": "kT"})
     data.attrs["bin"] = float(r[1] - r[0])
     data.attrs["blocks"] = len(blocks_of(at.bond_longest))
     data.attrs["limit"] = 2 * scene.data["bond"]["length"]
@@ -120,7 +123,7 @@ def draw(data):
     """Five panels over F_max, a line for each C."""
     shown = (
         ("contact", r"closest contact $2 r_0$ / $r_c$", "linear"),
-        ("longest", r"longest bond $l_{max}$ / $r_c$", "linear"),
+        ("longest_of_block", r"longest bond $l_{max}$ / $r_c$", "linear"),
         ("share", rf"share of bonds > {data.limit:g} $r_c$", "log"),
         ("rate", r"crossings per bond and $\tau$", "log"),
         ("stable_dt", r"largest stable dt / $\tau$", "log"),
@@ -130,13 +133,16 @@ def draw(data):
     for panel, (name, label, scale) in zip(axes.ravel(), shown):
         for stiffness, color in zip(data.stiffness.values, COLORS):
             at = data.sel(stiffness=stiffness)
-            x, y = data.force, at[name]
             if name == "kT":
-                x, y = data.dt, at.kT.sel(force=SET[0], method="nearest")
+                at = at.sel(force=SET[0], method="nearest")
+            x, y = at[at[name].dims[0]], at[name]
             y = y.where(y > 0) if scale == "log" else y
-            panel.plot(x, y, "o-", color=color, label=f"C = {stiffness:g}")
+            error = COVERAGE * at[f"{name}_error"] if f"{name}_error" in at else None
+            panel.errorbar(x, y, error, fmt="o-", color=color, label=f"C = {stiffness:g}")
+            if name == "longest_of_block":
+                panel.plot(x, at.longest, "o", color=color, markerfacecolor="white")
         panel.set(ylabel=label, yscale=scale, xlabel=r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)")
-        if name == "longest":
+        if name == "longest_of_block":
             panel.axhline(data.limit, color=BLACK, linestyle="--", linewidth=0.8)
         if not (data[name] > 0).any():
             panel.text(0.5, 0.5, "none in any run", transform=panel.transAxes, ha="center")
