@@ -5,13 +5,14 @@ import copy
 import numpy as np
 import pytest
 
+from dpd import schema as rules
 from dpd.digest import ROOT
 from dpd.engine.integrators import SCHEMES
 from dpd.engine.periodic import nearest
 from dpd.errors import UserError
 from dpd.report.document import config_readme
 from dpd.scene import Scene
-from dpd.schema import read_yaml, schema
+from dpd.schema import read_yaml, schema, validate
 from dpd.simulate import start_digest
 from dpd.start import FLIGHT, make_start
 from dpd.study import merge, read_paper, read_study
@@ -307,3 +308,28 @@ def test_merge_keeps_what_is_not_named():
 def test_config_readme_is_written_from_the_schemas():
     """python -m dpd document -o config/README.md"""
     assert (ROOT / "config" / "README.md").read_text() == config_readme()
+
+
+def test_what_was_found_valid_is_not_checked_again(tmp_path, monkeypatch):
+    """By what it says and what is allowed; where nothing can be kept, each time."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    looked = []
+    look = rules._validator
+    monkeypatch.setattr(rules, "_validator", lambda name: looked.append(name) or look(name))
+    good, bad = {"papers": ["liu_2008"], "study": "quick"}, {"papers": 3, "study": "quick"}
+    for _ in range(2):
+        validate(good, "config", "here")
+        assert looked == ["config"]
+    for _ in range(2):
+        with pytest.raises(UserError, match="papers"):
+            validate(bad, "config", "here")
+    assert len(looked) == 3
+    text = rules._rules("config")
+    monkeypatch.setattr(rules, "_rules", lambda name: text + "\n# edited")
+    validate(good, "config", "here")
+    assert len(looked) == 4
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    for count in (5, 6):
+        validate(good, "config", "here")
+        assert len(looked) == count

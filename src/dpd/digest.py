@@ -7,6 +7,7 @@ plots only.
 
 import hashlib
 import json
+import os
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +24,12 @@ _STAGES = {
     "report": ("report", "analysis/verdicts.py"),
     "measure": (*_SIMULATION, "benchmark"),
 }
+
+
+def cache_folder(name):
+    """Folder for what can be had again: ``~/.cache/dpd-papers/<name>``, if not elsewhere."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "dpd-papers" / name
 
 
 @cache

@@ -1,14 +1,16 @@
 """Read YAML, check it against a schema, and say what is wrong in one sentence."""
 
 import difflib
+import hashlib
 import math
+import os
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
 import yaml
-from jsonschema import Draft202012Validator
 
-from dpd.digest import ROOT
+from dpd.digest import ROOT, cache_folder
 from dpd.errors import UserError
 
 SCHEMAS = ROOT / "config" / "schema"
@@ -17,13 +19,20 @@ LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @cache
+def _rules(name):
+    return (SCHEMAS / f"{name}.yaml").read_text()
+
+
+@cache
 def schema(name):
     """A schema by name: ``config``, ``study``, ``paper`` or ``scene``."""
-    return yaml.load((SCHEMAS / f"{name}.yaml").read_text(), LOADER)
+    return yaml.load(_rules(name), LOADER)
 
 
 @cache
 def _validator(name):
+    from jsonschema import Draft202012Validator  # see `validate`
+
     return Draft202012Validator(schema(name))
 
 
@@ -50,7 +59,10 @@ def read_yaml(path):
 
 
 def validate(data, name, where):
-    """Check data against a schema.
+    """Check data against a schema, unless it was found valid before.
+
+    Every job of a study reads what Snakemake has read. To import the library that checks, and
+    to check again, would be a fifth of the time that a job takes to begin.
 
     Parameters
     ----------
@@ -65,12 +77,19 @@ def validate(data, name, where):
     UserError
         Naming file, key, value and what is allowed.
     """
+    text = f"{_rules(name)}\0{data!r}"
+    mark = cache_folder("valid") / hashlib.sha256(text.encode()).hexdigest()
+    if os.path.exists(mark):  # false as well where we may not look
+        return
     for key, value in _leaves(data):
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{where}: {key}: {value!r} is not a finite number")
     errors = list(_validator(name).iter_errors(data))
     if errors:
         raise UserError(f"{where}: {_sentence(_deepest(min(errors, key=_depth)))}")
+    with suppress(OSError):  # where nothing can be kept, it is checked each time
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.touch()
 
 
 def with_defaults(data, rules):

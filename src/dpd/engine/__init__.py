@@ -8,15 +8,7 @@ before Numba is imported, which is why it stands here.
 """
 
 import os
-from pathlib import Path
 
-from dpd.digest import stage_digest
+from dpd.digest import cache_folder, stage_digest
 
-
-def cache_folder():
-    """Folder of the compiled kernels that belong to these sources."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "dpd-papers" / stage_digest("engine")
-
-
-os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder()))
+os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder(stage_digest("engine"))))
