@@ -89,7 +89,7 @@ def measured(data):
 
 def draw(data):
     """kT on a linear axis as published, and |kT - 1| on logarithmic axes."""
-    figure, (left, right) = panels(2, height=2.8)
+    figure, (left, right) = panels(2, height=3)
     for scheme, (label, color, marker) in STYLES.items():
         for noise in ("uniform", "gaussian"):
             at = data.sel(scheme=scheme, noise=noise).dropna("dt")
@@ -114,5 +114,6 @@ def draw(data):
         axes.set_xticks([0.001, 0.01, 0.1], ["0.001", "0.01", "0.1"])
         axes.set_xticks([], minor=True)
         axes.set_xlim(0.0008, 0.13)
-    left.legend(loc="upper left")
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
     return figure
