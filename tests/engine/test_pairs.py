@@ -1,15 +1,17 @@
 """The search by cells finds the pairs that looking at all of them finds."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from scipy.spatial import cKDTree
 
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
 from dpd.engine.pairs import pair_histogram
 from dpd.engine.search import next_pairs, search_buffers
-from tests.engine.build import BOX_3D, random_beads
+from tests.engine.build import BOX_3D, make_simulation, make_system, random_beads
 
 DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side
 
@@ -103,3 +105,25 @@ def test_crowded_cells():
     position, _ = random_beads(BOX_3D, 3000)
     distance = pairs_by_looking(position, BOX_3D)[3]
     assert pair_histogram(position, BOX_3D, 1.0, 1)[0] == (distance < 1.0).sum()
+
+
+@pytest.mark.parametrize("box", [(20.2, 20.2, 20.2), (21.6, 17.3, 9.4), (7.9, 33.2, 3.1)])
+def test_forces_where_layers_are_cut_into_blocks(box):
+    """Large boxes: forces and virial of all pairs that a tree finds."""
+    system = make_system(box, friction=0.0)
+    position, velocity = random_beads(box, round(np.prod(box)), seed=5)
+    simulation = make_simulation(system, position, velocity)
+    i, j = cKDTree(position.T, boxsize=box).query_pairs(1.0, output_type="ndarray").T
+    edges = np.array(box)[:, None]
+    apart = position[:, i] - position[:, j]
+    apart -= edges * np.round(apart / edges)
+    r = np.sqrt((apart**2).sum(axis=0))
+    push = system.repulsion[0, 0] * (1 - r) / r * apart
+    expected = np.zeros_like(position)
+    for force, component in zip(expected, push):
+        np.add.at(force, i, component)
+        np.add.at(force, j, -component)
+    found = simulation.state.by_identity(simulation.state.force)
+    np.testing.assert_allclose(found, expected, atol=1e-11)
+    virial = np.trace(simulation.measure().virial[0])
+    np.testing.assert_allclose(virial, (push * apart).sum(), rtol=1e-12)
