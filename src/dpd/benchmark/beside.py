@@ -8,7 +8,7 @@ import pandas as pd
 from dpd.benchmark.lammps import Lammps
 from dpd.benchmark.speed import SCHEME, installed, race
 from dpd.benchmark.timing import TURNS, labelled, simulation_of, starts_of
-from dpd.benchmark.workloads import WORKLOADS, workload
+from dpd.benchmark.workloads import MEMORY, WORKLOADS, workload
 from dpd.engine.periodic import wrapped
 from dpd.engine.simulation import State
 from dpd.observe import observables
@@ -16,7 +16,6 @@ from dpd.scene import Scene
 from dpd.start import system_of
 
 SNAPSHOTS = 40  # not more than the blocks of an observable, so that each is one
-APART = 1 / 10  # of a workload's steps, between snapshots
 REACH, BIN = 3.0, 0.02  # r_c, of g(r)
 CODES = ("own", "lammps")
 
@@ -46,7 +45,7 @@ def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, sa
         table, state = race(name, scene, starts[name], turns)
         races.append(table)
         say(f"{name}: physics")
-        found.append(both_codes(scene, state, float(table.skin[0]), snapshots, reach))
+        found.append(both_codes(name, scene, state, float(table.skin[0]), snapshots, reach))
     description = (
         f"one thread of each code, {turns} turns, the same first configuration, scheme and time "
         "step, LAMMPS with the fastest of four skins; then both go on from one state, "
@@ -91,15 +90,17 @@ def _physics(found):
     return variables
 
 
-def both_codes(scene, state, skin, snapshots, reach):
+def both_codes(name, scene, state, skin, snapshots, reach):
     """What snapshots of both codes show, going on from one state.
+
+    They are `MEMORY` apart, so that their scatter tells the error of their mean.
 
     Returns
     -------
     dict of str to array
         ``r``; ``kT``, ``pressure``, ``bond`` (code, snapshot); ``rdf`` (code, snapshot, r).
     """
-    every = max(1, round(APART * scene.steps[1]))
+    every = max(1, round(MEMORY[name] / scene.data["integrator"]["dt"]))
     own = simulation_of(scene, state)
     found = [seen(scene, lambda: own_look(own, every), snapshots, reach)]
     if installed() and scene.data["integrator"]["scheme"] == SCHEME:
