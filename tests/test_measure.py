@@ -38,7 +38,7 @@ SMALL = {
     "W2, dpd-vv": workload("W2, dpd-vv", **CHAINS),
 }
 SIZES = {
-    "lammps": {"scenes": SMALL, "turns": 2, "snapshots": 20, "reach": 2.0},
+    "lammps": {"scenes": SMALL, "turns": 2, "snapshots": 20, "reach": 3.0},
     "scaling": {
         "beads": (1000, 100_000), "densities": (1, 3), "at": 1000, "work": 2e4, "turns": 2,
         "begins": 1,
@@ -151,9 +151,10 @@ def test_rates_and_physics_beside_lammps(results):
     assert np.isnan(data.lammps_rate.sel(workload="W2, dpd-vv")).all()
     assert np.isnan(data.bond.sel(workload="W1")).all()
     means = data.mean("snapshot").sel(workload=["W1", "W2"])
-    # Of the fluid: neighbours along a chain are no further apart than this.
-    far = means.rdf.sel(r=slice(1.7, 2), code="own", workload="W1").mean("r")
-    np.testing.assert_allclose(far, 1, atol=0.05)
+    # Second neighbours along a chain of W2 are up to 2 r_c apart, and raise g(r) to 1.08 there.
+    for place, workloads in ((slice(1.7, 2), ["W1"]), (slice(2.7, 3), ["W1", "W2"])):
+        far = means.rdf.sel(r=place, code="own", workload=workloads).mean("r")
+        np.testing.assert_allclose(far, 1, atol=0.05)
     assert 0.9 < float(means.bond.sel(workload="W2", code="own")) < 1.1
     if installed():
         for name, tolerance in (("kT", 0.05), ("pressure", 0.05), ("bond", 0.01)):
@@ -269,5 +270,5 @@ def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
     page = (tmp_path / "page.html").read_text()
     assert page.count("data:image/png;base64,") == len(FIGURES)
     assert 'id="verdicts"' not in page and "momentum per bead" not in page
-    assert "the workflow that made it took: 3 runs in 2 s." in page
+    assert "What the workflow took until this page was made: 3 runs in 2 s." in page
     assert "<td>measurements</td>" in page and "first configurations" not in page

@@ -7,6 +7,7 @@ import pytest
 
 from dpd.engine.blocks import PHASES, make_blocks
 from dpd.engine.bonds import make_bonds
+from dpd.engine.team import BLOCKS, LINE
 from dpd.errors import UserError
 from tests.engine.build import (
     assert_same_state,
@@ -82,6 +83,7 @@ def rows_pushed(block, layers, rows):
 def test_blocks_of_a_phase_push_no_bead_in_common(layers, rows):
     blocks = make_blocks(layers, rows)
     assert len(blocks.phase) <= PHASES + 1
+    assert BLOCKS + PHASES <= LINE  # a thread's counters of tasks
     for begin, end in pairwise(blocks.phase):
         assert end > begin
         pushed = [rows_pushed(block, layers, rows) for block in blocks.row[begin:end]]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-PHASES = 6  # at most
+PHASES = 6  # at most; threads count the tasks of each
 FEWEST = 4  # rows in a block, if it is not a whole layer
 
 
