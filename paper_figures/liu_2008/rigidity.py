@@ -61,12 +61,12 @@ def compute(sweeps):
         for name, value in found.items():
             table[name][place] = value
     units = ("r_c",) * 5 + ("r_c^2", "r_c^2", "1", "1 / tau", "tau")
-    data = xr.Dataset(coords={"force": runs.force, "stiffness": runs.stiffness})
+    data = xr.Dataset(coords={"force": runs.force, "stiffness": runs.stiffness, "dt": steps.dt})
     for name, unit in zip(names, units):
         data[name] = (("force", "stiffness"), table[name], {"units": unit})
     kT, error = over_replicas(steps.kT.values, steps.kT_error.values, -1)
-    for name, values in (("kT", kT), ("kT_error", error)):
-        data[name] = steps.kT.mean("replica").copy(data=values).assign_attrs(units="kT")
+    data["kT"] = (steps.kT.dims[:-1], kT, {"units": "kT"})
+    data["kT_error"] = (steps.kT.dims[:-1], error, {"units": "kT"})
     data.attrs["bin"] = float(r[1] - r[0])
     data.attrs["blocks"] = len(blocks_of(at.bond_longest))
     data.attrs["limit"] = 2 * scene.data["bond"]["length"]
