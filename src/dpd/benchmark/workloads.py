@@ -21,7 +21,8 @@ MELT = {
     "start": {"relax": {"steps": 10000, "dt": 0.005}},
     "steps": {"sample": 500},
 }
-# The chains begin as random flights: they cross, but move and cost as in a melt.
+# The chains begin as random flights: they cross, but move and cost as in a melt. The heat and the
+# flows of their push-off last for tens of tau in two dimensions.
 FLAT_MELT = {
     "dimension": 2,
     "box": 100,
@@ -30,7 +31,7 @@ FLAT_MELT = {
     "core": {"radius": 0.15, "force": 100},
     "bond": {"stiffness": 300, "length": 0.25},
     "integrator": {"scheme": "gw-vv", "dt": 0.002},
-    "start": {"relax": {"steps": 5000, "dt": 0.002}},
+    "start": {"relax": {"steps": 50000, "dt": 0.002}},
     "steps": {"sample": 500},
 }
 SLABS = {
@@ -52,7 +53,7 @@ WORKLOADS = {
     "W3": ("melt of Liu: 20 000 beads in two dimensions, N 100, set (1), dt 0.002", FLAT_MELT),
     "W4": ("slabs: 8 x 8 x 20, rho 3, a 25, a_AB 37, dt 0.04", SLABS),
 }
-# tau, at least the integrated autocorrelation times of kT and pressure. Beads of W2 hardly overlap,
+# tau, about the integrated autocorrelation times of kT and pressure. Beads of W2 hardly overlap,
 # and only those that do feel friction: its heat leaves in some twenty tau. W4's interface breathes.
 MEMORY = {"W1": 1.0, "W2": 20.0, "W2, dpd-vv": 20.0, "W3": 2.0, "W4": 5.0}
 
