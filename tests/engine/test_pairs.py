@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
+from dpd.engine.arrays import rows_of
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
 from dpd.engine.pairs import pair_histogram
@@ -19,15 +20,15 @@ DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to eit
 @kernel()
 def pairs_by_cells(position, box, grid, cutoff):
     """Identities and separations of all pairs, by the engine's sort and search."""
-    beads = position.shape[1]
+    beads = len(position)
     identity = np.arange(beads).astype(np.uint32)
-    source = (position, position, position, identity, None)
+    source = (position, position, None, identity, None)
     ordered = empty_like(source)
     cells = cell_buffers(grid, beads, 1)
     sort_by_cell(source, ordered, box, grid, cells)
     line, pairs = search_buffers(cells, box, grid)
     number = ordered[3]
-    found = [(number[0], number[0], position[:, 0]) for _ in range(0)]
+    found = [(number[0], number[0], position[0]) for _ in range(0)]
     at = (0, -1)
     while at[0] < beads:
         at, n = next_pairs(at, beads, ordered[0], cells, box, grid, cutoff, line, pairs)
@@ -71,7 +72,7 @@ def boxes_of_beads(draw, most=60):
 def test_cells_find_every_pair_once(case):
     """The pairs within the cutoff, each once, with r_i - r_j at the nearest image."""
     position, box, cutoff = case
-    found = pairs_by_cells(position, box, grid(box, cutoff), cutoff)
+    found = pairs_by_cells(rows_of(position), box, grid(box, cutoff), cutoff)
     i, j, apart, distance = pairs_by_looking(position, box)
     expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
     sure = {pair for pair, r in zip(zip(i, j), distance) if r < cutoff - DOUBTFUL}

@@ -30,6 +30,7 @@ from dpd.engine.friction import (
 from dpd.engine.jit import kernel, part
 from dpd.engine.lists import CHUNK, farthest_move, listed_pairs, listing, no_list
 from dpd.engine.noise import step_keys
+from dpd.engine.rows import add_rows, entries, put_inside, row_edges
 from dpd.engine.search import next_pairs, pair_buffers, pairs_of_block, search_buffers
 from dpd.engine.team import (
     BATCHES,
@@ -68,13 +69,6 @@ class Shared(NamedTuple):
 
 
 @part()
-def put_inside(x, edge):
-    """The image of a coordinate that lies in the box."""
-    x -= edge * np.floor(x / edge)
-    return x if x < edge else 0.0
-
-
-@part()
 def seen(velocity, predicted):
     """The velocity that the friction sees."""
     if predicted is None:
@@ -83,7 +77,7 @@ def seen(velocity, predicted):
 
 
 @part()
-def drift(beads, force, own, box, dt, scheme, lost):
+def drift(beads, force, own, edges, dt, scheme, lost):
     """Move the beads from own[0] to own[1], predict velocities; note one that moved too far.
 
     On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f, and
@@ -93,37 +87,40 @@ def drift(beads, force, own, box, dt, scheme, lost):
     position, velocity, predicted, _, _ = beads
     acceleration, prediction, correction, _, _, middle = scheme
     time = dt if middle is None else 0.5 * dt
+    half_square = acceleration * dt * dt
+    x, v, f = position.ravel(), velocity.ravel(), force.ravel()
+    far, (begin, end) = 0, entries(own, position)
+    for q in range(begin, end):
+        far += not abs(time * v[q] + half_square * f[q]) <= FARTHEST  # also true for NaN
     lost[0] = -1.0
-    for k in range(len(box)):
-        edge, far = box[k], 0
-        for i in range(own[0], own[1]):
-            move = time * velocity[k, i] + acceleration * dt * dt * force[k, i]
-            far += not abs(move) <= FARTHEST  # also true for NaN
-        if far > 0:
-            find_lost(velocity[k], force[k], own, time, acceleration * dt * dt, lost)
-        for i in range(own[0], own[1]):
-            f, v = force[k, i], velocity[k, i]
-            move = time * v + acceleration * dt * dt * f
-            position[k, i] = put_inside(position[k, i] + move, edge)
-            velocity[k, i] = v + (1.0 - correction) * dt * f
-            predict(predicted, k, i, v, f, prediction, dt)
-            force[k, i] = 0.0
+    if far > 0:
+        find_lost(velocity, force, own, time, half_square, lost)
+    predict(predicted, velocity, force, own, prediction, dt)
+    for q in range(begin, end):
+        x[q] += time * v[q] + half_square * f[q]
+        v[q] += (1.0 - correction) * dt * f[q]
+        f[q] = 0.0
+    put_inside(position, own, edges)
 
 
 @part()
 def find_lost(velocity, force, own, time, half_square, lost):
-    """Note the first bead that moves too far along this axis or one before."""
+    """Note the first bead that moves too far, and how far along the first such axis."""
     for i in range(own[0], own[1]):
-        move = time * velocity[i] + half_square * force[i]
-        if not abs(move) <= FARTHEST and (lost[0] < 0.0 or i < lost[0]):
-            lost[0], lost[1] = i, abs(move)
+        for k in range(velocity.shape[1]):
+            move = time * velocity[i, k] + half_square * force[i, k]
+            if not abs(move) <= FARTHEST and lost[0] < 0.0:
+                lost[0], lost[1] = i, abs(move)
 
 
 @part()
-def predict(predicted, k, i, v, f, prediction, dt):
-    """Predict one component, where the prediction is not the velocity itself."""
+def predict(predicted, velocity, force, own, prediction, dt):
+    """Predict velocities, where the prediction is not the velocity itself."""
     if predicted is not None:
-        predicted[k, i] = v + prediction * dt * f
+        p, v, f = predicted.ravel(), velocity.ravel(), force.ravel()
+        begin, end = entries(own, velocity)
+        for q in range(begin, end):
+            p[q] = v[q] + prediction * dt * f[q]
 
 
 @part()
@@ -227,14 +224,6 @@ def add_pairs(team, beads, force, shared, listed, fields, exchange, box, grid, k
 
 
 @part()
-def correct(velocity, force, own, share):
-    """Add that share of the force to the velocity."""
-    for k in range(velocity.shape[0]):
-        for i in range(own[0], own[1]):
-            velocity[k, i] += share * force[k, i]
-
-
-@part()
 def renew(team, beads, force, own, kept, bath, box, again):
     """Take the friction in a force once more, where the scheme does."""
     _, velocity, predicted, _, _ = beads
@@ -244,26 +233,25 @@ def renew(team, beads, force, own, kept, bath, box, again):
             meet(team)
             renew_friction(force, kept, phase, predicted, box)
         meet(team)
-        renew_bath_friction(force, predicted, own, bath, box)
+        renew_bath_friction(force, predicted, own, bath)
 
 
 @part()
-def finish(team, beads, force, own, kept, fields, exchange, box, dt, scheme, keys):
+def finish(team, beads, force, own, kept, fields, exchange, box, edges, dt, scheme, keys):
     """What a step does after the force: the rest of the kick, and of the friction."""
     position, velocity, _, identity, _ = beads
     correction, again, middle = scheme[2], scheme[3], scheme[5]
     if middle is None:
         if correction > 0.0:
-            correct(velocity, force, own, correction * dt)
+            add_rows(velocity, force, correction * dt, own)
             renew(team, beads, force, own, kept, fields[5], box, again)
         exchange_momentum(velocity, identity, kept, exchange, fields[2], dt, keys, box)
     else:
-        correct(velocity, force, own, 0.5 * dt)
+        add_rows(velocity, force, 0.5 * dt, own)
         exchange_momentum(velocity, identity, kept, exchange, fields[2], dt, keys, box)
-        correct(velocity, force, own, 0.5 * dt)
-        for k in range(len(box)):
-            for i in range(own[0], own[1]):
-                position[k, i] = put_inside(position[k, i] + 0.5 * dt * velocity[k, i], box[k])
+        add_rows(velocity, force, 0.5 * dt, own)
+        add_rows(position, velocity, 0.5 * dt, own)
+        put_inside(position, own, edges)
 
 
 @kernel()
@@ -278,13 +266,13 @@ def advance(
     team : Team
         All threads of a team call this, with the same arrays.
     beads, spare : (position, velocity, predicted, identity, species)
-        (dimension, n) arrays, (n,) uint32, and (n,) uint8 or None; ``predicted`` is None where
-        the velocity at that time is what is predicted. Sorting swaps the two.
+        Arrays with a row for each bead, (n,) uint32, and (n,) uint8 or None; ``predicted`` is
+        None where the velocity at that time is what is predicted. Sorting swaps the two.
     shared : Shared
-    reference : None or (dimension, n) array
+    reference : None or array with a row for each bead
         None to find pairs by cells in every step. With a list, where the beads were at the
         last sort, in today's order; kept up to date. 0 steps sort and list afresh.
-    force : (dimension, n) array
+    force : array with a row for each bead
         The force on the beads as they are; kept up to date. Zero for 0 steps.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         See `dpd.engine.forces`, `dpd.engine.bonds`, `dpd.engine.bath`.
@@ -309,7 +297,7 @@ def advance(
         Identity of a bead that moved too far, or -1.
     """
     source, target = beads, spare
-    own = share(team, len(beads[3]))
+    own, edges = share(team, len(beads[3])), row_edges(box)
     listed = no_list(reference, grid, len(beads[3]))
     phases = len(grid.blocks.phase) - 1
     kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * len(beads[3]), phases)
@@ -317,7 +305,7 @@ def advance(
     for s in range(max(steps, 1)):
         if steps > 0:
             step += 1
-            drift(source, force, own, box, dt, scheme, shared.lost[team.rank])
+            drift(source, force, own, edges, dt, scheme, shared.lost[team.rank])
             shared.moved[team.rank] = farthest_move(source[0], reference, own, box)
             meet(team)
             lost = any_lost(shared, source[3], step)
@@ -344,5 +332,5 @@ def advance(
         velocity = seen(source[1], source[2])
         add_bath_forces(force, velocity, source[3], own, fields[5], fields[2], box, keys)
         if steps > 0:
-            finish(team, source, force, own, kept, fields, exchange, box, dt, scheme, keys)
+            finish(team, source, force, own, kept, fields, exchange, box, edges, dt, scheme, keys)
     return source, lost

@@ -9,6 +9,7 @@ from numba import uint32
 
 from dpd.engine.jit import part
 from dpd.engine.noise import gaussian_noise, uniform_noise
+from dpd.engine.rows import add_rows
 
 LAST = 0xFFFFFFFF  # the noise of a bead is that of a pair with a partner that no bead is
 
@@ -19,7 +20,7 @@ def add_bath_forces(force, velocity, identity, own, bath, gaussian, box, keys):
 
     Parameters
     ----------
-    force, velocity : (dimension, n) arrays
+    force, velocity : arrays with a row for each bead
         The velocity is the one that the friction sees.
     bath : None or (gamma, sigma / sqrt(dt))
     keys : (uint32, uint32)
@@ -40,19 +41,17 @@ def add_bath_forces(force, velocity, identity, own, bath, gaussian, box, keys):
             uniform_noise(theta, ours, partner, n, keys[0], keys[1])
         for i in range(n):
             s = own[0] + i
-            force[k, s] += noise * theta[i] - friction * velocity[k, s]
+            force[s, k] += noise * theta[i] - friction * velocity[s, k]
 
 
 @part()
-def renew_bath_friction(force, change, own, bath, box):
+def renew_bath_friction(force, change, own, bath):
     """Replace the friction in a force by that of the velocities now.
 
     Parameters
     ----------
-    change : (dimension, n) array
+    change : array with a row for each bead
         What velocities have lost since, as for `dpd.engine.friction.renew_friction`.
     """
     if bath is not None:
-        for k in range(len(box)):
-            for i in range(own[0], own[1]):
-                force[k, i] += bath[0] * change[k, i]
+        add_rows(force, change, bath[0], own)

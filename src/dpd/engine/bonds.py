@@ -6,6 +6,7 @@ import numpy as np
 
 from dpd.engine.forces import CLOSEST
 from dpd.engine.jit import part
+from dpd.engine.rows import push_apart
 
 ENOUGH = 512  # bonds in a batch, or a few more: their buffers stay in cache
 
@@ -74,7 +75,7 @@ def add_bond_forces(force, position, slot, bonds, batch, box, measure, virial, e
 
     Parameters
     ----------
-    force, position : (dimension, n) arrays
+    force, position : arrays with a row for each bead
         In storage order.
     slot : None or (n,) array
         From `find_slots`.
@@ -92,22 +93,21 @@ def add_bond_forces(force, position, slot, bonds, batch, box, measure, virial, e
     for b in range(n):
         ends[0, b] = slot[bonds.members[begin + b, 0]]
         ends[1, b] = slot[bonds.members[begin + b, 1]]
+    for b in range(n):
+        i, j = ends[0, b], ends[1, b]
+        for k in range(dimension):
+            apart[k, b] = position[i, k] - position[j, k]
     for k in range(dimension):
         edge = box[k]
         for b in range(n):
-            d = position[k, ends[0, b]] - position[k, ends[1, b]]
-            apart[k, b] = d - edge * np.rint(d / edge)
+            apart[k, b] -= edge * np.rint(apart[k, b] / edge)
     for b in range(n):
         r2 = CLOSEST
         for k in range(dimension):
             r2 += apart[k, b] * apart[k, b]
         over_r[b] = -bonds.stiffness * (1.0 - bonds.length / np.sqrt(r2))
     for b in range(n):
-        i, j = ends[0, b], ends[1, b]
-        for k in range(dimension):
-            pull = over_r[b] * apart[k, b]
-            force[k, i] += pull
-            force[k, j] -= pull
+        push_apart(force, ends[0, b], ends[1, b], over_r[b], apart, b, box)
     if measure:
         for b in range(n):
             r2 = CLOSEST

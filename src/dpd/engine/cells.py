@@ -10,8 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
+from dpd.engine.arrays import rows_of
 from dpd.engine.blocks import Blocks, make_blocks
 from dpd.engine.jit import exact_part, part
+from dpd.engine.rows import copy_row
 
 SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
 
@@ -26,7 +28,7 @@ class Grid(NamedTuple):
     base : (rows, ahead) int64 array
         First cell of each row itself and of half of those around it, the ones ahead: one in
         two dimensions, four in three.
-    shift : (rows, ahead, dimension - 1) array
+    shift : (rows * ahead, width) array
         What brings beads of that row to the near side of a periodic boundary.
     blocks : Blocks
         Of rows, for threads to share.
@@ -70,9 +72,11 @@ def grid(box, cutoff):
     here = np.array(list(product(*map(range, across))))
     around = list(product((-1, 0, 1), repeat=len(across)))
     there = here[:, None] + np.array([offset for offset in around if offset >= (0,) * len(across)])
-    shift = edges * np.floor_divide(there, across)
+    shift = np.zeros((*there.shape[:2], len(box)))
+    shift[..., :-1] = edges * np.floor_divide(there, across)
     row = np.ravel_multi_index(tuple(np.moveaxis(there % across, -1, 0)), tuple(across))
     blocks = make_blocks(shape[0], len(row) // shape[0])
+    shift = rows_of(shift.reshape(-1, len(box)).T)
     return Grid(shape, row.astype(np.int64) * shape[-1], shift, blocks)
 
 
@@ -101,7 +105,7 @@ def cell_of(position, i, box, shape):
     """
     cell, along = 0, 0
     for k in range(len(box)):
-        along = min(int(position[k, i] * (shape[k] / box[k])), shape[k] - 1)
+        along = min(int(position[i, k] * (shape[k] / box[k])), shape[k] - 1)
         cell = cell * shape[k] + along
     return cell, along
 
@@ -140,9 +144,10 @@ def share_cells(cells, grid):
 def move_to_cells(source, target, own, box, cells, rank):
     """Copy the beads from own[0] to own[1] to their places.
 
-    Beads are (position, velocity, predicted, identity, species); predicted and species may be
-    None. The sort is stable, so the order of storage follows from the state alone, and a
-    resumed run adds up its forces in the same order as an uninterrupted one.
+    Beads are (position, velocity, predicted, identity, species): arrays with a row for each
+    bead, and with a number; predicted and species may be None. The sort is stable, so the
+    order of storage follows from the state alone, and a resumed run adds up its forces in the
+    same order as an uninterrupted one.
     """
     position, velocity, predicted, identity, species = source
     free = cells.free[rank]
@@ -151,9 +156,8 @@ def move_to_cells(source, target, own, box, cells, rank):
         s = free[cell]
         free[cell] = uint32(s + uint32(1))
         cells.level[s] = cells.along[i]
-        for k in range(len(box)):
-            target[0][k, s] = position[k, i]
-            target[1][k, s] = velocity[k, i]
+        copy_row(target[0], s, position, i, box)
+        copy_row(target[1], s, velocity, i, box)
         target[3][s] = identity[i]
         copy_predicted(target[2], s, predicted, i, box)
         copy_species(target[4], s, species, i)
@@ -162,7 +166,7 @@ def move_to_cells(source, target, own, box, cells, rank):
 @part()
 def sort_by_cell(source, target, box, grid, cells):
     """Copy beads sorted by cell, and fill ``cells``; all by one thread."""
-    own = (uint64(0), uint64(source[0].shape[1]))
+    own = (uint64(0), uint64(len(source[3])))
     count_cells(source[0], own, box, grid, cells, 0)
     share_cells(cells, grid)
     move_to_cells(source, target, own, box, cells, 0)
@@ -172,8 +176,7 @@ def sort_by_cell(source, target, box, grid, cells):
 def copy_predicted(target, s, source, i, box):
     """Copy one bead's predicted velocity, where it is kept."""
     if source is not None:
-        for k in range(len(box)):
-            target[k, s] = source[k, i]
+        copy_row(target, s, source, i, box)
 
 
 @part()
@@ -193,12 +196,12 @@ def like(array):
 
 @part()
 def empty_like(beads):
-    """Buffers to sort beads into."""
-    position, velocity, predicted, identity, species = beads
+    """Buffers to sort beads into that have no predicted velocity."""
+    position, velocity, _, identity, species = beads
     return (
         np.empty_like(position),
         np.empty_like(velocity),
-        like(predicted),
+        None,
         np.empty_like(identity),
         like(species),
     )

@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from dpd.engine.arrays import rows_of
 from dpd.engine.bonds import add_bond_forces, batches, find_slots, make_bonds, no_slots
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.forces import CLOSEST, pair_repulsion, strength_of
 from dpd.engine.jit import kernel, part
+from dpd.engine.rows import push_apart
 from dpd.engine.search import next_pairs, search_buffers
 
 
@@ -30,19 +32,19 @@ def force_and_curvature(position, identity, species, repulsion, bonds, box):
         In (kT / r_c)^2 and kT / r_c^2.
     """
     bonds = None if bonds is None else make_bonds(*bonds)
-    return _sums(position, identity, species, repulsion, bonds, box, grid(box, 1.0))
+    return _sums(rows_of(position), identity, species, repulsion, bonds, box, grid(box, 1.0))
 
 
 @kernel()
 def _sums(position, identity, species, repulsion, bonds, box, grid):
-    dimension, beads = len(box), position.shape[1]
-    source = (position, position, position, identity, species)
+    dimension, beads = len(box), len(position)
+    source = (position, position, None, identity, species)
     ordered = empty_like(source)
     cells = cell_buffers(grid, beads, 1)
     sort_by_cell(source, ordered, box, grid, cells)
     place, _, _, number, kinds = ordered
     line, pairs = search_buffers(cells, box, grid)
-    force = np.zeros((dimension, beads))
+    force = np.zeros_like(position)
     curvature = 0.0
     at = (0, -1)
     while at[0] < beads:
@@ -58,10 +60,7 @@ def _sums(position, identity, species, repulsion, bonds, box, grid):
             push = a * max(0.0, 1.0 - r) / r
             # u'' + (d - 1) u' / r, for both beads of the pair
             curvature += 2.0 * (a - (dimension - 1) * push)
-            i, j = pairs.i[p], pairs.j[p]
-            for k in range(dimension):
-                force[k, i] += push * pairs.separation[k, p]
-                force[k, j] -= push * pairs.separation[k, p]
+            push_apart(force, pairs.i[p], pairs.j[p], push, pairs.separation, p, box)
     slot = no_slots(bonds, beads)
     find_slots(slot, number, (np.uint64(0), np.uint64(beads)))
     virial, energy = np.zeros((2, dimension, dimension)), np.zeros(2)
@@ -81,7 +80,7 @@ def bond_curvature(position, slot, bonds, box):
         i, j = slot[bonds.members[b, 0]], slot[bonds.members[b, 1]]
         r2 = CLOSEST
         for k in range(len(box)):
-            d = position[k, i] - position[k, j]
+            d = position[i, k] - position[j, k]
             d -= box[k] * np.rint(d / box[k])
             r2 += d * d
         pull = 1.0 - bonds.length / np.sqrt(r2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.arrays import columns
+from dpd.engine.arrays import columns, rows_of
 from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
@@ -43,14 +43,14 @@ def crossing_bonds(position, members, box):
     middle = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
     cells = grid(box, max(reach, SMALLEST_CELL))
-    return _crossing(middle, half, members, box, cells, reach)
+    return _crossing(rows_of(middle), rows_of(half), members, box, cells, reach)
 
 
 @kernel()
 def _crossing(middle, half, members, box, grid, reach):
     """Two segments meet unless a line along one of them has the other on one side."""
-    bonds = middle.shape[1]
-    source = (middle, half, half, np.arange(bonds).astype(np.uint32), None)
+    bonds = len(middle)
+    source = (middle, half, None, np.arange(bonds).astype(np.uint32), None)
     ordered = empty_like(source)
     cells = cell_buffers(grid, bonds, 1)
     sort_by_cell(source, ordered, box, grid, cells)
@@ -64,7 +64,7 @@ def _crossing(middle, half, members, box, grid, reach):
         for p in range(n):
             i, j = pairs.i[p], pairs.j[p]
             x, y = pairs.separation[0, p], pairs.separation[1, p]
-            ix, iy, jx, jy = halves[0, i], halves[1, i], halves[0, j], halves[1, j]
+            ix, iy, jx, jy = halves[i, 0], halves[i, 1], halves[j, 0], halves[j, 1]
             turn = abs(ix * jy - iy * jx)
             off_i, off_j = abs(ix * y - iy * x), abs(jx * y - jy * x)
             if off_i > turn or off_j > turn:

@@ -10,6 +10,7 @@ import numpy as np
 from dpd.engine.integrators import EXACT, SHARDLOW
 from dpd.engine.jit import part
 from dpd.engine.noise import gaussian_noise, pair_word, uniform_noise
+from dpd.engine.rows import difference_along, push_apart
 
 PER_WORD = 1.0 / 2**32  # a 32-bit word to [0, 1)
 
@@ -20,7 +21,7 @@ def exchange_momentum(velocity, identity, kept, exchange, gaussian, dt, keys, bo
 
     Parameters
     ----------
-    velocity : (dimension, n) array
+    velocity : array with a row for each bead
     kept : Kept
         With sqrt(gamma) w e of each pair.
     exchange : None or (kind, gamma, kT)
@@ -43,18 +44,15 @@ def exchange_momentum(velocity, identity, kept, exchange, gaussian, dt, keys, bo
         uniform_noise(theta, low, high, count, keys[0], keys[1])
     for p in range(count):
         i, j = kept.ends[0, p], kept.ends[1, p]
-        square, u = 0.0, 0.0
+        square, u = 0.0, difference_along(velocity, i, j, kept.drag, p, box)
         for k in range(len(box)):
             square += kept.drag[k, p] * kept.drag[k, p]
-            u += kept.drag[k, p] * (velocity[k, i] - velocity[k, j])
         if square == 0.0:
             continue
         root = np.sqrt(square)
         chance = PER_WORD * pair_word(low[p], high[p], keys[1], keys[0])
         kick = 0.5 * change(u / root, kind, square * dt, kT, theta[p], chance < gamma * dt) / root
-        for k in range(len(box)):
-            velocity[k, i] += kick * kept.drag[k, p]
-            velocity[k, j] -= kick * kept.drag[k, p]
+        push_apart(velocity, i, j, kick, kept.drag, p, box)
 
 
 @part()

@@ -8,6 +8,7 @@ import numpy as np
 
 from dpd.engine.jit import part
 from dpd.engine.noise import gaussian_noise, uniform_noise
+from dpd.engine.rows import difference_along, push_apart
 
 # A rigid core (diameter d, force F, width) replaces the soft repulsion below d: a constant push
 # F, F_max and 2 r_s of Liu et al. 2008, Eq. 5. The force jumps at d, or, with a width, goes over
@@ -81,10 +82,7 @@ def pair_approach(approach, pairs, n, velocity, box):
     """Fill ``approach[:n]`` with r_ij . v_ij."""
     for p in range(n):
         i, j = pairs.i[p], pairs.j[p]
-        s = 0.0
-        for k in range(len(box)):
-            s += pairs.separation[k, p] * (velocity[k, i] - velocity[k, j])
-        approach[p] = s
+        approach[p] = difference_along(velocity, i, j, pairs.separation, p, box)
 
 
 @part()
@@ -102,7 +100,7 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
 
     Parameters
     ----------
-    force, velocity : (dimension, n) arrays
+    force, velocity : arrays with a row for each bead
         In storage order; the velocity is the one that the friction sees.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
         A table of a_ij; with gamma 0 no random number is drawn; ``core`` is None or its
@@ -140,11 +138,7 @@ def add_pair_forces(force, pairs, n, velocity, identity, species, box, fields, k
         over_r[p] = inverse * (push + w * (noise * theta[p] - drag))
         theta[p] = w * inverse
     for p in range(n):
-        i, j = pairs.i[p], pairs.j[p]
-        for k in range(len(box)):
-            push = over_r[p] * pairs.separation[k, p]
-            force[k, i] += push
-            force[k, j] -= push
+        push_apart(force, pairs.i[p], pairs.j[p], over_r[p], pairs.separation, p, box)
 
 
 @part()

@@ -12,6 +12,7 @@ import numpy as np
 
 from dpd.engine.arrays import columns
 from dpd.engine.jit import part
+from dpd.engine.rows import add_rows, difference_along, push_apart
 
 
 class Kept(NamedTuple):
@@ -68,9 +69,7 @@ def keep_pairs(kept, count, pairs, n, friction, box):
 @part()
 def change_of(predicted, velocity, own):
     """Make the predicted velocity what it has to lose to be the velocity now."""
-    for k in range(velocity.shape[0]):
-        for i in range(own[0], own[1]):
-            predicted[k, i] -= velocity[k, i]
+    add_rows(predicted, velocity, -1.0, own)
 
 
 @part()
@@ -86,17 +85,12 @@ def renew_friction(force, kept, phase, change, box):
 
     Parameters
     ----------
-    force : (dimension, n) array
+    force : array with a row for each bead
     kept : Kept
-    change : (dimension, n) array
+    change : array with a row for each bead
         From `change_of`.
     """
     for p in range(np.uint64(kept.phase[phase]), np.uint64(kept.phase[phase + 1])):
         i, j = kept.ends[0, p], kept.ends[1, p]
-        pull = 0.0
-        for k in range(len(box)):
-            pull += kept.drag[k, p] * (change[k, i] - change[k, j])
-        for k in range(len(box)):
-            push = pull * kept.drag[k, p]
-            force[k, i] += push
-            force[k, j] -= push
+        pull = difference_along(change, i, j, kept.drag, p, box)
+        push_apart(force, i, j, pull, kept.drag, p, box)

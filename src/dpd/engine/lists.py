@@ -7,6 +7,7 @@ import numpy as np
 from dpd.engine.arrays import columns
 from dpd.engine.cells import count_cells, share_cells
 from dpd.engine.jit import part
+from dpd.engine.rows import copy_row
 from dpd.engine.search import next_pairs, pairs_of_block, search_buffers
 from dpd.engine.team import BLOCKS, meet, take
 
@@ -89,9 +90,8 @@ def listing(
     if reference is None:
         return None
     if sorted_now:
-        for k in range(len(box)):
-            for i in range(own[0], own[1]):
-                reference[k, i] = position[k, i]
+        for i in range(own[0], own[1]):
+            copy_row(reference, i, position, i, box)
     elif first:
         count_cells(reference, own, box, grid, cells, team.rank)
         meet(team)
@@ -114,7 +114,7 @@ def farthest_move(position, reference, own, box):
     for i in range(own[0], own[1]):
         r2 = 0.0
         for k in range(len(box)):
-            d = position[k, i] - reference[k, i]
+            d = position[i, k] - reference[i, k]
             d -= box[k] * np.rint(d / box[k])
             r2 += d * d
         farthest = max(farthest, r2)
@@ -129,9 +129,12 @@ def listed_pairs(first, end, position, listed, box, pairs):
     for p in range(n):
         pairs.i[p] = listed.pairs[0, start + p]
         pairs.j[p] = listed.pairs[1, start + p]
+    for p in range(n):
+        i, j = pairs.i[p], pairs.j[p]
+        for k in range(len(box)):
+            pairs.separation[k, p] = position[i, k] - position[j, k]
     for k in range(len(box)):
         edge = box[k]
         for p in range(n):
-            d = position[k, pairs.i[p]] - position[k, pairs.j[p]]
-            pairs.separation[k, p] = d - edge * np.rint(d / edge)
+            pairs.separation[k, p] -= edge * np.rint(pairs.separation[k, p] / edge)
     return n

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dpd.engine.arrays import rows_of
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel
 from dpd.engine.search import next_pairs, search_buffers
@@ -29,13 +30,13 @@ def pair_histogram(position, box, farthest, bins):
         Pairs at their nearest images, each counted once.
     """
     cells = grid(box, max(farthest, SMALLEST_CELL))
-    return _histogram(position, box, cells, farthest, bins)
+    return _histogram(rows_of(position), box, cells, farthest, bins)
 
 
 @kernel()
 def _histogram(position, box, grid, farthest, bins):
-    beads = position.shape[1]
-    source = (position, position, position, np.empty(beads, np.uint32), None)
+    beads = len(position)
+    source = (position, position, None, np.empty(beads, np.uint32), None)
     ordered = empty_like(source)
     cells = cell_buffers(grid, beads, 1)
     sort_by_cell(source, ordered, box, grid, cells)

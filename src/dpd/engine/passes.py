@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.arrays import columns
+from dpd.engine.arrays import columns, rows_of
 from dpd.engine.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
 from dpd.engine.jit import kernel, part
@@ -54,7 +54,7 @@ def passed_bonds(before, after, members, box):
     reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
     reach = min(reach, 0.5 * min(box))
     cells = grid(box, max(reach, SMALLEST_CELL))
-    return _passed(wrapped(middle, box), ends, move, members, box, cells, reach)
+    return _passed(rows_of(wrapped(middle, box)), ends, move, members, box, cells, reach)
 
 
 @part()
@@ -96,8 +96,8 @@ def _axis(k, bond, ends, move, t):
 
 @kernel()
 def _passed(middle, ends, move, members, box, grid, reach):
-    bonds = middle.shape[1]
-    source = (middle, middle, middle, np.arange(bonds).astype(np.uint32), None)
+    bonds = len(middle)
+    source = (middle, middle, None, np.arange(bonds).astype(np.uint32), None)
     ordered = empty_like(source)
     cells = cell_buffers(grid, bonds, 1)
     sort_by_cell(source, ordered, box, grid, cells)

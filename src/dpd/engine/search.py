@@ -14,6 +14,7 @@ from numba import int64, uint32, uint64
 from dpd.engine.bits import LANES, lowest, near, popcount
 from dpd.engine.cells import SPARE
 from dpd.engine.jit import part
+from dpd.engine.rows import sum_to_column
 
 U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
 ENOUGH = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
@@ -109,17 +110,13 @@ def search_buffers(cells, box, grid):
 def merge_rows(row, position, cells, box, grid, line):
     """Fill a line with a row and those ahead of it."""
     start, level = cells.start, cells.level
-    last, levels = len(box) - 1, grid.shape[len(box) - 1]
-    rows = grid.base.shape[1]
+    levels, rows = grid.shape[len(box) - 1], grid.base.shape[1]
     make_room(row, start, levels, grid, line)
     for r in range(rows):
         base = grid.base[row, r]
-        to, shift = line.to[r], grid.shift[row, r]
         for s in range(uint64(start[base]), uint64(start[base + levels])):
-            place = uint64(to[level[s]]) + s
-            for k in range(last):
-                line.position[k, place] = position[k, s] + shift[k]
-            line.position[last, place] = position[last, s]
+            place = uint64(line.to[r, level[s]]) + s
+            sum_to_column(line.position, place, position, s, grid.shift, row * rows + r, box)
             line.slot[place] = uint32(s)
     join_ends(line, box, levels)
 
@@ -243,7 +240,7 @@ def next_pairs(at, end, position, cells, box, grid, cutoff, line, pairs):
         Where to go on: (0, -1) at first, for all beads.
     end : int
         Slot to stop at: the number of beads, or the end of a row.
-    position : (dimension, n) array
+    position : array with a row for each bead
         Sorted by cell, inside the box.
     cells : Cells
     box : tuple of length dimension

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.advance import Shared, advance
+from dpd.engine.arrays import axes_of, empty_rows, rows_of
 from dpd.engine.bonds import batches, make_bonds, no_slots
 from dpd.engine.cells import cell_buffers, grid
 from dpd.engine.integrators import Coefficients
@@ -112,7 +113,7 @@ class State:
 
     def by_identity(self, array):
         """An array in storage order (last axis beads) reordered by bead identity."""
-        ordered = np.empty_like(array)
+        ordered = np.empty(array.shape, array.dtype)
         ordered[..., self.identity] = array
         return ordered
 
@@ -140,6 +141,13 @@ def _refuse_nowhere(state):
                 f"bead {state.identity[np.argmax(bad)]} of the start has a {name} that is not a "
                 f"finite number ({bad.sum()} beads have); make the start anew"
             )
+
+
+def _empty_like(array):
+    """A buffer to sort rows or numbers into; None for None."""
+    if array is None:
+        return None
+    return np.empty_like(array) if array.ndim == 1 else empty_rows(*array.shape)
 
 
 class Simulation:
@@ -241,16 +249,16 @@ class Simulation:
         system, state = self.system, self.state
         # Copies: the loop works in place, and a former state must stay as it was.
         species = None if state.species is None else state.species.copy()
-        predicted = None if system.scheme.prediction is None else state.velocity.copy()
+        predicted = None if system.scheme.prediction is None else rows_of(state.velocity)
         beads = (
-            state.position.copy(), state.velocity.copy(), predicted, state.identity.copy(), species
+            rows_of(state.position), rows_of(state.velocity), predicted, state.identity.copy(),
+            species,
         )  # fmt: skip
-        spare = tuple(None if array is None else np.empty_like(array) for array in beads)
+        spare = tuple(map(_empty_like, beads))
         reference = None
         if system.skin > 0:
-            reference = state.position if state.reference is None else state.reference
-            reference = reference.copy()
-        force = state.force.copy() if steps else np.zeros_like(state.force)
+            reference = rows_of(state.position if state.reference is None else state.reference)
+        force = rows_of(state.force if steps else np.zeros_like(state.force))
         shared = self._shared()
         beads, lost = self._all_threads(
             beads, spare, shared, reference, force, self._fields, self._exchange, system.box,
@@ -261,6 +269,11 @@ class Simulation:
         if bead >= 0:
             raise Unstable(bead, step, distance, system.dt)
         position, velocity, _, identity, species = beads
+        if reference is not None:
+            reference = axes_of(reference, system.dimension)
+        position, velocity, force = (
+            axes_of(rows, system.dimension) for rows in (position, velocity, force)
+        )
         step = state.step + steps
         self.state = State(position, velocity, force, identity, species, step, reference)
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))

@@ -1,0 +1,120 @@
+"""What is done with rows of beads as vectors is what NumPy does entry by entry."""
+
+import numpy as np
+import pytest
+
+from dpd.engine import rows
+from dpd.engine.arrays import CACHE_LINE, axes_of, rows_of
+from dpd.engine.jit import kernel
+
+BEADS, PAIRS = 50, 200
+BOXES = [(3.0, 5.5), (3.0, 5.5, 2.25)]
+
+
+@pytest.fixture(params=BOXES, ids=["2D", "3D"])
+def box(request):
+    return request.param
+
+
+@pytest.fixture
+def beads(box):
+    """Coordinates in and around the box, by axis."""
+    rng = np.random.default_rng(3)
+    return rng.uniform(-1.0, 2.0, (len(box), BEADS)) * np.array(box)[:, None]
+
+
+@pytest.fixture
+def pairs(box):
+    """Slots of pairs, many of them of one bead in turn; a vector and a number for each."""
+    rng = np.random.default_rng(4)
+    i = np.sort(rng.integers(0, BEADS, PAIRS)).astype(np.uint32)
+    j = (i + rng.integers(1, BEADS, PAIRS).astype(np.uint32)) % np.uint32(BEADS)
+    return i, j, rng.normal(size=(len(box), PAIRS)), rng.normal(size=PAIRS)
+
+
+def test_rows_and_back(beads):
+    """Padded with zeros, and no row in two lines of the cache."""
+    made = rows_of(beads)
+    np.testing.assert_array_equal(axes_of(made, len(beads)), beads)
+    np.testing.assert_array_equal(made[:, len(beads) :], 0.0)
+    assert made.ctypes.data % CACHE_LINE == 0
+    assert CACHE_LINE % made.strides[0] == 0
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_rows_of_few(box, count):
+    assert axes_of(rows_of(np.ones((len(box), count))), len(box)).shape == (len(box), count)
+
+
+def test_copies(beads, box):
+    @kernel(cache=False)
+    def reverse(target, source, box):
+        for i in range(len(source)):
+            rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), box)
+
+    target = rows_of(np.full_like(beads, np.nan))
+    reverse(target, rows_of(beads), box)
+    np.testing.assert_array_equal(target, rows_of(beads[:, ::-1]))
+
+
+def test_sums(beads, box):
+    @kernel(cache=False)
+    def lay_out(target, source, shift, box):
+        for i in range(len(source)):
+            rows.sum_to_column(target, i, source, i, shift, i % len(shift), box)
+
+    shift = np.arange(2.0 * len(box)).reshape(len(box), 2)
+    target = np.empty_like(beads)
+    lay_out(target, rows_of(beads), rows_of(shift), box)
+    np.testing.assert_array_equal(target, beads + shift[:, np.arange(BEADS) % 2])
+
+
+def test_differences(beads, pairs, box):
+    @kernel(cache=False)
+    def differences(found, array, i, j, along, box):
+        for p in range(len(i)):
+            found[p] = rows.difference_along(array, i[p], j[p], along, p, box)
+
+    i, j, along, _ = pairs
+    found = np.empty(PAIRS)
+    differences(found, rows_of(beads), i, j, along, box)
+    expected = ((beads[:, i] - beads[:, j]) * along).sum(axis=0)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+
+
+def test_pushes(beads, pairs, box):
+    """Equal and opposite, bit by bit."""
+
+    @kernel(cache=False)
+    def push(force, i, j, scale, along, box):
+        for p in range(len(i)):
+            rows.push_apart(force, i[p], j[p], scale[p], along, p, box)
+
+    i, j, along, scale = pairs
+    force, expected = rows_of(beads), beads.copy()
+    push(force, i, j, scale, along, box)
+    for a, b, change in zip(i, j, (scale * along).T, strict=True):
+        expected[:, a] += change
+        expected[:, b] -= change
+    np.testing.assert_array_equal(force, rows_of(expected))
+
+
+@pytest.mark.parametrize("own", [(0, BEADS), (7, 31)])
+def test_images(beads, box, own):
+    """Only a thread's own beads, and with more of them than edges are written out for."""
+    position = rows_of(np.tile(beads, 10))
+    inside = position.copy()
+    first, end = (10 * slot for slot in own)
+    own = (np.uint64(first), np.uint64(end))
+    kernel(cache=False)(put_all_inside)(inside, own, box)
+    moved = axes_of(inside, len(box))[:, first:end]
+    edges = np.array(box)[:, None]
+    assert (moved >= 0).all() and (moved < edges).all()
+    boxes = (moved - axes_of(position, len(box))[:, first:end]) / edges
+    np.testing.assert_allclose(boxes, np.rint(boxes), rtol=0, atol=1e-12)
+    untouched = np.r_[0:first, end : len(position)]
+    np.testing.assert_array_equal(inside[untouched], position[untouched])
+
+
+def put_all_inside(position, own, box):
+    rows.put_inside(position, own, rows.row_edges(box))
