@@ -94,6 +94,7 @@ class State:
     Attributes
     ----------
     position, velocity, force : (dimension, n) arrays
+        After an advance, views of the rows that the kernels work on.
     identity : (n,) uint32 array
         Number of the bead in each slot.
     species : (n,) uint8 array or None
