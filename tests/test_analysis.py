@@ -16,6 +16,7 @@ from dpd.analysis.statistics import (
     mean_and_error,
     over_replicas,
     trend,
+    windowed_correlation_time,
 )
 from dpd.analysis.verdicts import Measured, judge
 from dpd.digest import stage_digest
@@ -26,17 +27,40 @@ from dpd.theory.flory_huggins import chi_of_composition
 MEMORY = 0.9  # of the autoregressive series below
 
 
-def correlated(rng, runs, length):
+def correlated(rng, runs, length, memory=MEMORY):
     """Stationary AR(1) series of unit variance and zero mean."""
-    noise = rng.normal(size=(runs, length + 200)) * np.sqrt(1 - MEMORY**2)
-    return lfilter([1], [1, -MEMORY], noise, axis=1)[:, 200:]
+    start = int(20 / (1 - memory))  # forgotten by then
+    noise = rng.normal(size=(runs, length + start)) * np.sqrt(1 - memory**2)
+    return lfilter([1], [1, -memory], noise, axis=1)[:, start:]
 
 
 def test_correlation_time_of_a_known_series():
-    """An AR(1) series has tau = (1 + m) / (1 - m) / 2 = 9.5."""
+    """An AR(1) series has tau = (1 + m) / (1 - m) / 2 = 9.5; the largest over averages is above."""
     rng = np.random.default_rng(1)
-    found = np.mean([correlation_time(x) for x in correlated(rng, 50, 4000)])
-    assert found == pytest.approx(0.5 * (1 + MEMORY) / (1 - MEMORY), rel=0.1)
+    runs, known = correlated(rng, 50, 4000), 0.5 * (1 + MEMORY) / (1 - MEMORY)
+    assert np.mean([windowed_correlation_time(x) for x in runs]) == pytest.approx(known, rel=0.1)
+    assert known < np.mean([correlation_time(x) for x in runs]) < 1.4 * known
+
+
+@pytest.mark.parametrize("series", [[2.0] * 300, [1.0, -1.0] * 150, [1.0, 2.0, 4.0]])
+def test_correlation_time_where_nothing_correlates(series):
+    """Constants, what constants average to, and three samples: 1/2, without a warning."""
+    assert correlation_time(series) == 0.5
+
+
+def test_a_slow_part_under_noise_counts():
+    """White noise with a tenth of its variance over 1/30 of the run: one window misses that.
+
+    The error of the mean is mostly the slow part's. Thirty of its times are few, so that the
+    intervals of 400 runs cover a little less than 95 %.
+    """
+    rng, n = np.random.default_rng(7), 3000
+    slow = correlated(rng, 400, n, memory=1 - 30 / n)
+    runs = rng.normal(size=(400, n)) + 0.3 * slow
+    mean, error = np.array([mean_and_error(x)[:2] for x in runs]).T
+    assert 0.89 < np.mean(np.abs(mean) < 1.96 * error) < 0.985
+    window = np.array([windowed_correlation_time(x) for x in runs])
+    assert np.mean(np.abs(mean) < 1.96 * np.sqrt(2 * window / n * runs.var(axis=1))) < 0.6
 
 
 @pytest.mark.parametrize("estimate", ["series", "blocks"])
