@@ -66,6 +66,7 @@ def make_figure(paper, figure, sources, folder):
     replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
     replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data, numbers)))
     replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png"))
+    drawn.set_layout_engine("none")  # what it has found for the one holds for the other
     undated = {"CreationDate": None}
     replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=undated))
     plt.close(drawn)
