@@ -7,10 +7,30 @@ its last bits. Nor is anything compiled for parts that only Python would need, a
 the time that a kernel takes.
 """
 
+import sys
 from functools import partial
+from importlib import import_module
 
 from numba import njit
 from numba.extending import register_jitable
+
+
+def _without_blas():
+    """Spare every process SciPy's linear algebra, which takes a fifth of the time to a first step.
+
+    Numba looks for it once, when it loads the first kernel, and goes without where there is none.
+    No kernel here needs it.
+    """
+    blas = "scipy.linalg.cython_blas"
+    if blas not in sys.modules:
+        sys.modules[blas] = None  # so that importing it fails
+        try:
+            import_module("numba.np.arraymath")  # where Numba looks
+        finally:
+            del sys.modules[blas]
+
+
+_without_blas()
 
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
