@@ -192,14 +192,16 @@ def test_a_fluid_that_is_hot_is_not_timed(monkeypatch):
     """Its beads would not stand as in a fluid at rest."""
     monkeypatch.setattr(scaling, "HOTTEST", 0.5)
     with pytest.raises(UserError, match="before timing"):
-        scaling.rates(scaling.fluid(500, 3.0), 1e3, 1, quiet)
+        scaling.rates([scaling.fluid(500, 3.0)], 1e3, 1, quiet)
 
 
 def test_a_machine_with_one_core(monkeypatch):
     """Two threads would wait for each other there; they are left out."""
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
-    one, two = scaling.rates(scaling.fluid(500, 3.0), 1e3, 2, quiet)
-    assert (one > 1e3).all() and np.isnan(two).all()
+    fluids = [scaling.fluid(500, 3.0), scaling.fluid(500, 1.0)]
+    found = scaling.rates(fluids, 1e3, 3, quiet)
+    assert found.shape == (2, 2, 3)
+    assert (found[:, 0] > 1e3).all() and np.isnan(found[:, 1]).all()
 
 
 def test_schemes_by_name(results):

@@ -30,11 +30,24 @@ def compute(data):
     for end, part in zip(("", "_low", "_high"), middle_and_range(gain)):
         attributes = {"units": "1", "long_name": "rate of two threads over that of one"}
         numbers[f"gain{end}"] = ("beads", part, attributes)
+    for end, part in zip(("", "_low", "_high"), middle_and_range(worst_over_best(source.rate))):
+        attributes = {"units": "1", "long_name": "slowest size's rate over the fastest's"}
+        numbers[f"worst{end}"] = ("threads", part, attributes)
     (less, more), (small, large) = source.memory.values[-2:], source.beads.values[-2:]
     numbers["memory_per_bead"] = ((), (more - less) / (large - small), {"units": "B"})
     for end, part in zip(("", "_low", "_high"), middle_and_range(source.start_up.values)):
         numbers[f"start_up{end}"] = ((), part, {"units": "s", "long_name": "time to start"})
     return numbers
+
+
+def worst_over_best(rate):
+    """(threads, turn) array: the rate of the slowest size in the median over that of the fastest.
+
+    Taken turn by turn, as what disturbs a machine disturbs both.
+    """
+    middle = rate.median("turn").fillna(0.0)
+    best, worst = middle.argmax("beads"), middle.argmin("beads")
+    return (rate.isel(beads=worst) / rate.isel(beads=best)).transpose("threads", "turn").values
 
 
 def measured(data):
@@ -56,9 +69,8 @@ def table(data):
             best, worst = (
                 int(found.beads[place(found.values)]) for place in (np.argmax, np.argmin)
             )
-            fall = 100 * (1 - float(found.min() / found.max()))
-            text = f"{fall:.0f} % (best {best} beads, worst {worst})"
-            rows.append((f"fall from best to worst rate, {_threads(threads)}", text))
+            what = f"rate of {worst} beads (worst) over that of {best} (best), {_threads(threads)}"
+            rows.append((what, _ranged(data.sel(threads=threads), "worst")))
     return pd.DataFrame(rows, columns=["quantity", "median (range)"])
 
 

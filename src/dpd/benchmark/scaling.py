@@ -34,6 +34,8 @@ def scaling(
 ):  # fmt: skip
     """Rates over size and density with one thread and two, peak memory, time to start.
 
+    All sizes have a go in every turn, so that the rate of one over another's is of one time.
+
     Parameters
     ----------
     beads : sequence of int
@@ -58,8 +60,8 @@ def scaling(
         memory[k] = in_own_process(peak_memory, beads[k])
     say("time to start")
     begin = start_up(begins)
-    by_size = [rates(fluid(n, 3.0), work, turns, say) for n in beads]
-    by_density = [rates(fluid(at, rho), work, turns, say) for rho in densities]
+    by_size = rates([fluid(n, 3.0) for n in beads], work, turns, say)
+    by_density = rates([fluid(at, rho) for rho in densities], work, turns, say)
     sizes = [fluid(n, 3.0).beads for n in beads]
     along, rate = ("threads", "turn"), ("1 / s", "bead-steps per second")
     return labelled(
@@ -88,27 +90,40 @@ def fluid(beads, density):
     return Scene(data, f"standard fluid of {beads} beads")
 
 
-def rates(scene, work, turns, say):
-    """(threads, turns) array of bead-steps per second.
+def rates(scenes, work, turns, say):
+    """Bead-steps per second of some fluids, all of them in every turn.
+
+    Returns
+    -------
+    (scenes, threads, turns) array
 
     Raises
     ------
     UserError
-        If the fluid is still hot.
+        If a fluid is still hot.
     """
+    usable = [n for n in THREADS if n <= len(os.sched_getaffinity(0))]
+    advances = [advance for scene in scenes for advance in ready(scene, usable, say)]
+    steps = [max(LEAST, round(work / scene.beads)) for scene in scenes for _ in usable]
+    done = np.array([scene.beads for scene in scenes for _ in usable]) * steps
+    say(f"{len(advances)} runs in turns, {turns} turns")
+    found = np.full((len(scenes), len(THREADS), turns), np.nan)
+    rate = done[:, None] / in_turns(advances, steps, turns)
+    found[:, : len(usable)] = rate.reshape(len(scenes), len(usable), turns)
+    return found
+
+
+def ready(scene, threads, say):
+    """What advances a fluid with each number of threads, compiled and with caches warm."""
     say(f"{scene.beads} beads, density {scene.density:.3g}")
     start = make_start(scene)
     kT = float(np.mean(start.velocity**2))
     if not kT < HOTTEST:
         raise UserError(f"{scene.where}: kT {kT:.3g} before timing; allowed: below {HOTTEST:g}")
-    steps = max(LEAST, round(work / scene.beads))
-    usable = [n for n in THREADS if n <= len(os.sched_getaffinity(0))]
-    advances = [simulation_of(scene, start, n).advance for n in usable]
+    advances = [simulation_of(scene, start, n).advance for n in threads]
     for advance in advances:
         advance(LEAST)
-    found = np.full((len(THREADS), turns), np.nan)
-    found[: len(usable)] = scene.beads * steps / in_turns(advances, steps, turns)
-    return found
+    return advances
 
 
 def in_own_process(function, *arguments):

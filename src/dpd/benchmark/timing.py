@@ -29,14 +29,17 @@ def in_turns(advances, steps, turns):
     ----------
     advances : list of callable
         Each of a number of steps.
-    steps, turns : int
+    steps : int or sequence of int
+        That all take, or each.
+    turns : int
 
     Returns
     -------
     (len(advances), turns) array
         Seconds.
     """
-    return np.array([[seconds_of(a, steps) for a in advances] for _ in range(turns)]).T
+    taken = list(zip(advances, np.broadcast_to(steps, len(advances)).tolist()))
+    return np.array([[seconds_of(*each) for each in taken] for _ in range(turns)]).T
 
 
 def starts_of(scenes, say):

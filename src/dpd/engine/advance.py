@@ -41,6 +41,7 @@ from dpd.engine.team import (
     take,
 )
 
+AT_ONCE = np.uint64(4096)  # beads that several loops go over one after the other
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 
 
@@ -84,6 +85,14 @@ def drift(beads, force, own, edges, dt, scheme, lost):
     the force is zero, for the next to be added up. A scheme with its force in the middle of a
     step drifts for half of it.
     """
+    lost[0] = -1.0
+    for first in range(own[0], own[1], AT_ONCE):
+        drift_some(beads, force, (first, min(own[1], first + AT_ONCE)), edges, dt, scheme, lost)
+
+
+@part()
+def drift_some(beads, force, own, edges, dt, scheme, lost):
+    """The same for so few beads that from loop to loop they stay in cache."""
     position, velocity, predicted, _, _ = beads
     acceleration, prediction, correction, _, _, middle = scheme
     time = dt if middle is None else 0.5 * dt
@@ -92,7 +101,6 @@ def drift(beads, force, own, edges, dt, scheme, lost):
     far, (begin, end) = 0, entries(own, position)
     for q in range(begin, end):
         far += not abs(time * v[q] + half_square * f[q]) <= FARTHEST  # also true for NaN
-    lost[0] = -1.0
     if far > 0:
         find_lost(velocity, force, own, time, half_square, lost)
     predict(predicted, velocity, force, own, prediction, dt)
