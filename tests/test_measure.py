@@ -45,7 +45,7 @@ SIZES = {
     },
     "schemes": {"scenes": {name: SMALL[name] for name in ("W1", "W2")}, "turns": 2},
     "features": {
-        "scene": FLUID, "steps": 10, "turns": 2, "pairs_of_engines": 3,
+        "scene": FLUID, "steps": 10, "turns": 2, "pairs_of_engines": 3, "bouts": 2,
         "watched": {
             "g(r)": {"rdf": {"every": 10, "range": 2}},
             "displacement": {"displacement": {"every": 5}},

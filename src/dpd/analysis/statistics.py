@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc  # scipy.stats takes most of a second to import
 
 GROUPS = 10  # of blocks, left out in turn
 BLOCKS = 50  # samples that a window needs to sum an autocorrelation
@@ -224,6 +223,9 @@ class Fit(NamedTuple):
     @property
     def p_value(self):
         """Probability of a worse chi-square if the model is right."""
+        # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
+        from scipy.special import chdtrc
+
         return float(chdtrc(self.degrees, self.reduced_chi_square * self.degrees))
 
 

@@ -41,11 +41,13 @@ VIRIAL = "virial every step"
 STEPS = 60  # in a turn
 # One process is up to two percent faster than the next with the same machine code.
 PAIRS = 8
+BOUTS = 30  # turns of a pair: the best of many is that of a machine left alone for a moment
 ENGINES = ("whole", "stripped")
 
 
 def features(
-    scene=None, steps=STEPS, turns=TURNS, pairs_of_engines=PAIRS, watched=None, say=print
+    scene=None, steps=STEPS, turns=TURNS, pairs_of_engines=PAIRS, bouts=BOUTS, watched=None,
+    say=print,
 ):  # fmt: skip
     """Cost of features, each in turns with the bare fluid; then the engine stripped of all.
 
@@ -56,8 +58,8 @@ def features(
     steps : int
         In a turn, a multiple of `EVERY`.
     turns : int
-    pairs_of_engines : int
-        Processes of the whole engine, and of the stripped one.
+    pairs_of_engines, bouts : int
+        Processes of the whole engine, and of the stripped one; and turns of each pair.
     watched : dict or None
         Observables, `WATCHED` if not given.
     say : callable
@@ -94,14 +96,14 @@ def features(
         "cost": (along, costs, per, "seconds per bead and step with the feature"),
         "bare_cost": (along, reference, per, "seconds per bead and step without, in turn"),
     }
-    variables |= beside_stripped(bare, starts[BARE], steps, turns, pairs_of_engines, say)
-    return labelled(variables, _description(bare, turns, pairs_of_engines))
+    variables |= beside_stripped(bare, starts[BARE], steps, bouts, pairs_of_engines, say)
+    return labelled(variables, _description(bare, turns, bouts, pairs_of_engines))
 
 
-def _description(bare, turns, pairs):
+def _description(bare, turns, bouts, pairs):
     return (
         f"{bare.beads} beads, rho {bare.density:.3g}, a 25, one thread, {turns} turns of feature "
-        f"and bare fluid; as many of the whole and the stripped engine in each of {pairs} pairs of "
+        f"and bare fluid; {bouts} of the whole and the stripped engine in each of {pairs} pairs of "
         "processes."
     )
 
