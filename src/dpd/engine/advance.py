@@ -78,16 +78,20 @@ def seen(velocity, predicted):
 
 
 @part()
-def drift(beads, force, own, edges, dt, scheme, lost):
+def drift(beads, force, own, edges, dt, scheme, owed, lost):
     """Move the beads from own[0] to own[1], predict velocities; note one that moved too far.
 
-    On return ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f, and
-    the force is zero, for the next to be added up. A scheme with its force in the middle of a
-    step drifts for half of it.
+    First comes the time for which the last force has yet to act, ``owed``. On return
+    ``velocity`` holds v + dt (1 - b) f, ``predicted`` holds v + lambda dt f, and the force is
+    zero, for the next to be added up. A scheme with its force in the middle of a step drifts for
+    half of it.
     """
     lost[0] = -1.0
     for first in range(own[0], own[1], AT_ONCE):
-        drift_some(beads, force, (first, min(own[1], first + AT_ONCE)), edges, dt, scheme, lost)
+        some = first, min(own[1], first + AT_ONCE)
+        if owed > 0.0:
+            add_rows(beads[1], force, owed, some)
+        drift_some(beads, force, some, edges, dt, scheme, lost)
 
 
 @part()
@@ -245,6 +249,15 @@ def renew(team, beads, force, own, kept, bath, box, again):
 
 
 @part()
+def may_owe(scheme, exchange):
+    """Whether the rest of the kick may wait for the next drift, which has beads and force at hand.
+
+    Not where friction or an exchange of momentum follows it.
+    """
+    return scheme[3] is None and scheme[5] is None and exchange is None
+
+
+@part()
 def finish(team, beads, force, own, kept, fields, exchange, box, edges, dt, scheme, keys):
     """What a step does after the force: the rest of the kick, and of the friction."""
     position, velocity, _, identity, _ = beads
@@ -309,11 +322,11 @@ def advance(
     listed = no_list(reference, grid, len(beads[3]))
     phases = len(grid.blocks.phase) - 1
     kept = kept_buffers(scheme[3], scheme[4], len(box), 4 * len(beads[3]), phases)
-    lost = (-1, step, 0.0)
+    lost, owed = (-1, step, 0.0), 0.0
     for s in range(max(steps, 1)):
         if steps > 0:
             step += 1
-            drift(source, force, own, edges, dt, scheme, shared.lost[team.rank])
+            drift(source, force, own, edges, dt, scheme, owed, shared.lost[team.rank])
             shared.moved[team.rank] = farthest_move(source[0], reference, own, box)
             meet(team)
             lost = any_lost(shared, source[3], step)
@@ -339,6 +352,8 @@ def advance(
         new_round(team)
         velocity = seen(source[1], source[2])
         add_bath_forces(force, velocity, source[3], own, fields[5], fields[2], box, keys)
-        if steps > 0:
+        if s + 1 < steps and may_owe(scheme, exchange):
+            owed = scheme[2] * dt
+        elif steps > 0:
             finish(team, source, force, own, kept, fields, exchange, box, edges, dt, scheme, keys)
     return source, lost
