@@ -68,10 +68,16 @@ def test_more_threads_than_beads():
     assert_same_state(*states)
 
 
-def rows_pushed(block, layers, rows):
-    """Rows (layer, place) with beads that the pairs of a block push."""
+def rows_of_block(blocks, block):
+    """Numbers of the rows of a block."""
+    pieces = blocks.rows[blocks.piece[block] : blocks.piece[block + 1]]
+    return [row for piece in pieces for row in range(*piece)]
+
+
+def rows_pushed(own, layers, rows):
+    """Rows (layer, place) with beads that the pairs of some rows push."""
     pushed = set()
-    for row in range(*block):
+    for row in own:
         layer, place = divmod(row, rows)
         pushed |= {(layer, place), (layer, (place + 1) % rows)}
         pushed |= {((layer + 1) % layers, (place + step) % rows) for step in (-1, 0, 1)}
@@ -79,16 +85,16 @@ def rows_pushed(block, layers, rows):
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3, 7, 8, 9, 15, 16, 17, 21, 40])
-@pytest.mark.parametrize("layers", range(1, 12))
+@pytest.mark.parametrize("layers", [*range(1, 12), 31, 32, 33, 69, 129, 200])
 def test_blocks_of_a_phase_push_no_bead_in_common(layers, rows):
     blocks = make_blocks(layers, rows)
     assert len(blocks.phase) <= PHASES + 1
     assert BLOCKS + PHASES <= LINE  # a thread's counters of tasks
     for begin, end in pairwise(blocks.phase):
         assert end > begin
-        pushed = [rows_pushed(block, layers, rows) for block in blocks.row[begin:end]]
+        pushed = [rows_pushed(rows_of_block(blocks, b), layers, rows) for b in range(begin, end)]
         assert sum(map(len, pushed)) == len(set.union(*pushed))
-    met = [row for block in blocks.row for row in range(*block)]
+    met = [row for b in range(blocks.phase[-1]) for row in rows_of_block(blocks, b)]
     assert sorted(met) == list(range(layers * rows))
 
 
@@ -96,8 +102,18 @@ def test_blocks_of_a_phase_push_no_bead_in_common(layers, rows):
 def test_two_threads_have_as_much_to_do(layers):
     blocks = make_blocks(layers, layers)
     assert (np.diff(blocks.phase) % 2 == 0).all()
-    sizes = np.diff(blocks.row, axis=1)
+    sizes = np.diff(blocks.rows, axis=1)
     assert sizes.max() <= sizes.min() + 1
+
+
+@pytest.mark.parametrize("layers", [32, 47, 69, 100])
+def test_blocks_of_a_large_system_are_deep_and_even(layers):
+    """About as many as are enough; whole pairs of them in each phase; depths differ by one."""
+    blocks = make_blocks(layers, layers)
+    assert 64 <= len(blocks.piece) - 1 < 128
+    assert len(blocks.phase) == 5 and (np.diff(blocks.phase) % 2 == 0).all()
+    deep = np.diff(blocks.piece)
+    assert deep.min() > 1 and deep.max() <= deep.min() + 1
 
 
 def test_batches_of_bonds_share_no_bead():

@@ -31,7 +31,7 @@ from dpd.engine.jit import kernel, part
 from dpd.engine.lists import CHUNK, farthest_move, listed_pairs, listing, no_list
 from dpd.engine.noise import step_keys
 from dpd.engine.rows import add_rows, entries, put_inside, row_edges
-from dpd.engine.search import next_pairs, pair_buffers, pairs_of_block, search_buffers
+from dpd.engine.search import next_pairs, pair_buffers, pairs_of_piece, search_buffers
 from dpd.engine.team import (
     BATCHES,
     BLOCKS,
@@ -203,20 +203,24 @@ def add_pairs(team, beads, force, shared, listed, fields, exchange, box, grid, k
     None or Kept
         The pairs, where the scheme needs them again.
     """
-    count, first_task, begin = 0, batches(fields[3]), grid.blocks.phase
+    count, first_task = 0, batches(fields[3])
+    begin, pieces = grid.blocks.phase, grid.blocks.piece
     if listed is None:
         line, pairs = search_buffers(shared.cells, box, grid)
         for phase in range(len(begin) - 1):
             meet(team)
             block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
             while block < begin[phase + 1]:
-                at, end = pairs_of_block(block, shared.cells, grid)
-                while at[0] < end:
-                    at, n = next_pairs(at, end, beads[0], shared.cells, box, grid, 1.0, line, pairs)
-                    kept, count = pair_forces(
-                        beads, force, shared, first_task + block, pairs, n, fields, exchange, box,
-                        keys, measure, kept, count,
-                    )  # fmt: skip
+                for piece in range(pieces[block], pieces[block + 1]):
+                    at, end = pairs_of_piece(piece, shared.cells, grid)
+                    while at[0] < end:
+                        at, n = next_pairs(
+                            at, end, beads[0], shared.cells, box, grid, 1.0, line, pairs
+                        )
+                        kept, count = pair_forces(
+                            beads, force, shared, first_task + block, pairs, n, fields, exchange,
+                            box, keys, measure, kept, count,
+                        )  # fmt: skip
                 block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
             close_phase(kept, phase, count)
     else:

@@ -8,7 +8,7 @@ from dpd.engine.arrays import columns
 from dpd.engine.cells import count_cells, share_cells
 from dpd.engine.jit import part
 from dpd.engine.rows import copy_row
-from dpd.engine.search import next_pairs, pairs_of_block, search_buffers
+from dpd.engine.search import next_pairs, pairs_of_piece, search_buffers
 from dpd.engine.team import BLOCKS, meet, take
 
 CHUNK = 1024  # pairs whose forces are worked out together: their buffers stay in cache
@@ -40,7 +40,7 @@ def no_list(reference, grid, beads):
     """A list yet to be made; None where pairs are found by cells."""
     if reference is None:
         return None
-    blocks = len(grid.blocks.row)
+    blocks = len(grid.blocks.piece) - 1
     pairs = np.empty((2, 8 * beads), np.uint32)
     return Listed(
         pairs,
@@ -55,20 +55,21 @@ def list_pairs(team, position, cells, box, grid, reach, listed):
     """All pairs within ``reach`` of beads of the blocks that this thread gets hold of."""
     line, pairs = search_buffers(cells, box, grid)
     kept, count, total = listed.pairs, 0, 0
-    begin = grid.blocks.phase
+    begin, pieces = grid.blocks.phase, grid.blocks.piece
     for phase in range(len(begin) - 1):
         block = take(team, BLOCKS + phase, begin[phase], begin[phase + 1])
         while block < begin[phase + 1]:
-            at, end = pairs_of_block(block, cells, grid)
-            while at[0] < end:
-                at, found = next_pairs(at, end, position, cells, box, grid, reach, line, pairs)
-                n = np.int64(found)
-                if total + n > kept.shape[1]:
-                    kept = columns(kept, total, 2 * (total + n))
-                for p in range(n):
-                    kept[0, total + p] = pairs.i[p]
-                    kept[1, total + p] = pairs.j[p]
-                total += n
+            for piece in range(pieces[block], pieces[block + 1]):
+                at, end = pairs_of_piece(piece, cells, grid)
+                while at[0] < end:
+                    at, found = next_pairs(at, end, position, cells, box, grid, reach, line, pairs)
+                    n = np.int64(found)
+                    if total + n > kept.shape[1]:
+                        kept = columns(kept, total, 2 * (total + n))
+                    for p in range(n):
+                        kept[0, total + p] = pairs.i[p]
+                        kept[1, total + p] = pairs.j[p]
+                    total += n
             listed.block[count] = block
             count += 1
             listed.end[count] = total

@@ -223,9 +223,9 @@ def unpack_hits(hits, line, pairs, n, box):
 
 
 @part()
-def pairs_of_block(block, cells, grid):
-    """``at`` and ``end`` for `next_pairs` to find those of beads in one block of cells."""
-    first, end = grid.blocks.row[block, 0], grid.blocks.row[block, 1]
+def pairs_of_piece(piece, cells, grid):
+    """``at`` and ``end`` for `next_pairs` to find those of beads in one piece of a block."""
+    first, end = grid.blocks.rows[piece, 0], grid.blocks.rows[piece, 1]
     levels = grid.shape[len(grid.shape) - 1]
     return (int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
 

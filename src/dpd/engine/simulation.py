@@ -236,7 +236,7 @@ class Simulation:
     def _shared(self):
         """What the threads share during a call."""
         bonds, beads = self._fields[3], self.state.position.shape[1]
-        tasks = batches(bonds) + len(self._grid.blocks.row)
+        tasks = batches(bonds) + len(self._grid.blocks.piece) - 1
         return Shared(
             cell_buffers(self._grid, beads, self._threads),
             no_slots(bonds, beads),
