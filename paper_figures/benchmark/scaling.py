@@ -30,24 +30,18 @@ def compute(data):
     for end, part in zip(("", "_low", "_high"), middle_and_range(gain)):
         attributes = {"units": "1", "long_name": "rate of two threads over that of one"}
         numbers[f"gain{end}"] = ("beads", part, attributes)
-    for end, part in zip(("", "_low", "_high"), middle_and_range(worst_over_best(source.rate))):
-        attributes = {"units": "1", "long_name": "slowest size's rate over the fastest's"}
-        numbers[f"worst{end}"] = ("threads", part, attributes)
+    middle = numbers.rate.fillna(0.0)
+    numbers["best"], numbers["worst"] = middle.idxmax("beads"), middle.idxmin("beads")
+    # Turn by turn, as what disturbs a machine disturbs both.
+    fall = source.rate.sel(beads=numbers.worst) / source.rate.sel(beads=numbers.best)
+    for end, part in zip(("", "_low", "_high"), middle_and_range(fall.values)):
+        attributes = {"units": "1", "long_name": "rate of the worst size over that of the best"}
+        numbers[f"fall{end}"] = ("threads", part, attributes)
     (less, more), (small, large) = source.memory.values[-2:], source.beads.values[-2:]
     numbers["memory_per_bead"] = ((), (more - less) / (large - small), {"units": "B"})
     for end, part in zip(("", "_low", "_high"), middle_and_range(source.start_up.values)):
         numbers[f"start_up{end}"] = ((), part, {"units": "s", "long_name": "time to start"})
     return numbers
-
-
-def worst_over_best(rate):
-    """(threads, turn) array: the rate of the slowest size in the median over that of the fastest.
-
-    Taken turn by turn, as what disturbs a machine disturbs both.
-    """
-    middle = rate.median("turn").fillna(0.0)
-    best, worst = middle.argmax("beads"), middle.argmin("beads")
-    return (rate.isel(beads=worst) / rate.isel(beads=best)).transpose("threads", "turn").values
 
 
 def measured(data):
@@ -64,13 +58,10 @@ def table(data):
     for n in data.beads.values[data.beads.values >= LARGE]:
         rows.append((f"two threads over one, {n} beads", _ranged(data.sel(beads=n), "gain")))
     for threads in data.threads.values:
-        found = data.rate.sel(threads=threads)
-        if np.isfinite(found).all():
-            best, worst = (
-                int(found.beads[place(found.values)]) for place in (np.argmax, np.argmin)
-            )
-            what = f"rate of {worst} beads (worst) over that of {best} (best), {_threads(threads)}"
-            rows.append((what, _ranged(data.sel(threads=threads), "worst")))
+        at = data.sel(threads=threads)
+        if np.isfinite(at.rate).all():
+            what = f"rate of {int(at.worst)} beads (worst) over that of {int(at.best)} (best)"
+            rows.append((f"{what}, {_threads(threads)}", _ranged(at, "fall")))
     return pd.DataFrame(rows, columns=["quantity", "median (range)"])
 
 

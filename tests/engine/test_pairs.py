@@ -108,7 +108,9 @@ def test_crowded_cells():
     assert pair_histogram(position, BOX_3D, 1.0, 1)[0] == (distance < 1.0).sum()
 
 
-@pytest.mark.parametrize("box", [(20.2, 20.2, 20.2), (21.6, 17.3, 9.4), (7.9, 33.2, 3.1)])
+@pytest.mark.parametrize(
+    "box", [(20.2, 20.2, 20.2), (21.6, 17.3, 9.4), (7.9, 33.2, 3.1), (33.2, 17.3, 3.1)]
+)
 def test_forces_where_layers_are_cut_into_blocks(box):
     """Large boxes: forces and virial of all pairs that a tree finds."""
     system = make_system(box, friction=0.0)

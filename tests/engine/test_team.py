@@ -23,6 +23,9 @@ CASES = {
     "four layers": dict(box=(4.4, 3.3, 5.0)),
     "blocks within layers": dict(box=(3.2, 9.4, 2.2)),
     "four blocks in a layer": dict(box=(3.2, 17.4, 1.1)),
+    "deep blocks": dict(box=(32.2, 16.4, 1.1), beads=1500),
+    "deep blocks in 2D, with a list": dict(box=(130.1, 6.2), beads=1500, skin=0.2, dt=0.002),
+    "more beads than a drift takes at once": dict(box=(14.1, 14.2, 15.0), beads=9000),
     "one layer": dict(box=(1.9, 6.0, 6.0)),
     "friction twice, with bonds": dict(box=(5.1, 6.2, 7.4), scheme="dpd-vv", bonds=BONDS, dt=0.01),
     "prediction of its own": dict(box=(5.1, 6.2, 7.4), prediction=0.65),
@@ -33,17 +36,18 @@ CASES = {
 }
 
 
-def outcome(threads, box, **changes):
-    """State and sums after a while, in two calls."""
-    beads = 1200 if "bonds" in changes else 300
+def outcome(threads, box, beads=None, calls=(7, 8), **changes):
+    """State and sums after 15 steps, in two calls."""
+    beads = beads or (1200 if "bonds" in changes else 300)
     system = make_system(box, **changes)
     position, velocity = random_beads(box, beads, seed=3)
     species = None
     if len(system.repulsion) > 1:
         species = (np.arange(beads) % 2).astype(np.uint8)
     simulation = make_simulation(system, position, velocity, species, threads=threads)
-    simulation.advance(7)
-    sums = simulation.advance(8, measure=True)
+    for steps in calls[:-1]:
+        simulation.advance(steps)
+    sums = simulation.advance(calls[-1], measure=True)
     return simulation.state, sums
 
 
@@ -55,6 +59,14 @@ def test_threads_do_not_change_a_bit(case):
         assert_same_state(state, one)
         np.testing.assert_array_equal(sums.virial, one_sums.virial)
         np.testing.assert_array_equal(sums.energy, one_sums.energy)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_steps_one_by_one_are_the_same(case):
+    """The rest of a kick, which waits for the next drift within a call, does not change a bit."""
+    together, _ = outcome(1, **CASES[case])
+    one_by_one, _ = outcome(1, **CASES[case], calls=(1,) * 15)
+    assert_same_state(one_by_one, together)
 
 
 def test_more_threads_than_beads():

@@ -60,9 +60,10 @@ def scaling(
         memory[k] = in_own_process(peak_memory, beads[k])
     say("time to start")
     begin = start_up(begins)
-    by_size = rates([fluid(n, 3.0) for n in beads], work, turns, say)
+    fluids = [fluid(n, 3.0) for n in beads]
+    by_size = rates(fluids, work, turns, say)
     by_density = rates([fluid(at, rho) for rho in densities], work, turns, say)
-    sizes = [fluid(n, 3.0).beads for n in beads]
+    sizes = [scene.beads for scene in fluids]
     along, rate = ("threads", "turn"), ("1 / s", "bead-steps per second")
     return labelled(
         {
@@ -114,7 +115,7 @@ def rates(scenes, work, turns, say):
 
 
 def ready(scene, threads, say):
-    """What advances a fluid with each number of threads, compiled and with caches warm."""
+    """What advances a fluid with each number of threads, compiled."""
     say(f"{scene.beads} beads, density {scene.density:.3g}")
     start = make_start(scene)
     kT = float(np.mean(start.velocity**2))

@@ -41,7 +41,7 @@ from dpd.engine.team import (
     take,
 )
 
-AT_ONCE = np.uint64(4096)  # beads that several loops go over one after the other
+IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 
 
@@ -87,8 +87,8 @@ def drift(beads, force, own, edges, dt, scheme, owed, lost):
     half of it.
     """
     lost[0] = -1.0
-    for first in range(own[0], own[1], AT_ONCE):
-        some = first, min(own[1], first + AT_ONCE)
+    for first in range(own[0], own[1], IN_CACHE):
+        some = first, min(own[1], first + IN_CACHE)
         if owed > 0.0:
             add_rows(beads[1], force, owed, some)
         drift_some(beads, force, some, edges, dt, scheme, lost)
