@@ -13,7 +13,7 @@ from dpd.errors import UserError
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
-SMALL_STEP = {2: 0.01, 3: 0.005}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
+SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # tau between samples where the scene does not say: about the memory of the momenta, a

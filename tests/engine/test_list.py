@@ -156,10 +156,10 @@ def test_an_interrupted_run_with_a_list_goes_on_to_the_same_bits(tmp_path):
 @pytest.mark.parametrize(
     ("dt", "edge", "search", "skin"),
     [
-        (0.002, 6.0, "auto", 0.15),
+        (0.001, 6.0, "auto", 0.15),
         (0.04, 6.0, "auto", 0.0),
-        (0.002, 2.2, "auto", 0.0),
-        (0.002, 6.0, "cells", 0.0),
+        (0.001, 2.2, "auto", 0.0),
+        (0.001, 6.0, "cells", 0.0),
         (0.04, 6.0, "list", 0.15),
     ],
 )
