@@ -237,7 +237,7 @@ def test_points_keep_their_scenes_when_others_come(monkeypatch):
 
 def test_chain_lengths_are_numbers_on_an_axis():
     """An axis with a text puts its numbers into it: N becomes an architecture."""
-    sweep = read_paper("liu_2008", "paper", only="melts").sweeps["melts"]
+    sweep = read_paper("liu_2008", "paper", only=["melts"]).sweeps["melts"]
     assert sweep.axes[0].labels == (20, 50, 100, 200)
     assert [len(point.scene.molecules[0].beads) for point in sweep.points] == [20, 50, 100, 200]
     assert all(point.scene.density == 2 for point in sweep.points)
@@ -256,7 +256,7 @@ def test_sweeps_share_a_melt():
 @pytest.mark.parametrize("key", ["radius", "force", "stiffness", "length", "gamma"])
 def test_a_start_knows_its_forces(key):
     """A polymerized start depends on the forces it grows with, and on nothing of the run."""
-    point = read_paper("liu_2008", "paper", only="rigidity").sweeps["rigidity"].points[0]
+    point = read_paper("liu_2008", "paper", only=["rigidity"]).sweeps["rigidity"].points[0]
     data = point.scene.data
     part = {"radius": "core", "force": "core", "stiffness": "bond", "length": "bond"}.get(key)
     value = data["start"]["forces"][part][key] if part else data["start"]["forces"][key]

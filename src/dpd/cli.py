@@ -173,7 +173,7 @@ def _compile(options):
 def _point(options):
     from dpd.study import read_paper
 
-    paper = read_paper(options.paper, options.study, only=options.sweep)
+    paper = read_paper(options.paper, options.study, only=[options.sweep])
     return paper.sweeps[options.sweep].point(options.point)
 
 
@@ -207,7 +207,7 @@ def _collect(options):
     from dpd.analysis.collect import collect, save
     from dpd.study import read_paper
 
-    sweep = read_paper(options.paper, options.study, only=options.sweep).sweeps[options.sweep]
+    sweep = read_paper(options.paper, options.study, only=[options.sweep]).sweeps[options.sweep]
     folder = run_folder(options.study, options.paper, options.sweep)
     paths = [folder / point.name / "run.nc" for point in sweep.points]
     save(collect(sweep, paths), options.output)
@@ -217,7 +217,7 @@ def _figure(options):
     from dpd.report.figures import make_figure
     from dpd.study import read_paper
 
-    paper = read_paper(options.paper, options.study)
+    paper = read_paper(options.paper, options.study, only=[])
     if options.figure not in paper.figures:
         from dpd.schema import suggestion
 

@@ -114,8 +114,8 @@ def read_paper(name, study, only=None):
     Parameters
     ----------
     name, study : str
-    only : str or None
-        Unfold this sweep alone.
+    only : collection of str or None
+        Unfold these sweeps alone.
 
     Returns
     -------
@@ -148,12 +148,13 @@ def read_paper(name, study, only=None):
         figure: _feeds(given, paper["sweeps"], measurements, f"{where}: figures.{figure}")
         for figure, given in paper["figures"].items()
     }
-    if only is not None and only not in paper["sweeps"]:
-        raise UserError(f"{where}: no sweep {only!r}; {suggestion(only, paper['sweeps'])}")
+    for sweep in only or ():
+        if sweep not in paper["sweeps"]:
+            raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper['sweeps'])}")
     sweeps = {
         sweep: _unfold(name, sweep, given, changes.get(sweep, {}), where, study)
         for sweep, given in paper["sweeps"].items()
-        if only in (None, sweep)
+        if only is None or sweep in only
     }
     return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures)
 
