@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from dpd.benchmark.timing import in_turns, labelled, seconds_of, simulation_of
+from dpd.benchmark.timing import TURNS, in_turns, labelled, seconds_of, simulation_of
 from dpd.benchmark.workloads import FLUID
 from dpd.digest import ROOT
 from dpd.errors import UserError
@@ -26,12 +26,12 @@ SETTLE = 180  # steps at density 1 that take the heat of random positions away; 
 SETTLE_STEP = 0.02  # tau
 HOTTEST = 1.5  # kT; hotter, beads would not stand as in a fluid at rest
 THREADS = (1, 2)
-TURNS, STARTS = 15, 5  # many and short: what disturbs one thread or two for a moment is outvoted
+MANY = 15  # turns of rates, which are short: what disturbs them for a moment is outvoted
 TINY = FLUID | {"box": 4, "start": {}, "steps": {"sample": 1}, "observe": ["thermo"]}
 
 
 def scaling(
-    beads=BEADS, densities=DENSITIES, at=AT, work=WORK, turns=TURNS, begins=STARTS, say=print
+    beads=BEADS, densities=DENSITIES, at=AT, work=WORK, turns=MANY, begins=TURNS, say=print
 ):  # fmt: skip
     """Rates over size and density with one thread and two, peak memory, time to start.
 

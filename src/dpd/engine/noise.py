@@ -13,7 +13,7 @@ UNIFORM_WIDTH = np.sqrt(3.0)  # U(-sqrt 3, sqrt 3) has unit variance
 PER_WORD = 1.0 / 2**31  # a signed 32-bit word to (-1, 1)
 
 # Logarithm and cosine are series of our own, to the last bits of a double: the library's are
-# called for one number at a time, and with them a Gaussian run takes three times as long.
+# called for one number at a time, and half of a Gaussian run would go into them.
 MANTISSA_BITS = np.uint64(52)
 MANTISSA = np.uint64(2**52 - 1)
 ROOT_HALF = np.sqrt(0.5).view(np.uint64)
