@@ -13,6 +13,7 @@ test: .venv/ready
 	$(PYTHON) -m venv .venv
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	.venv/bin/python -m compileall -q src paper_figures
 	touch $@
 
 .PHONY: quick test

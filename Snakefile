@@ -16,8 +16,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 from dpd.digest import ROOT, files_digest, stage_digest
 from dpd.errors import UserError
 from dpd.report.overhead import overhead
-from dpd.simulate import start_digest
-from dpd.start import start_work
+from dpd.starting import start_digest, start_is_shared
 from dpd.study import read_config, read_paper
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.

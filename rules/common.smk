@@ -6,7 +6,7 @@ def waiting_for_starts(paper):
     waiting = {}
     for sweep in paper.sweeps.values():
         for point in sweep.points:
-            if start_work(point.scene):
+            if start_is_shared(point.scene):
                 waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
     return waiting
 
@@ -66,9 +66,9 @@ def work_after(wildcards):
 
 
 def start_of(wildcards):
-    """First configuration of a run; no file where a run has only to place its beads."""
+    """First configuration of a run; no file where the run makes its own."""
     scene = scene_of(wildcards)
-    if not start_work(scene):
+    if not start_is_shared(scene):
         return []
     return f"{OUT}/{wildcards.paper}/starts/{start_digest(scene)}.nc"
 

@@ -13,8 +13,7 @@ import xarray as xr
 
 from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import ROOT
-from dpd.simulate import start_digest
-from dpd.start import start_work
+from dpd.starting import start_digest, start_is_shared
 from dpd.study import read_config, read_paper
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
@@ -73,7 +72,7 @@ def edit(path, old, new):
 
 @pytest.mark.parametrize("name", ["smoke", "quick", "paper"])
 def test_dry_run_of_every_study(tmp_path, name):
-    """Every study can be planned: a job per run, sweep, figure, and start that takes steps."""
+    """Every study can be planned: a job per run, sweep, figure, and start that runs share."""
     folder = copy_repository(tmp_path / "copy")
     jobs = planned(folder, "--config", f"study={name}")
     papers = [read_paper(paper, name) for paper in PAPERS]
@@ -81,7 +80,7 @@ def test_dry_run_of_every_study(tmp_path, name):
         [point.scene for sweep in paper.sweeps.values() for point in sweep.points]
         for paper in papers
     ]
-    starts = [{start_digest(scene) for scene in each if start_work(scene)} for each in scenes]
+    starts = [{start_digest(scene) for scene in each if start_is_shared(scene)} for each in scenes]
     assert jobs["simulate"] == sum(map(len, scenes))
     assert jobs["make_start"] == sum(map(len, starts))
     assert jobs["collect"] == sum(len(paper.sweeps) for paper in papers)

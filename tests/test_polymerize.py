@@ -11,9 +11,10 @@ from dpd.engine.simulation import State
 from dpd.errors import UserError
 from dpd.scene import Scene
 from dpd.simulate import read_start, write_start
-from dpd.start import make_start, make_start_and_record, start_work
+from dpd.start import make_start, make_start_and_record
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
 from dpd.start.polymerize import RECORD, Growth
+from dpd.starting import start_work
 from tests.engine.build import assert_same_state
 from tests.engine.exact import crossings_by_looking
 

@@ -13,8 +13,8 @@ from dpd.errors import UserError
 from dpd.report.document import config_readme
 from dpd.scene import Scene
 from dpd.schema import read_yaml, schema, validate
-from dpd.simulate import start_digest
-from dpd.start import FLIGHT, make_start
+from dpd.start import make_start
+from dpd.starting import FLIGHT, start_digest
 from dpd.study import merge, read_paper, read_study
 
 GOOD = {

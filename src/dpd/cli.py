@@ -4,6 +4,7 @@ import argparse
 import os
 import signal
 import sys
+import time
 from pathlib import Path
 
 from dpd.errors import UserError
@@ -103,7 +104,8 @@ def _run(options):
     from dpd.progress import Progress
     from dpd.scene import Scene
     from dpd.simulate import checkpoint_path, read_start, simulate, write_start
-    from dpd.start import make_start, start_work
+    from dpd.start import make_start
+    from dpd.starting import start_work
 
     if options.output.is_dir():
         raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
@@ -111,6 +113,7 @@ def _run(options):
     if scene.chosen:
         print(scene.chosen)
     checkpoint = checkpoint_path(options.output)
+    begun = time.perf_counter()
     if checkpoint.exists():
         print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
     with Progress(start_work(scene), f"{options.scene}: start") as progress:
@@ -128,6 +131,7 @@ def _run(options):
             stopping=_asked_to_stop(),
             say=_say,
             threads=options.threads,
+            begun=begun,
         )
     for name, value in found.items():
         print(f"{name:32s} {value:.6g}")
@@ -180,7 +184,7 @@ def _point(options):
 def _start(options):
     from dpd.progress import Progress
     from dpd.simulate import write_start
-    from dpd.start import start_work
+    from dpd.starting import start_work
 
     scene = _point(options).scene
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
@@ -190,15 +194,16 @@ def _start(options):
 def _simulate(options):
     from dpd.progress import Progress
     from dpd.simulate import checkpoint_path, read_start, simulate
-    from dpd.start import make_start, start_work
+    from dpd.start import make_start
+    from dpd.starting import start_work
 
-    scene = _point(options).scene
+    scene, begun = _point(options).scene, time.perf_counter()
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         state = read_start(scene, options.start) if options.start else make_start(scene, progress)
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
         found = simulate(
             scene, options.output, state, checkpoint_path(options.output), progress,
-            stopping=_asked_to_stop(), say=_say, threads=options.threads,
+            stopping=_asked_to_stop(), say=_say, threads=options.threads, begun=begun,
         )  # fmt: skip
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
 

@@ -14,10 +14,11 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent.parent
 
-_SIMULATION = ("errors.py", "files.py", "scene.py", "simulate.py", "engine", "observe", "start")
+_START = ("errors.py", "files.py", "scene.py", "starting.py", "engine", "start")
+_SIMULATION = (*_START, "simulate.py", "observe")
 _STAGES = {
     "engine": ("engine",),
-    "start": ("errors.py", "files.py", "scene.py", "engine", "start"),
+    "start": _START,
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
     "figure": ("analysis", "theory", "report/style.py", "report/text.py", "report/figures.py"),

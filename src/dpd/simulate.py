@@ -8,20 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from dpd import files
-from dpd.digest import stage_digest, value_digest
+from dpd.digest import stage_digest
 from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Simulation, State, Unstable
 from dpd.errors import LostTrack, UserError
 from dpd.observe import observables
-from dpd.start import make_start_and_record, start_description, system_of
+from dpd.start import make_start_and_record, system_of
 from dpd.start.polymerize import RECORD
+from dpd.starting import start_description, start_digest
 
 RERUN = "let snakemake make it again, or delete it"
-
-
-def start_digest(scene):
-    """Digest of what decides the first configuration of a scene."""
-    return value_digest(start_description(scene))
 
 
 def write_start(scene, path, progress=None):
@@ -79,7 +75,7 @@ def read_start(scene, path):
 
 def simulate(
     scene, path, state, checkpoint=None, progress=None, every_seconds=60.0, stopping=None, say=None,
-    threads=1,
+    threads=1, begun=None,
 ):  # fmt: skip
     """Run a scene and write what it observed.
 
@@ -101,6 +97,9 @@ def simulate(
         See `dpd.engine.loop.run`.
     threads : int
         See `dpd.engine.simulation.Simulation`.
+    begun : float or None
+        When the work on this run began, as `time.perf_counter` has it: with its start, where the
+        run made that itself. Otherwise now.
 
     Returns
     -------
@@ -113,7 +112,7 @@ def simulate(
         If the run blows up or is stopped; the last checkpoint stays. Before it begins, if
         there is no room for checkpoint and result.
     """
-    begun = time.perf_counter()
+    begun = time.perf_counter() if begun is None else begun
     system = system_of(scene)
     simulation = Simulation(system, state, threads)
     observers = observables(scene, system)

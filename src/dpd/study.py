@@ -1,6 +1,5 @@
 """From config to runs: a study changes a paper's sweeps, a sweep unfolds into points."""
 
-import copy
 from dataclasses import dataclass
 from itertools import product
 from zlib import crc32
@@ -181,12 +180,13 @@ def _unfold(paper, name, given, changes, where, study):
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
     base = merge(given["scene"], changes.get("scene", {}))
-    described = copy.deepcopy(given.get("axes", {}))
+    described = dict(given.get("axes", {}))
     there = f"config/studies/{study}.yaml: papers.{paper}.{name}.axes"
     for axis, values in changes.get("axes", {}).items():
         if axis not in described:
             raise UserError(f"{there}: no axis {axis!r}; {suggestion(axis, described)}")
-        described[axis]["values"] = _chosen(described[axis]["values"], values, f"{there}.{axis}")
+        rule = described[axis]
+        described[axis] = rule | {"values": _chosen(rule["values"], values, f"{there}.{axis}")}
     key = f"{where}: sweeps.{name}"
     axes = [_axis(axis, rule, key) for axis, rule in described.items()]
     replicas = changes.get("replicas", given["replicas"])
@@ -240,17 +240,20 @@ def _changes(rule, label):
 
 
 def merge(base, change):
-    """A copy of ``base`` with ``change`` put in, dicts key by key, list items by number."""
+    """``base`` with ``change`` put in: dicts key by key, list items by number.
+
+    Neither is altered; the result shares with them what it takes over whole.
+    """
     if not isinstance(change, dict):
-        return copy.deepcopy(change)
+        return change
     if isinstance(base, list):
-        merged = copy.deepcopy(base)
+        merged = list(base)
         for place, value in change.items():
             if not str(place).isdigit() or int(place) >= len(merged):
                 raise UserError(f"no item {place!r} in a list of {len(merged)}; they count from 0")
             merged[int(place)] = merge(merged[int(place)], value)
         return merged
-    merged = copy.deepcopy(base) if isinstance(base, dict) else {}
+    merged = dict(base) if isinstance(base, dict) else {}
     for key, value in change.items():
         merged[key] = merge(merged.get(key), value)
     return merged

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.engine.simulation import Simulation
-from dpd.simulate import start_digest
 from dpd.start import make_start, system_of
+from dpd.starting import start_digest
 
 TURNS = 5
 

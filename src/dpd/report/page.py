@@ -9,7 +9,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup, escape
@@ -18,8 +17,7 @@ from dpd.digest import ROOT, stage_digest
 from dpd.files import attribute, replace_whole
 from dpd.report.figures import joined_verdicts
 from dpd.report.text import with_error
-from dpd.simulate import start_digest
-from dpd.start import start_work
+from dpd.starting import start_digest, start_is_shared
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
@@ -39,7 +37,7 @@ def write_page(study, description, papers, results, path, overhead=""):
         What the workflow cost beside its simulations, see `dpd.report.overhead`.
     """
     table = joined_verdicts(papers, results)
-    checks = pd.concat([_checks(paper, results) for paper in papers], ignore_index=True)
+    checks = [_checks(paper, results) for paper in papers]
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
     )
@@ -50,9 +48,9 @@ def write_page(study, description, papers, results, path, overhead=""):
         papers=[_paper(paper, results, paper.name in set(table.paper)) for paper in papers],
         verdicts=table.to_dict("records"),
         counts=table.verdict.value_counts().to_dict(),
-        checks=checks.to_dict("records"),
+        checks=[row for rows in checks for row in rows],
         overhead=overhead,
-        costs=[cost for paper in papers for cost in _costs(paper, results)],
+        costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
         versions={name: version(name) for name in LIBRARIES}
         | {"Python": platform.python_version()},
         sources={
@@ -111,44 +109,42 @@ def _checks(paper, results):
     """What each sweep says of itself: kT, momentum, speed, memory, cost."""
     rows = []
     for name in paper.sweeps:
-        data = xr.load_dataset(results / paper.name / "sweeps" / f"{name}.nc", engine="netcdf4")
-        rows.append({
-            "sweep": name,
-            "runs": data.kT.size,
-            "beads": _span(data.beads, "{:.0f}"),
-            "steps": _span(data.steps, "{:.0f}"),
-            "kT": _span(data.kT, "{:.4f}"),
-            "momentum": float(data.momentum_per_bead.max()),
-            "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
-            "memory": float(data.peak_memory_MiB.max()),
-            "seconds": float(data.seconds.sum()),
-        })  # fmt: skip
-    return pd.DataFrame(rows)
+        path = results / paper.name / "sweeps" / f"{name}.nc"
+        with xr.open_dataset(path, engine="netcdf4") as data:
+            rows.append({
+                "sweep": name,
+                "runs": data.kT.size,
+                "beads": _span(data.beads, "{:.0f}"),
+                "steps": _span(data.steps, "{:.0f}"),
+                "kT": _span(data.kT, "{:.4f}"),
+                "momentum": float(data.momentum_per_bead.max()),
+                "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
+                "memory": float(data.peak_memory_MiB.max()),
+                "seconds": float(data.seconds.sum()),
+            })  # fmt: skip
+    return rows
 
 
-def _costs(paper, results):
-    """Jobs and seconds of each stage, from what its files say of themselves."""
+def _costs(paper, results, checks):
+    """Jobs and seconds of each stage, from what its files and sweeps say of themselves."""
     folder = results / paper.name
     points = [point for sweep in paper.sweeps.values() for point in sweep.points]
-    starts = sorted({start_digest(p.scene) for p in points if start_work(p.scene)})
-    measurements = [folder / "measurements" / f"{name}.nc" for name in paper.measurements]
-    sweeps = [folder / "sweeps" / f"{name}.nc" for name in paper.sweeps]
+    starts = sorted({start_digest(p.scene) for p in points if start_is_shared(p.scene)})
     stages = {
-        "first configurations": [folder / "starts" / f"{digest}.nc" for digest in starts],
-        "simulations": [
-            folder / "runs" / sweep.name / point.name / "run.nc"
-            for sweep in paper.sweeps.values()
-            for point in sweep.points
-        ],
-        "sweeps": sweeps,
-        "measurements": measurements,
-        "figures": [folder / "figures" / f"{name}.nc" for name in paper.figures],
+        "first configurations": _files(folder / "starts", starts),
+        "simulations": (sum(row["runs"] for row in checks), sum(row["seconds"] for row in checks)),
+        "sweeps": _files(folder / "sweeps", paper.sweeps),
+        "measurements": _files(folder / "measurements", paper.measurements),
+        "figures": _files(folder / "figures", paper.figures),
     }
-    for stage, paths in stages.items():
-        if not paths:
-            continue
-        seconds = sum(attribute(path, "seconds") for path in paths)
-        yield {"paper": paper.name, "stage": stage, "jobs": len(paths), "seconds": seconds}
+    for stage, (jobs, seconds) in stages.items():
+        if jobs:
+            yield {"paper": paper.name, "stage": stage, "jobs": jobs, "seconds": seconds}
+
+
+def _files(folder, names):
+    """How many NetCDF files, and the seconds that they say they took."""
+    return len(names), sum(attribute(folder / f"{name}.nc", "seconds") for name in names)
 
 
 def _span(values, pattern):

@@ -10,8 +10,7 @@ from dpd.engine.periodic import wrapped
 from dpd.engine.simulation import Simulation, State, System
 from dpd.errors import UserError
 from dpd.start.polymerize import LOOK, polymerize
-
-FLIGHT = 0.8  # r_c, a step of a random flight where bonds have no rest length
+from dpd.starting import FLIGHT, start_description, start_forces
 
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
 
@@ -57,46 +56,9 @@ def _core(core):
     return 2.0 * core["radius"], float(core["force"]), float(core.get("smooth", 0)) or None
 
 
-def start_description(scene):
-    """The part of a scene that decides its first configuration, as plain data.
-
-    Runs whose descriptions agree share one start.
-    """
-    data, start = scene.data, scene.data["start"]
-    kept = {
-        "dimension": data["dimension"],
-        "box": list(scene.box),
-        "molecules": data["molecules"],
-        "method": start["method"],
-        "kT": start.get("kT", data["thermostat"]["kT"]),
-        "seed": start.get("seed", data["seed"]),
-    }
-    if start["method"] == "polymerize":
-        kept["polymerize"] = start["polymerize"]
-    elif "bond" in data:
-        kept["flight"] = float(data["bond"]["length"]) or FLIGHT
-    if "relax" in start:
-        kept["relax"] = start["relax"]
-    if "relax" in start or start["method"] == "polymerize":
-        kept["forces"] = _start_forces(scene)
-        kept["thermostat"] = data["thermostat"]["kT"]
-    return kept
-
-
-def _start_forces(scene):
-    """Forces of growth and relaxation: those of the scene, but for start.forces."""
-    data, own = scene.data, scene.data["start"]["forces"]
-    forces = {"repulsion": data["repulsion"]}
-    for name in ("core", "bond"):
-        if name in data or name in own:
-            forces[name] = data.get(name, {}) | own.get(name, {})
-    forces["gamma"] = own.get("gamma", data["thermostat"]["gamma"])
-    return forces
-
-
 def _start_system(scene, dt):
     """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs."""
-    forces = _start_forces(scene)
+    forces = start_forces(scene)
     return replace(
         system_of(scene),
         friction=float(forces["gamma"]),
@@ -118,7 +80,7 @@ def make_start(scene, progress=None):
     ----------
     scene : Scene
     progress : callable or None
-        Called with the work done so far, out of `start_work`.
+        Called with the work done so far, out of `dpd.starting.start_work`.
 
     Returns
     -------
@@ -126,13 +88,6 @@ def make_start(scene, progress=None):
         In the order of identities, with no force yet and step 0.
     """
     return make_start_and_record(scene, progress)[0]
-
-
-def start_work(scene):
-    """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
-    start = scene.data["start"]
-    grown = scene.beads if start["method"] == "polymerize" else 0
-    return grown + start.get("relax", {}).get("steps", 0)
 
 
 def make_start_and_record(scene, progress=None):

@@ -1,0 +1,63 @@
+"""Who makes a first configuration, and that it makes no difference."""
+
+import time
+
+import numpy as np
+import pytest
+
+from dpd import files
+from dpd.scene import Scene
+from dpd.simulate import read_start, simulate, write_start
+from dpd.start import make_start
+from dpd.starting import start_is_shared
+from dpd.study import merge
+
+FLUID = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "thermostat": {"kT": 1, "gamma": 4.5, "noise": "uniform"},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 20, "sample": 180},
+    "start": {"relax": {"steps": 20, "dt": 0.01}},
+}
+
+
+@pytest.mark.parametrize(
+    "change, shared",
+    [
+        ({}, False),
+        ({"start": {"relax": {"steps": 21}}}, True),
+        ({"steps": {"sample": 179}}, True),
+        ({"start": {"method": "slabs"}}, False),
+    ],
+)
+def test_a_short_relaxation_is_part_of_the_run(change, shared):
+    """Up to a tenth of the run's steps: longer ones have a job and a file of their own."""
+    assert start_is_shared(Scene(merge(FLUID, change))) is shared
+
+
+def test_grown_chains_have_a_file_however_long_the_run():
+    """Placed ones have none."""
+    chains = {"dimension": 2, "box": 20, "molecules": [{"architecture": "A 10", "count": 40}]}
+    bonds = {"bond": {"stiffness": 100, "length": 0.5}, "steps": {"sample": 10**8}}
+    data = {key: value for key, value in FLUID.items() if key != "start"} | chains
+    placed = Scene(merge(data, bonds))
+    grown = Scene(merge(data, bonds | {"start": {"method": "polymerize"}}))
+    assert not start_is_shared(placed) and start_is_shared(grown)
+
+
+def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
+    """Made by the run or read from a file; what the run took counts its own start."""
+    scene = Scene(FLUID)
+    write_start(scene, tmp_path / "start.nc")
+    begun = time.perf_counter()
+    simulate(scene, tmp_path / "own.nc", make_start(scene), begun=begun)
+    whole = time.perf_counter() - begun
+    simulate(scene, tmp_path / "read.nc", read_start(scene, tmp_path / "start.nc"))
+    (own, told), (read, _) = (files.read(tmp_path / name) for name in ("own.nc", "read.nc"))
+    assert read.keys() == own.keys()
+    for name, values in own.items():
+        assert np.array_equal(values, read[name]), name
+    assert 0.5 * whole < told["seconds"] < whole
