@@ -1,4 +1,4 @@
-# Compiled kernels, and first configurations that take steps to make: points that differ in
+# Compiled kernels, and first configurations worth a job of their own: points that differ in
 # nothing that matters there share one.
 
 
