@@ -67,11 +67,12 @@ def _paper(paper, results, judged):
     folder = results / paper.name / "figures"
     figures = []
     for name in paper.figures:
-        picture = base64.b64encode((folder / f"{name}.png").read_bytes()).decode()
+        picture = (folder / f"{name}.png").read_bytes()
         figures.append(
             {
                 "name": name,
-                "picture": f"data:image/png;base64,{picture}",
+                "picture": f"data:image/png;base64,{base64.b64encode(picture).decode()}",
+                "width": _png_width(picture) // 2,  # so that text is of one size in all figures
                 "caption": _html((folder / f"{name}.md").read_text()),
             }
         )
@@ -83,6 +84,11 @@ def _paper(paper, results, judged):
         "reference": paper.reference,
         "figures": figures,
     }
+
+
+def _png_width(picture):
+    """Pixels, from the head of a PNG file."""
+    return int.from_bytes(picture[16:20], "big")
 
 
 def _html(text):
