@@ -52,7 +52,7 @@ def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     """Made by the run or read from a file; what the run took counts its own start."""
     scene = Scene(FLUID)
     write_start(scene, tmp_path / "start.nc")
-    begun = time.perf_counter()
+    begun = time.perf_counter() - 100  # as if its start had taken that long
     simulate(scene, tmp_path / "own.nc", make_start(scene), begun=begun)
     whole = time.perf_counter() - begun
     simulate(scene, tmp_path / "read.nc", read_start(scene, tmp_path / "start.nc"))
@@ -60,4 +60,4 @@ def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     assert read.keys() == own.keys()
     for name, values in own.items():
         assert np.array_equal(values, read[name]), name
-    assert 0.5 * whole < told["seconds"] < whole
+    assert 100 < told["seconds"] < whole
