@@ -237,24 +237,33 @@ def test_chi_carries_the_error():
         ({"value": 1.0, "rounding": 0.05}, 1.04, 0.0, verdicts.REPLICATED),
         ({"value": 1.0, "rounding": 0.05}, 1.07, 0.001, verdicts.DEVIATES),
         ({"value": 0.1, "error": 0.01}, 0.2, 0.3, verdicts.NOT_REACHED),
-        ({"value": -0.002, "error": 0.2}, -0.18, 0.1, verdicts.REPLICATED),
+        ({"value": 0.1, "error": 0.01}, 0.1, 0.051, verdicts.NOT_REACHED),
+        ({"value": 0.533, "rival": 0.5}, 0.53, 0.02, verdicts.NOT_REACHED),
+        ({"value": 0.533, "rival": 0.5}, 0.53, 0.01, verdicts.REPLICATED),
+        ({"value": 0, "rival": 0.02}, 0.0, 0.02, verdicts.NOT_REACHED),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
         ({"value": 0}, 2.5, 1.0, verdicts.DEVIATES),
         ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),
         ({"range": [None, 0]}, 0.1, 0.01, verdicts.DEVIATES),
-        ({"range": [0, 1]}, 1.01, 0.01, verdicts.REPLICATED),
+        ({"range": [0, 1]}, 1.01, 0.01, verdicts.NOT_REACHED),
+        ({"range": [0, 1]}, 0.99, 0.01, verdicts.NOT_REACHED),
+        ({"range": [0, 1]}, 0.97, 0.01, verdicts.REPLICATED),
+        ({"range": [0, 1]}, 1.03, 0.01, verdicts.DEVIATES),
+        ({"range": [0, 1]}, 1.0, 0.0, verdicts.REPLICATED),
+        ({"range": [0, 1]}, 0.5, 0.3, verdicts.NOT_REACHED),
+        ({"range": [0, 1]}, 0.5, np.nan, verdicts.NOT_REACHED),
         ({"value": 1.0, "error": 0.1}, np.nan, np.nan, verdicts.NOT_REACHED),
     ],
 )
 def test_verdicts(entry, value, error, verdict):
     """Two combined standard errors, or the rounding, or the range."""
-    assert judge(entry, Measured(value, error))[0] == verdict
+    assert judge(entry, Measured(value, error)).verdict == verdict
 
 
 def test_undecided_runs_get_no_verdict():
     """A stated reason overrides the number."""
     entry = {"value": 1.0, "error": 0.1}
-    assert judge(entry, Measured(1.0, 0.1, undecided="too short"))[0] == verdicts.NOT_REACHED
+    assert judge(entry, Measured(1.0, 0.1, undecided="too short")).verdict == verdicts.NOT_REACHED
 
 
 def test_values_keep_their_type_in_files(tmp_path):

@@ -1,20 +1,27 @@
 """Published numbers against ours."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pandas as pd
 
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.schema import read_yaml
+from dpd.schema import read_yaml, validate
 
 PUBLISHED = ROOT / "paper_figures" / "published.yaml"
 COLUMNS = [
-    "paper", "figure", "quantity", "published", "published_error", "value", "error",
-    "deviation_sigma", "verdict", "note",
+    "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
+    "rounding", "value", "error", "deviation_sigma", "resolution", "verdict", "note",
 ]  # fmt: skip
 REPLICATED, DEVIATES, NOT_REACHED = "replicated", "deviates", "not reached at this scale"
+SIMULATED, CLOSED_FORM, CHECK = "simulated", "closed form", "check"
+KINDS = {
+    SIMULATED: "a number or claim that the paper prints, held against simulation",
+    CLOSED_FORM: "a number that the paper prints, held against a formula; nothing is simulated",
+    CHECK: "our own check; the paper prints no such number",
+}
 AGREE = 2.0  # combined standard errors
 
 
@@ -25,7 +32,7 @@ class Measured:
     Attributes
     ----------
     value, error : float
-        The error is one standard error.
+        The error is one standard error; NaN where the run is too short for one.
     note : str
         How it was found, for the table.
     undecided : str
@@ -38,51 +45,108 @@ class Measured:
     undecided: str = ""
 
 
+@dataclass(frozen=True)
+class Judgement:
+    """What comes of holding a measurement against a published number.
+
+    Attributes
+    ----------
+    verdict : str
+    deviation : float
+        In combined standard errors; NaN where undecided.
+    resolution : float
+        The smallest deviation that this run would have called one: two combined standard errors.
+    reason : str
+        Why nothing was decided; empty otherwise.
+    """
+
+    verdict: str
+    deviation: float = np.nan
+    resolution: float = np.nan
+    reason: str = ""
+
+
 def published(paper):
-    """Published numbers of a paper, if it has any: name to what published.yaml says of it."""
-    return read_yaml(PUBLISHED).get(paper, {})
+    """Published numbers of a paper, if it has any: name to what published.yaml says of it.
+
+    Raises
+    ------
+    UserError
+        If an entry is not as config/schema/published.yaml has it.
+    """
+    return _all_published().get(paper, {})
+
+
+@cache
+def _all_published():
+    table = read_yaml(PUBLISHED)
+    validate(table, "published", str(PUBLISHED))
+    return table
 
 
 def judge(entry, measured):
     """Compare one published number with ours.
 
-    Replicated is within two standard errors of the combined errors, or within the rounding
-    of the published value, or inside the range that the paper states. A measurement whose
-    error is larger than both the published value and its error decides nothing, unless the
-    value is zero.
+    A value is replicated where the difference is within two combined standard errors, or within
+    the rounding of the published value. A run whose two combined errors reach from the published
+    value to its rival (another value, 0 if none is named) could not tell the two apart and
+    decides nothing. A range is replicated where our 95 % interval lies inside, deviates where it
+    lies outside, and is undecided where it reaches across a limit.
 
     Parameters
     ----------
     entry : dict
-        ``value`` with ``error`` or ``rounding``, or ``range`` [low, high] with null for an
-        open end.
+        ``value`` with ``error`` (a standard error) or ``rounding`` (half of the last digit) or
+        both, and perhaps ``rival``; or ``range`` [low, high] with null for an open end.
     measured : Measured
 
     Returns
     -------
-    verdict : str
-    deviation : float
-        In combined standard errors; NaN where undecided.
+    Judgement
     """
-    if measured.undecided or not np.isfinite(measured.value):
-        return NOT_REACHED, np.nan
+    if measured.undecided:
+        return Judgement(NOT_REACHED, reason=measured.undecided)
+    if not np.isfinite(measured.value):
+        return Judgement(NOT_REACHED, reason="no run in this study")
+    if np.isnan(measured.error):
+        return Judgement(NOT_REACHED, reason="the run is too short for an error")
     if "range" in entry:
-        low, high = entry["range"]
-        low, high = -np.inf if low is None else low, np.inf if high is None else high
-        outside = max(low - measured.value, measured.value - high, 0.0)
-        deviation = outside / measured.error if measured.error > 0 else (np.inf if outside else 0.0)
-        return (REPLICATED if deviation <= AGREE else DEVIATES), deviation
+        return _judge_range(entry["range"], measured)
+    return _judge_value(entry, measured)
+
+
+def _judge_range(limits, measured):
+    """Of a value that should lie between two limits."""
+    low, high = (end if limit is None else limit for limit, end in zip(limits, (-np.inf, np.inf)))
+    outside = max(low - measured.value, measured.value - high)  # negative inside
+    reach = AGREE * measured.error
+    if abs(outside) < reach:
+        reason = "two standard errors reach across a limit of the range"
+        return Judgement(NOT_REACHED, outside / measured.error, reach, reason)
+    deviation = max(outside, 0.0)
+    if deviation:
+        deviation = deviation / measured.error if measured.error else np.inf
+    return Judgement(DEVIATES if outside > 0 else REPLICATED, deviation, reach)
+
+
+def _judge_value(entry, measured):
+    """Of a value that should be another one."""
     difference = measured.value - entry["value"]
     # Rounding is a uniform error of half a last digit either way.
-    own = entry.get("error", entry.get("rounding", 0.0) / np.sqrt(3.0))
-    combined = np.hypot(own, measured.error)
-    deviation = (
-        difference / combined if combined > 0 else np.inf * difference if difference else 0.0
-    )
-    if entry["value"] != 0 and measured.error > max(abs(entry["value"]), own):
-        return NOT_REACHED, deviation
-    rounded = abs(difference) <= entry.get("rounding", 0.0)
-    return (REPLICATED if rounded or abs(deviation) <= AGREE else DEVIATES), deviation
+    rounding = entry.get("rounding", 0.0)
+    combined = np.sqrt(entry.get("error", 0.0) ** 2 + rounding**2 / 3.0 + measured.error**2)
+    if combined > 0:
+        deviation = difference / combined
+    else:
+        deviation = np.inf * difference if difference else 0.0
+    resolution = AGREE * combined
+    rival = entry.get("rival", 0.0)
+    apart = abs(entry["value"] - rival)
+    if apart and resolution > apart:
+        reason = f"two standard errors reach from {entry['value']:g} to {rival:g}"
+        return Judgement(NOT_REACHED, deviation, resolution, reason)
+    agrees = abs(difference) <= rounding or abs(deviation) <= AGREE
+    return Judgement(REPLICATED if agrees else DEVIATES, deviation, resolution)
 
 
 def rows(paper, figure, measured):
@@ -112,24 +176,23 @@ def rows(paper, figure, measured):
         if name not in measured and "pending" not in entry:
             raise UserError(f"{PUBLISHED}: {paper}.{name}: {figure} does not measure it")
         ours = measured.get(name) or Measured(np.nan, np.nan, "", entry["pending"])
-        verdict, deviation = judge(entry, ours)
-        reason = ours.undecided
-        if verdict == NOT_REACHED and not reason:
-            made = np.isfinite(ours.value)
-            reason = (
-                "the error is larger than what is published" if made else "no run in this study"
-            )
-        notes = [entry.get("note"), ours.note, reason]
+        found = judge(entry, ours)
+        notes = [entry.get("note"), ours.note, found.reason]
         table.append({
             "paper": paper,
             "figure": figure,
             "quantity": entry["quantity"],
+            "where": entry["where"],
+            "kind": entry.get("kind", SIMULATED),
+            "limits": entry.get("limits", "text"),
             "published": entry.get("value", _range_text(entry.get("range"))),
-            "published_error": entry.get("error", entry.get("rounding", np.nan)),
+            "published_error": entry.get("error", np.nan),
+            "rounding": entry.get("rounding", np.nan),
             "value": ours.value,
             "error": ours.error,
-            "deviation_sigma": round(float(deviation), 2),
-            "verdict": verdict,
+            "deviation_sigma": round(float(found.deviation), 2),
+            "resolution": found.resolution,
+            "verdict": found.verdict,
             "note": "; ".join(note for note in notes if note),
         })  # fmt: skip
     return pd.DataFrame(table, columns=COLUMNS)

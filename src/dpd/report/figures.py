@@ -26,7 +26,8 @@ def load_module(paper, figure):
     """The file of a figure: ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``.
 
     It may also have ``warnings(numbers)``, sentences, and ``table(numbers)``, a data frame of
-    text; both go below its caption.
+    text; both go below its caption. ``describe(numbers)`` says in one or two sentences what is
+    seen, for those who cannot see the picture.
 
     Raises
     ------
@@ -57,7 +58,8 @@ def make_figure(paper, figure, sources, folder):
     data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sources.items()}
     numbers = module.compute(data)
     table = rows(paper, figure, module.measured(numbers))
-    numbers.attrs |= {"paper": paper, "figure": figure}
+    seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
+    numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
     drawn = module.draw(numbers)
 
     def path(kind):

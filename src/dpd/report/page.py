@@ -164,13 +164,16 @@ def _number(value, error=None):
 
 
 def _pulled(row):
-    """Published value as printed in the table: with its error where it has one."""
+    """Published value as printed in the table: with its error or its rounding, if it has any."""
     try:
-        value = float(row["published"])
+        text = f"{float(row['published']):g}"
     except ValueError:
         return row["published"]
-    error = row["published_error"]
-    return f"{value:g}" + (f" ± {error:.2g}" if np.isfinite(error) else "")
+    if np.isfinite(row["published_error"]):
+        text += f" ± {row['published_error']:.2g}"
+    if np.isfinite(row["rounding"]):
+        text += f", rounded by {row['rounding']:.2g}"
+    return text
 
 
 def _commit():

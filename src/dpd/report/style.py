@@ -6,7 +6,7 @@ from matplotlib import pyplot as plt
 
 from dpd.analysis.statistics import COVERAGE
 
-COLUMN = 3.4  # inches, a journal's single column
+SINGLE, DOUBLE = 8.6 / 2.54, 17.8 / 2.54  # inches, a journal's one and two columns
 # Okabe and Ito's palette.
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
@@ -17,7 +17,7 @@ mpl.rcParams.update({
     "font.size": 8,
     "axes.labelsize": 8,
     "axes.titlesize": 8,
-    "legend.fontsize": 6.5,
+    "legend.fontsize": 7,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "xtick.direction": "in",
@@ -36,14 +36,31 @@ mpl.rcParams.update({
 })  # fmt: skip
 
 
-def panels(columns=1, rows=1, height=2.6, **options):
-    """A figure of panels, each a column wide and ``height`` inches high.
+def panels(columns=1, rows=1, height=2.6, width=None, **options):
+    """A figure of panels, as wide as one column of a journal, or as two for panels side by side.
+
+    Several panels are lettered (a), (b), ... in reading order.
+
+    Parameters
+    ----------
+    columns, rows : int
+    height : float
+        Of a row in inches.
+    width : float or None
+        Of the figure in inches, if not as above.
+    **options
+        For `matplotlib.pyplot.subplots`.
 
     Returns
     -------
     Figure, Axes or array of Axes
     """
-    return plt.subplots(rows, columns, figsize=(COLUMN * columns, height * rows), **options)
+    width = width or (DOUBLE if columns > 1 else SINGLE)
+    figure, axes = plt.subplots(rows, columns, figsize=(width, height * rows), **options)
+    if rows * columns > 1:
+        for letter, panel in zip("abcdefghijklmnopqrstuvwxyz", np.ravel(axes)):
+            panel.set_title(f"({letter})", loc="left")
+    return figure, axes
 
 
 def points(axes, x, y, error, label=None, color=BLUE, marker="o", filled=True, **options):
