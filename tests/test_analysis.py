@@ -8,7 +8,8 @@ from scipy.signal import lfilter
 from dpd import files
 from dpd.analysis import verdicts
 from dpd.analysis.collect import RECORDED, collect, save
-from dpd.analysis.composition import bulk_fraction, bulk_windows, chi_and_error, composition
+from dpd.analysis.composition import bulk_fraction, chi_and_error, composition, in_bulk
+from dpd.analysis.interfaces import slabs
 from dpd.analysis.statistics import (
     block_mean_and_error,
     correlation_time,
@@ -185,38 +186,30 @@ def slab_profile(phi, blocks=40, bins=100, seed=4):
 def test_composition_of_known_slabs():
     """The fraction comes back within its error, without drift, with the beads counted."""
     density, z = slab_profile(0.02)
-    found = composition(density, z, 20.0, 1.0)
+    seen = slabs(density, z, 20.0)
+    found = composition(seen, 1.0)
     assert abs(found.fraction - 0.02) < 4 * found.error
     assert found.settled
-    bins = sum(w.sum() for w in bulk_windows(z, 20.0))
+    bins = 4 * in_bulk(seen.distance).sum()
     assert found.counted == pytest.approx(3 * 0.02 * bins, rel=0.1)
 
 
 @pytest.mark.parametrize(("decay", "height"), [(0.3, 0.2), (0.8, 0.1), (1.1, 0.05)])
 def test_tails_of_interfaces_are_taken_off(decay, height):
     """Exponential tails from both interfaces leave the bulk fraction as it is."""
-    z = (np.arange(100) + 0.5) / 5
-    apart = np.minimum.reduce([z, np.abs(z - 10), 20 - z])
-    tails = height * (np.exp(-(apart - 2.5) / decay) + np.exp(-(7.5 - apart) / decay))
+    apart = (np.arange(25) + 0.5) / 5
+    tails = height * (np.exp(-(apart - 2) / decay) + np.exp(-(8 - apart) / decay))
     minority = 0.03 + tails
-    profile = np.where(z < 10, [1 - minority, minority], [minority, 1 - minority])
-    assert bulk_fraction(3 * profile, z, 20.0) == pytest.approx(0.03, abs=1e-4)
+    found = bulk_fraction(3 * np.array([minority, 1 - minority]), apart, widest=1.5)
+    assert found == pytest.approx(0.03, abs=1e-4)
 
 
 def test_drifting_composition_is_not_settled():
     """A fraction that still rises is seen; the same blocks without a trend have settled."""
     steps = [slab_profile(phi, 10, seed=s)[0] for s, phi in enumerate((0.01, 0.02, 0.03, 0.04))]
     z = slab_profile(0.01)[1]
-    assert not composition(np.concatenate(steps), z, 20.0, 1.0).settled
-    assert composition(slab_profile(0.02)[0], z, 20.0, 1.0).settled
-
-
-def test_bulk_windows_clear_both_interfaces():
-    """Nothing nearer than 3.5 to z = 0, 10 or 20."""
-    z = np.linspace(0.05, 19.95, 200)
-    in_a, in_b = bulk_windows(z, 20.0)
-    assert z[in_a].min() >= 3.5 and z[in_a].max() <= 6.5
-    assert z[in_b].min() >= 13.5 and z[in_b].max() <= 16.5
+    assert not composition(slabs(np.concatenate(steps), z, 20.0), 1.0).settled
+    assert composition(slabs(slab_profile(0.02)[0], z, 20.0), 1.0).settled
 
 
 def test_chi_carries_the_error():

@@ -8,7 +8,7 @@ from dpd.analysis.structure import peak, radial_distribution
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, RED, panels
 
-TITLE = "Radial distribution function (rho 3, a 25)."
+TITLE = "Radial distribution function (rho = 3, a = 25)."
 PAPER_SHOWS = (
     "The paper shows g(r) of the monomer fluid and chooses the spring constant C = 2 so that the "
     "mean bond lies at the maximum of g(r). Vertical lines: mean bond length in melts of N = 10 "
@@ -58,12 +58,24 @@ def measured(data):
     }
 
 
+def describe(data):
+    """What is seen."""
+    bonds = ", ".join(
+        f"{float(data.bond.sel(stiffness=c)):.2f} for C = {c:g}" for c in data.stiffness.values
+    )
+    return (
+        f"g(r) rises from a small value at zero distance to {float(data.g.max()):.2f} at "
+        f"{float(data.peak):.2f} r_c, dips slightly below 1 and is flat from 2 r_c on. Vertical "
+        f"lines mark mean bond lengths: {bonds}."
+    )
+
+
 def draw(data):
     """g(r), the paper's axes."""
     figure, axes = panels(1)
     reach = COVERAGE * data.g_error
     axes.fill_between(data.r, data.g - reach, data.g + reach, color=BLUE, alpha=0.3)
-    axes.plot(data.r, data.g, color=BLUE, label="g(r), this work")
+    axes.plot(data.r, data.g, color=BLUE, label="$g(r)$, this work")
     axes.axhline(1, color=BLACK, linewidth=0.5)
     axes.axvline(
         data.peak, color=BLACK, linestyle=":", label=f"maximum, {float(data.peak):.2f} $r_c$"
@@ -71,8 +83,8 @@ def draw(data):
     for c, color in zip(data.stiffness.values, (RED, ORANGE)):
         bond = float(data.bond.sel(stiffness=c))
         axes.axvline(
-            bond, color=color, linestyle="--", label=f"mean bond, C = {c:g}: {bond:.2f} $r_c$"
+            bond, color=color, linestyle="--", label=f"mean bond, $C$ = {c:g}: {bond:.2f} $r_c$"
         )
-    axes.set(xlim=(0, 3), ylim=(0, 1.4), xlabel="distance r / $r_c$", ylabel="g(r)")
+    axes.set(xlim=(0, 3), ylim=(0, 1.4), xlabel="distance $r$ / $r_c$", ylabel="$g(r)$")
     axes.legend(loc="lower right")
     return figure

@@ -5,9 +5,9 @@ from dpd.report.style import BLUE, GREEN, RED, np, panels, points, published_lin
 
 TITLE = "Excess pressure against density."
 PAPER_SHOWS = (
-    "The paper shows p - rho kT for a = 15 (crosses), 25 (squares) and 30 (circles) with a "
-    "parabola through the points. Dashed: the published parabola, alpha a rho^2 with alpha 0.101. "
-    "Numbers from these runs are judged with Figure 4."
+    "The paper shows p - rho kT against rho for a = 15 (crosses), 25 (squares) and 30 (circles) "
+    "with a parabola through the points. Dashed: the published parabola, alpha a rho^2 with "
+    "alpha = 0.101. Numbers from these runs are judged with Figure 4."
 )
 STYLES = {15.0: (BLUE, "X"), 25.0: (GREEN, "s"), 30.0: (RED, "o")}
 ALPHA = 0.101
@@ -21,6 +21,15 @@ def compute(sweeps):
 def measured(data):
     """None here: see Figure 4."""
     return {}
+
+
+def describe(data):
+    """What is seen."""
+    return (
+        "Excess pressure against density for three repulsions: three parabolas, steeper for "
+        "larger a. The points lie on the dashed published curves, slightly below them at low "
+        "density."
+    )
 
 
 def draw(data):

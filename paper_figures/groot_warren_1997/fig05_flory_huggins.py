@@ -15,8 +15,8 @@ from dpd.theory.flory_huggins import (
 
 TITLE = "Flory-Huggins free energy and chemical potential, N_A = N_B = 1."
 PAPER_SHOWS = (
-    "The paper shows F and mu = dF/dphi for a chi above the critical 2 that it does not state "
-    "(3 here), with spinodal points S, where mu is extremal, and binodal points B, the two "
+    "The paper shows (a) F and (b) mu = dF/dphi for a chi above the critical 2 that it does not "
+    "state (3 here), with spinodal points S, where mu is extremal, and binodal points B, the two "
     "coexisting compositions. No simulation enters."
 )
 ERRORS = "The curves are exact."
@@ -48,11 +48,21 @@ def measured(data):
     return {"critical_chi": Measured(critical_chi(), 0.0, "Eq. 19 for N_A = N_B = 1")}
 
 
+def describe(data):
+    """What is seen."""
+    b, s = (float(data.marked_phi.sel(mark=name)) for name in "BS")
+    return (
+        f"Two curves over the fraction of A at chi = {data.attrs['chi']:g}. The free energy has "
+        f"two minima, at {b:.2f} and {1 - b:.2f}, with a hump between; the chemical potential "
+        f"crosses zero at both and has its extrema at {s:.2f} and {1 - s:.2f}."
+    )
+
+
 def draw(data):
     """Free energy above, chemical potential below, one axis."""
     figure, (upper, lower) = panels(rows=2, height=1.8, sharex=True)
     curves = (
-        (upper, data.free_energy, free_energy, BLUE, r"F / $k_BT$"),
+        (upper, data.free_energy, free_energy, BLUE, r"$F$ / $k_BT$"),
         (lower, data.chemical_potential, chemical_potential, RED, r"$\mu$ / $k_BT$"),
     )
     for axes, curve, function, color, label in curves:
@@ -64,5 +74,6 @@ def draw(data):
         axes.set_ylabel(label)
     lower.axhline(0, color=BLACK, linewidth=0.5)
     lower.set(xlim=(0, 1), ylim=(-1.6, 1.6), xlabel=r"fraction $\phi_A$")
-    upper.set_title(rf"$\chi$ = {data.attrs['chi']:g}, $N_A = N_B = 1$")
+    upper.text(0.5, 0.06, rf"$\chi$ = {data.attrs['chi']:g}, $N_A = N_B = 1$", ha="center",
+               transform=upper.transAxes)  # fmt: skip
     return figure

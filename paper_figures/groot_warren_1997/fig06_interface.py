@@ -1,15 +1,15 @@
 """Figure 6: density profile across an interface."""
 
-import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.composition import bulk_windows
+from dpd.analysis.composition import in_bulk
+from dpd.analysis.interfaces import slabs
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
 
-TITLE = "Density profiles across the interfaces (rho 3, a 25, a_AB 37)."
+TITLE = "Density profiles across the interfaces (rho = 3, a = 25, a_AB = 37)."
 PAPER_SHOWS = (
     "The paper shows rho_A, rho_B and their sum in a box of 8 x 8 x 20 and notes a small dip of "
     "the sum at the interface; the box has two, at z = 0 and 10."
@@ -23,15 +23,13 @@ def compute(sweeps):
     density = sweep.density_profile.stack(part=("replica", "block"))
     density = density.transpose("part", "species", "z")
     z = sweep.z.values
-    length = first_scene(sweep).box[2]
     mean, error = block_mean_and_error(density.values)
     total, total_error = block_mean_and_error(density.values.sum(axis=1))
-    # The dip: the slices within half a cutoff of either interface, against the bulk.
-    apart = np.minimum.reduce([z, np.abs(z - length / 2), length - z])
-    bulk = np.logical_or(*bulk_windows(z, length))
-    at_interface = density.values.sum(axis=1)[:, apart < 0.5].mean(axis=1)
-    in_bulk = density.values.sum(axis=1)[:, bulk].mean(axis=1)
-    dip, dip_error = block_mean_and_error(at_interface / in_bulk - 1)
+    # The dip: within half a cutoff of either interface on both sides, against the bulk.
+    seen = slabs(density.values, z, first_scene(sweep).box[2])
+    at_interface = seen.total[:, seen.distance < 0.5].mean(axis=1)
+    in_the_bulk = seen.total[:, in_bulk(seen.distance)].mean(axis=1)
+    dip, dip_error = block_mean_and_error(at_interface / in_the_bulk - 1)
     units = {"units": "1 / r_c^3"}
     return xr.Dataset(
         {
@@ -48,8 +46,20 @@ def compute(sweeps):
 
 def measured(data):
     """The dip of the total density."""
-    note = "mean total density within 0.5 r_c of an interface over that of the bulk, minus 1"
+    note = (
+        "mean total density within 0.5 r_c of an interface over that of the bulk, minus 1; "
+        "positions of the interfaces found block by block"
+    )
     return {"density_dip": Measured(float(data.dip), float(data.dip_error), note)}
+
+
+def describe(data):
+    """What is seen."""
+    return (
+        "Density of A is high in the left half of the box and low in the right one, that of B the "
+        "other way round; they cross at z = 0 and near 10. Their sum is flat near 3 but for "
+        f"{'dips' if data.dip < 0 else 'rises'} of {100 * abs(float(data.dip)):.0f} % at both."
+    )
 
 
 def draw(data):
@@ -65,6 +75,6 @@ def draw(data):
         at = data.sel(species=name)
         band(at.profile, at.profile_error, color, rf"$\rho_{name}$")
     band(data.total, data.total_error, BLACK, r"$\rho_A + \rho_B$")
-    axes.set(xlim=(0, 20), ylim=(0, 3.6), xlabel="z / $r_c$", ylabel=r"density $\rho$ $r_c^3$")
-    axes.legend(loc="center", bbox_to_anchor=(0.62, 0.5))
+    axes.set(xlim=(0, 20), ylim=(0, 3.4), xlabel="$z$ / $r_c$", ylabel=r"density $\rho$ $r_c^3$")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure

@@ -4,64 +4,102 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import curve_fit
 
-from dpd.analysis.statistics import over_replicas
+from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
-TITLE = "Temperature relaxation and noise amplitude (rho 3, a 25, dt 0.04)."
+TITLE = "Temperature: relaxation, noise amplitude, and lambda (rho = 3, a = 25)."
 PAPER_SHOWS = (
-    "The paper states, without a figure, that kT relaxes exponentially from 10 to 1 within some "
-    "10 steps at sigma 3 and some 90 at sigma 1, and that kT rises slowly with sigma up to about "
-    "8 and rapidly beyond. Left: kT - 1 after a hot start, mean over replicas, with fitted "
-    "exponentials. Right: kT - 1 against sigma."
+    "Not a figure of the paper: its Sec. III states these. (a) kT - 1 at dt 0.04 after a start at "
+    "kT = 10, mean over replicas: it relaxes exponentially within some 10 steps at sigma 3 and "
+    "some 90 at sigma 1 (dashed); solid thin lines: fitted exponentials, from 10 to a free end. "
+    "(b) kT - 1 at dt 0.04 against sigma: it rises slowly up to about 8 (dashed) and rapidly "
+    "beyond. Cross: the run blew up. (c) kT - 1 at dt 0.06 against lambda; the text finds 0.65 "
+    "(dashed) to be the best. Line: parabola, whose zero is where kT is right."
 )
 HOT = 10.0
-RAPID = 0.1  # kT - 1 that counts as the end of the slow rise
+END_OF_SLOW = 8.0  # sigma, as the text has it
+BEGIN_OF_SLOW = 3.0  # below, kT - 1 is hardly larger than its error
 
 
 def compute(sweeps):
-    """Relaxation times in steps, kT against sigma, and where kT - 1 passes 0.1."""
+    """Relaxation times in steps, kT against sigma and against lambda."""
     relaxation, noise = sweeps["relaxation"], sweeps["noise_amplitude"]
+    factor = sweeps["prediction_factor"]
     dt = float(relaxation.time[1] - relaxation.time[0])
     steps = relaxation.time.values / dt
     series = relaxation.kT_series.transpose("sigma", "replica", "time")
-    times = np.array([[decay(steps, kT) for kT in replicas] for replicas in series.values])
-    count = times.shape[1]
+    found = np.array([[decay(steps, kT) for kT in replicas] for replicas in series.values])
+    count = found.shape[1]
+    times, ends = np.moveaxis(found, 2, 0)
     error = times.std(axis=1, ddof=1) / np.sqrt(count) if count > 1 else np.full(len(times), np.nan)
     kT, kT_error = over_replicas(noise.kT.values, noise.kT_error.values, -1)
+    at_lambda, lambda_error = over_replicas(factor.kT.values, factor.kT_error.values, -1)
+    above_one = {"units": "kT", "long_name": "kT - 1"}
+    standard_error = {"units": "kT", "long_name": "standard error"}
     return xr.Dataset(
         {
             "relaxation_steps": ("sigma", times.mean(axis=1), {"units": "steps"}),
             "relaxation_error": ("sigma", error, {"units": "steps"}),
+            "relaxation_end": ("sigma", ends.mean(axis=1), {"units": "kT"}),
             "kT_series": (("sigma", "step"), series.mean("replica").values, {"units": "kT"}),
-            "excess": ("amplitude", kT - 1, {"units": "kT", "long_name": "kT - 1"}),
-            "excess_error": ("amplitude", kT_error, {"units": "kT", "long_name": "standard error"}),
+            "excess": ("amplitude", kT - 1, above_one),
+            "excess_error": ("amplitude", kT_error, standard_error),
+            "at_lambda": ("lambda", at_lambda - 1, above_one),
+            "at_lambda_error": ("lambda", lambda_error, standard_error),
         },
         {
             "sigma": relaxation.sigma.values.astype(float),
             "step": steps,
             "amplitude": noise.sigma.values.astype(float),
+            "lambda": factor["lambda"].values.astype(float),
         },
     )
 
 
 def decay(steps, kT):
-    """Relaxation time in steps of kT = end + (10 - end) exp(-steps / time)."""
-    (time, _), _ = curve_fit(
+    """Time in steps and end of kT = end + (10 - end) exp(-steps / time)."""
+    return curve_fit(
         lambda s, time, end: end + (HOT - end) * np.exp(-s / time), steps, kT, p0=(30.0, 1.0)
-    )
-    return time
+    )[0]
 
 
-def knee(data):
-    """Noise amplitude where kT - 1 passes `RAPID`, between two measured ones; and its error."""
-    above = np.flatnonzero(data.excess.values > RAPID)
-    if not len(above) or above[0] == 0:
+def steepening(data, at):
+    """How much steeper kT rises in the unit of sigma after ``at`` than from 3 to there.
+
+    Returns
+    -------
+    ratio, error : float
+        NaN where a run is missing.
+    """
+    wanted = np.array([BEGIN_OF_SLOW, at, at + 1])
+    if not np.isin(wanted, data.amplitude).all():
         return np.nan, np.nan
-    at = above[0]
-    x, y, e = data.amplitude.values, data.excess.values, data.excess_error.values
-    slope = (y[at] - y[at - 1]) / (x[at] - x[at - 1])
-    return x[at - 1] + (RAPID - y[at - 1]) / slope, float(np.hypot(e[at], e[at - 1])) / slope
+    first, middle, last = data.excess.sel(amplitude=wanted).values
+    errors = data.excess_error.sel(amplitude=wanted).values
+    before, after = (middle - first) / (at - BEGIN_OF_SLOW), last - middle
+    # Derivatives of after / before by the three temperatures.
+    by = np.array([1 / (at - BEGIN_OF_SLOW), 0, 0]) * after / before**2
+    by += np.array([0, -1 - after / before / (at - BEGIN_OF_SLOW), 1]) / before
+    return after / before, float(np.sqrt(np.sum((by * errors) ** 2)))
+
+
+def best_lambda(data):
+    """lambda at which kT = 1: zero of a parabola through kT - 1; and its error.
+
+    Returns
+    -------
+    value, error : float
+    coefficients : (3,) array
+        Of 1, x and x^2, x = lambda - 0.6.
+    """
+    x, y = data["lambda"].values - 0.6, data.at_lambda.values
+    fit = linear_fit([x**power for power in range(3)], y, data.at_lambda_error.values)
+    a, b, c = fit.values
+    root = (-b - np.sqrt(max(0.0, b * b - 4 * a * c))) / (2 * c) if c else -a / b
+    near = np.argmin(np.abs(x - root))  # the fit is as good there as the nearest point, or better
+    slope = b + 2 * c * root
+    return 0.6 + root, abs(float(data.at_lambda_error[near]) / slope), fit.values
 
 
 def measured(data):
@@ -75,31 +113,76 @@ def measured(data):
             0.0 if alone else float(at.relaxation_error),
             "exponential from kT 10, end value free" + ("; one replica, no error" if alone else ""),
         )
-    where, error = knee(data)
+    found["relaxation_ratio"] = relaxation_ratio(data)
+    ratio, error = steepening(data, END_OF_SLOW)
+    sooner = steepening(data, END_OF_SLOW - 1)[0]
     found["noise_knee"] = Measured(
-        where, error, "where kT - 1 passes 0.1, interpolated",
-        "" if np.isfinite(where) else "kT - 1 does not pass 0.1 in the amplitudes of this study",
+        ratio, error, f"{sooner:.1f} at sigma {END_OF_SLOW - 1:g}",
+        "" if np.isfinite(ratio) else "no runs at sigma 3, 8 and 9 in this study",
     )  # fmt: skip
+    value, error, _ = best_lambda(data)
+    each = ", ".join(
+        f"{float(kT):+.4f} at {factor:g}"
+        for factor, kT in zip(data["lambda"].values, data.at_lambda)
+    )
+    found["best_lambda"] = Measured(value, error, f"kT = 1 on a parabola; kT - 1: {each}")
+    found["kT_excess_lambda_0.65_rho_3"] = Measured(
+        *(float(data[name].sel({"lambda": 0.65})) for name in ("at_lambda", "at_lambda_error"))
+    )
     return found
 
 
+def relaxation_ratio(data):
+    """Relaxation time at sigma 1 over that at sigma 3."""
+    slow, fast = (data.sel(sigma=sigma) for sigma in (1.0, 3.0))
+    ratio = float(slow.relaxation_steps / fast.relaxation_steps)
+    parts = [float(at.relaxation_error / at.relaxation_steps) for at in (slow, fast)]
+    return Measured(ratio, ratio * float(np.hypot(*parts)), "of the fitted times")
+
+
+def describe(data):
+    """What is seen."""
+    slow, fast = (float(data.relaxation_steps.sel(sigma=sigma)) for sigma in (1.0, 3.0))
+    return (
+        f"(a) kT - 1 falls in straight lines on a logarithmic axis, within {fast:.0f} steps at "
+        f"sigma 3 and {slow:.0f} at sigma 1, until noise is left. (b) kT - 1 rises evenly with "
+        "sigma, then steeply from 8 on. (c) kT - 1 falls nearly in a straight line with lambda "
+        f"and crosses zero at {best_lambda(data)[0]:.3f}, right of the dashed line at 0.65."
+    )
+
+
 def draw(data):
-    """Relaxation on a logarithmic axis; kT - 1 against sigma."""
-    figure, (left, right) = panels(2)
-    for sigma, color in zip(data.sigma.values, (RED, BLUE)):
+    """Relaxation on a logarithmic axis; kT - 1 against sigma and against lambda."""
+    figure, (left, middle, right) = panels(3)
+    for sigma, published, color in ((1.0, 90, RED), (3.0, 10, BLUE)):
         at = data.sel(sigma=sigma)
         label = rf"$\sigma$ = {sigma:g}: {float(at.relaxation_steps):.1f} steps"
-        left.plot(data.step, at.kT_series - 1, color=color, linewidth=0.7, label=label)
-    for sigma, steps, color in ((1, 90, RED), (3, 10, BLUE)):
-        label = rf"published, $\sigma$ = {sigma}: {steps} steps"
-        published = (HOT - 1) * np.exp(-data.step / steps)
-        left.plot(data.step, published, color=color, linestyle="--", linewidth=0.8, label=label)
-    left.set(yscale="log", ylim=(0.01, 12), xlim=(0, 300), xlabel="steps of 0.04 τ",
+        left.plot(data.step, at.kT_series - 1, ".", color=color, markersize=1.5)
+        end = float(at.relaxation_end)
+        fitted = end + (HOT - end) * np.exp(-data.step / float(at.relaxation_steps))
+        left.plot(data.step, fitted - 1, color=color, linewidth=0.7, label=label)
+        left.plot(data.step, (HOT - 1) * np.exp(-data.step / published), color=color,
+                  linestyle="--", linewidth=0.9, label=f"published: {published} steps")  # fmt: skip
+    left.set(yscale="log", ylim=(0.01, 300), xlim=(0, 300), xlabel=r"steps of 0.04 $\tau_0$",
              ylabel=r"$k_BT - 1$")  # fmt: skip
     left.legend(loc="upper right")
-    points(right, data.amplitude, data.excess, data.excess_error, "this work")
-    right.axvline(8, color=BLACK, linestyle="--", linewidth=0.9, label="published end of slow rise")
-    right.axhline(RAPID, color=BLACK, linestyle=":", linewidth=0.6)
-    right.set(xlabel=r"noise amplitude $\sigma$", ylabel=r"$k_BT - 1$")
-    right.legend(loc="upper left")
+    points(middle, data.amplitude, data.excess, data.excess_error, "this work")
+    top = 1.25 * float(data.excess.max())
+    lost = data.amplitude.values[~np.isfinite(data.excess.values)]
+    if len(lost):
+        middle.plot(lost, [0.95 * top] * len(lost), "X", color=RED, label="blew up")
+    middle.axvline(END_OF_SLOW, color=BLACK, linestyle="--", linewidth=0.9,
+                   label="published end of\nslow rise")  # fmt: skip
+    middle.set(xlim=(0, 11), ylim=(0, top), xlabel=r"noise amplitude $\sigma$",
+               ylabel=r"$k_BT - 1$")  # fmt: skip
+    middle.legend(loc="upper left")
+    points(right, data["lambda"], data.at_lambda, data.at_lambda_error)
+    value, error, coefficients = best_lambda(data)
+    x = np.linspace(float(data["lambda"].min()), float(data["lambda"].max()), 50)
+    right.plot(x, np.polyval(coefficients[::-1], x - 0.6), color=BLUE, linewidth=0.8,
+               label=rf"$k_BT = 1$ at {value:.3f} ± {COVERAGE * error:.3f}")  # fmt: skip
+    right.axvline(0.65, color=BLACK, linestyle="--", linewidth=0.9, label="published best, 0.65")
+    right.axhline(0, color=BLACK, linewidth=0.5)
+    right.set(xlabel=r"$\lambda$", ylabel=r"$k_BT - 1$")
+    right.legend(loc="upper right")
     return figure

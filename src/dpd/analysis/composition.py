@@ -7,15 +7,30 @@ import xarray as xr
 from scipy.optimize import minimize_scalar
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import block_mean_and_error, jackknife, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
-TAIL = 2.5  # r_c from either interface beyond which its tail is an exponential
-DECAY = (0.2, 1.5)  # r_c, lengths that the tail may have
+TAIL = 2.0  # r_c from either interface beyond which its tail is an exponential
+DECAY = (0.1, 1.5)  # r_c, shortest and longest decay length that any tail may have
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
+
+LONG_NAMES = {
+    "chi": "chi by Eq. 18",
+    "chi_error": "standard error",
+    "fraction": "minority fraction",
+    "drift": "change between halves in standard errors",
+    "samples": "independent samples in a run",
+    "counted": "minority beads in the bulk",
+    "settled": "whether in equilibrium",
+    "width": "width of the interfaces",
+    "width_error": "standard error",
+    "moved": "largest distance between two places of one interface",
+    "excess_repulsion": "a_AB - a_AA",
+}
 
 
 class Composition(NamedTuple):
@@ -39,39 +54,20 @@ class Composition(NamedTuple):
         return steady and self.error < PRECISE * self.fraction
 
 
-def bulk_windows(z, length):
-    """Masks of the slices deep in the two slabs, which meet at 0 and at half the length.
-
-    Parameters
-    ----------
-    z : (n,) array
-        Middles of slices.
-    length : float
-        Of the box along z; slab A fills the first half.
-
-    Returns
-    -------
-    in_a, in_b : (n,) bool arrays
-    """
-    from_interface = np.minimum.reduce([np.abs(z), np.abs(z - length / 2), np.abs(z - length)])
-    bulk = from_interface >= min(CLEAR, 0.8 * length / 4)
-    return bulk & (z < length / 2), bulk & (z > length / 2)
-
-
-def composition(density, z, length, slice_volume):
-    """Minority fraction from a density profile, both phases taken together.
+def composition(seen, slice_volume):
+    """Minority fraction far from the interfaces, both phases taken together.
 
     Interfaces between chains reach far: where a tail is left in the middle of the slabs,
-    an average there is no bulk value. So the folded profile beyond `TAIL` is fitted by
+    an average there is no bulk value. So the fraction beyond `TAIL` is fitted by
     phi + A cosh((L/4 - d) / xi), d the distance from the nearer interface, which is the
-    form of two small tails, and phi is the fraction.
+    form of two small tails, and phi is what is asked for. A hyperbolic tangent of width w has
+    xi = w / 4; up to twice that is allowed, beyond it noise of the bulk would pass for a tail.
 
     Parameters
     ----------
-    density : (block, 2, n) array
-        Of A and B in consecutive blocks of the run.
-    z : (n,) array
-    length, slice_volume : float
+    seen : Slabs
+    slice_volume : float
+        Of one slice of the profile.
 
     Returns
     -------
@@ -79,12 +75,16 @@ def composition(density, z, length, slice_volume):
         The error is that of an average over the bulk, by blocking or from the correlation
         time, or that of the fit, by leaving out groups of blocks in turn: the largest.
     """
-    in_a, in_b = bulk_windows(z, length)
-    minority = density[:, 1, in_a].sum(axis=1) + density[:, 0, in_b].sum(axis=1)
-    series = minority / density[:, :, in_a | in_b].sum(axis=(1, 2))
+    bulk = in_bulk(seen.distance)
+    minority = seen.density[:, 0, bulk].sum(axis=1)
+    series = minority / seen.total[:, bulk].sum(axis=1)
     mean, error, tau = mean_and_error(series)
     error = max(error, float(block_mean_and_error(series)[1]))
-    fraction, fitted = jackknife(density, lambda mean: bulk_fraction(mean, z, length))
+    width = interface_width(seen)[0]
+    widest = DECAY[1] if np.isnan(width) else np.clip(width / 2, 2 * DECAY[0], DECAY[1])
+    fraction, fitted = jackknife(
+        seen.density, lambda mean: bulk_fraction(mean, seen.distance, widest)
+    )
     # Each half's mean has sqrt(2) times the error of the whole run's, their difference twice.
     half = len(series) // 2
     change = series[half:].mean() - series[:half].mean()
@@ -92,28 +92,35 @@ def composition(density, z, length, slice_volume):
     relative = error / mean if mean > 0 else 0.0
     error = max(relative * fraction, fitted)
     samples = len(series) / (2 * tau)
-    return Composition(fraction, error, drift, samples, float(minority.mean() * slice_volume))
+    counted = 4 * float(minority.mean()) * slice_volume  # on both sides of two interfaces
+    return Composition(fraction, error, drift, samples, counted)
 
 
-def bulk_fraction(profile, z, length):
+def in_bulk(distance):
+    """Mask of the distances from an interface at which the bulk is taken to begin."""
+    return distance >= min(CLEAR, 0.8 * distance[-1])
+
+
+def bulk_fraction(profile, distance, widest):
     """Minority fraction far from interfaces, their tails fitted and taken off.
 
     Parameters
     ----------
     profile : (2, n) array
-        Densities of A and B; slab A fills the first half.
-    z : (n,) array
-    length : float
+        Densities of minority and majority.
+    distance : (n,) array
+        From the nearer interface in r_c, up to the middle of a slab.
+    widest : float
+        Longest decay length xi that a tail may have, in r_c.
 
     Returns
     -------
     float
         Not below 0.
     """
-    apart = np.minimum.reduce([np.abs(z), np.abs(z - length / 2), np.abs(z - length)])
-    fraction = np.where(z < length / 2, profile[1], profile[0]) / profile.sum(axis=0)
-    use = apart > min(TAIL, 0.6 * length / 4)
-    y, inward = fraction[use], length / 4 - apart[use]
+    middle = distance[-1] + 0.5 * (distance[1] - distance[0])
+    use = distance > min(TAIL, 0.6 * middle)
+    y, inward = (profile[0] / profile.sum(axis=0))[use], middle - distance[use]
 
     def fit(decay):
         basis = np.stack([np.ones_like(y), np.cosh(inward / decay) / np.cosh(inward.max() / decay)])
@@ -122,7 +129,8 @@ def bulk_fraction(profile, z, length):
             coefficients = np.array([y.mean(), 0.0])
         return coefficients, np.sum((y - coefficients @ basis) ** 2)
 
-    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=DECAY, method="bounded").x
+    bounds = (DECAY[0], widest)
+    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=bounds, method="bounded").x
     return max(0.0, float(fit(best)[0][0]))
 
 
@@ -153,35 +161,46 @@ def sweep_chi(sweep, axis):
     Returns
     -------
     xarray.Dataset
-        ``chi`` and ``chi_error`` (standard error), per segment, ``fraction``, ``drift``,
-        ``samples``, ``counted``, ``settled`` (1 or 0), and ``excess_repulsion``
-        a_AB - a_AA, over the axis.
+        The names of `LONG_NAMES` over the axis; chi is per segment, ``settled`` is 1 or 0.
     """
-    table = []
-    for place in range(sweep.sizes[axis]):
-        at = sweep.isel({axis: place})
-        scene = first_scene(at)
-        length, box = len(scene.molecules[0].beads), scene.box
-        slice_volume = float(np.prod(box)) / at.sizes["z"]
-        parts = [
-            composition(profile, at.z.values, max(box), slice_volume)
-            for profile in at.density_profile.transpose("replica", "block", "species", "z").values
-        ]
-        fraction = float(np.mean([part.fraction for part in parts]))
-        error = float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts)
-        drift = max((part.drift for part in parts), key=abs)
-        counted = float(np.mean([part.counted for part in parts]))
-        repulsion = scene.data["repulsion"]
-        excess = repulsion["A B"] - repulsion["A A"]
-        samples = float(sum(part.samples for part in parts))
-        settled = Composition(fraction, error, drift, samples, counted).settled
-        chi = chi_and_error(fraction, error, length)
-        table.append((*chi, fraction, drift, samples, counted, float(settled), excess))
-    columns = np.array(table).T
-    names = ("chi", "chi_error", "fraction", "drift", "samples", "counted", "settled")
-    units = dict.fromkeys(names, "1") | {"excess_repulsion": "kT / r_c"}
+    rows = [_chi_of_point(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
+    units = dict.fromkeys(rows[0], "1")
+    units |= {"excess_repulsion": "kT / r_c", "width": "r_c", "width_error": "r_c", "moved": "r_c"}
     variables = {
-        name: (axis, column, {"units": unit, "long_name": name.replace("_", " ")})
-        for (name, unit), column in zip(units.items(), columns)
+        name: (axis, [row[name] for row in rows], {"units": unit, "long_name": LONG_NAMES[name]})
+        for name, unit in units.items()
     }
     return xr.Dataset(variables, {axis: sweep[axis]})
+
+
+def _chi_of_point(runs):
+    """What `sweep_chi` says of one point, by name."""
+    scene = first_scene(runs)
+    length, box = len(scene.molecules[0].beads), scene.box
+    slice_volume = float(np.prod(box)) / runs.sizes["z"]
+    profiles = runs.density_profile.transpose("replica", "block", "species", "z").values
+    seen = [slabs(profile, runs.z.values, max(box)) for profile in profiles]
+    parts = [composition(part, slice_volume) for part in seen]
+    widths = np.array([interface_width(part) for part in seen])
+    together = Composition(
+        float(np.mean([part.fraction for part in parts])),
+        float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts),
+        max((part.drift for part in parts), key=abs),
+        float(sum(part.samples for part in parts)),
+        float(np.mean([part.counted for part in parts])),
+    )
+    chi, chi_error = chi_and_error(together.fraction, together.error, length)
+    repulsion = scene.data["repulsion"]
+    return {
+        "chi": chi,
+        "chi_error": chi_error,
+        "fraction": together.fraction,
+        "drift": together.drift,
+        "samples": together.samples,
+        "counted": together.counted,
+        "settled": float(together.settled),
+        "width": float(widths[:, 0].mean()),
+        "width_error": float(np.sqrt((widths[:, 1] ** 2).sum())) / len(widths),
+        "moved": float(max(np.ptp(part.position, axis=0).max() for part in seen)),
+        "excess_repulsion": repulsion["A B"] - repulsion["A A"],
+    }

@@ -1,0 +1,121 @@
+"""Sec. VI: width of the interfaces between monomers."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.composition import sweep_chi
+from dpd.analysis.statistics import COVERAGE, linear_fit
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+
+TITLE = "Width of the interfaces between monomers."
+PAPER_SHOWS = (
+    "Not a figure of the paper: its Eq. 35 says that the width xi of Eq. 34 is "
+    "(3.24 +- 0.03) / sqrt(rho [chi - (2.39 +- 0.03)]) at rho 3 and 5, found by plotting xi^-2 "
+    "against chi (dashed), chi from Delta a by Eq. 24. Every block of a run is taken at its own "
+    "positions of the interfaces, so that they do not widen by moving; open points are not "
+    "fitted, as in Figure 7. The waves on an interface widen it with the area, 8 x 8 here as there."
+)
+DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
+AMPLITUDE, CRITICAL = 3.24, 2.39
+EXPONENTS = {"classical": 0.5, "ising": 0.63}
+
+
+def compute(sweeps):
+    """Widths over chi for both densities, and straight lines through xi^(-1 / nu)."""
+    parts = []
+    for rho, (name, _, _, slope) in DENSITIES.items():
+        found = sweep_chi(sweeps[name], "excess")
+        data = found[["width", "width_error"]]
+        data["chi"] = slope * found.excess.astype(float)
+        data.chi.attrs = {"units": "1", "long_name": "by Eq. 24 from Delta a"}
+        fitted = ((found.settled == 1) & (data.chi > CRITICAL)).values
+        data["fitted"] = ("excess", fitted)
+        for kind, nu in EXPONENTS.items():
+            for key, value in line(data.isel(excess=fitted), rho, nu).items():
+                data[f"{kind}_{key}"] = ((), value, {"units": "1"})
+        parts.append(data.expand_dims(density=[rho]))
+    return xr.concat(parts, "density", join="outer", fill_value={"fitted": False})
+
+
+def line(data, rho, nu):
+    """Fit xi^(-1 / nu) = s (chi - critical), and A of xi = A / sqrt(rho (chi - critical)).
+
+    Returns
+    -------
+    dict
+        ``amplitude``, ``critical``, each with ``_error``, and ``reduced_chi_square``; NaN with
+        fewer than three points.
+    """
+    names = ("amplitude", "amplitude_error", "critical", "critical_error", "reduced_chi_square")
+    if data.sizes["excess"] < 3:
+        return dict.fromkeys(names, np.nan)
+    chi, power = data.chi.values, -1 / nu
+    y = data.width.values**power
+    error = abs(power) * y * data.width_error.values / data.width.values
+    middle = np.average(chi, weights=error**-2.0)  # about it, slope and constant do not correlate
+    fit = linear_fit([chi - middle, np.ones_like(chi)], y, error)
+    (slope, constant), (slope_error, constant_error) = fit.values, fit.errors
+    shift = constant / slope
+    shift_error = abs(shift) * np.hypot(constant_error / constant, slope_error / slope)
+    amplitude = (slope / rho) ** -0.5
+    values = (amplitude, 0.5 * amplitude * slope_error / slope, middle - shift, shift_error)
+    return dict(zip(names, (*values, fit.reduced_chi_square)))
+
+
+def measured(data):
+    """The two numbers of Eq. 35 at both densities, and the critical chi for nu = 0.63."""
+    found = {}
+    for rho in DENSITIES:
+        at = data.sel(density=rho)
+        count = int(at.fitted.sum())
+        few = "" if count >= 3 else "fewer than three runs in equilibrium"
+        note = f"{count} runs, reduced chi-square {float(at.classical_reduced_chi_square):.1f}"
+        rows = {
+            "width_amplitude": ("classical_amplitude", note),
+            "width_critical": ("classical_critical", note),
+            "width_critical_ising": (
+                "ising_critical",
+                f"{count} runs, reduced chi-square {float(at.ising_reduced_chi_square):.1f}",
+            ),
+        }
+        for name, (key, note) in rows.items():
+            found[f"{name}_rho_{rho}"] = Measured(
+                float(at[key]), float(at[f"{key}_error"]), note, few
+            )
+    return found
+
+
+def describe(data):
+    """What is seen."""
+    each = " and ".join(
+        f"{float(data.classical_amplitude.sel(density=rho)):.2f} at density {rho}"
+        for rho in DENSITIES
+    )
+    return (
+        "One over rho xi^2 rises in straight lines with chi, from zero near chi 2.4. Their slope "
+        f"gives an amplitude of {each}; the dashed published line has 3.24."
+    )
+
+
+def draw(data):
+    """1 / (rho xi^2) over chi: one straight line for both densities by Eq. 35."""
+    figure, axes = panels(1)
+    for rho, (_, color, marker, _) in DENSITIES.items():
+        at = data.sel(density=rho).dropna("excess", subset=["width"])
+        for fitted in (True, False):
+            part = at.where(at.fitted == fitted, drop=True)
+            y = 1 / (rho * part.width**2)
+            label = rf"$\rho$ = {rho}" if fitted else None
+            points(axes, part.chi, y, 2 * y * part.width_error / part.width, label, color, marker,
+                   fitted)  # fmt: skip
+        x = np.linspace(2.2, 5.8, 2)
+        amplitude, critical = float(at.classical_amplitude), float(at.classical_critical)
+        text = rf"fit: $A$ = {amplitude:.2f} ± {COVERAGE * float(at.classical_amplitude_error):.2f}"
+        axes.plot(x, (x - critical) / amplitude**2, color=color, linewidth=0.8, label=text)
+    published_line(axes, x, (x - CRITICAL) / AMPLITUDE**2, "published, Eq. 35: $A$ = 3.24")
+    axes.axhline(0, color=BLACK, linewidth=0.5)
+    axes.set(xlim=(2.2, 5.8), ylim=(-0.02, 0.35), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
+             ylabel=r"$1 / (\rho \xi^2)$ / $r_c$")  # fmt: skip
+    axes.legend(loc="upper left")
+    return figure

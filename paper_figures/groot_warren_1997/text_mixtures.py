@@ -1,0 +1,107 @@
+"""Sec. V: excess pressure of mixtures that do not segregate."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import linear_fit, over_replicas
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLUE, GREEN, ORANGE, RED, panels, points, published_line
+
+TITLE = "Excess pressure of mixtures (rho = 3, a = 25)."
+PAPER_SHOWS = (
+    "Not a figure of the paper: its text says that the excess pressure of mixing is proportional "
+    "to x (1 - x), x the fraction of A, and that the prefactor is not simply linear in Delta a = "
+    "a_AB - a from 2 to 5. (a) Excess pressure over that of the pure fluid, with straight lines "
+    "through the origin. (b) Prefactor over rho^2 Delta a, a constant if it were linear; dashed: "
+    "2 alpha with the published alpha = 0.101, which Eq. 21 would have."
+)
+COLORS = (BLUE, GREEN, ORANGE, RED)
+TWO_ALPHA = 0.202
+
+
+def compute(sweeps):
+    """Pressure of mixing over fraction and excess repulsion, and prefactors of x (1 - x)."""
+    runs = sweeps["mixtures"]
+    density = float(np.mean(runs.number_density))
+    p, error = over_replicas(
+        runs.excess_conservative.values, runs.excess_conservative_error.values, -1
+    )
+    pure = runs.excess.values == 0  # there A and B are the same: one fluid, run once a fraction
+    reference, reference_error = over_replicas(p[:, pure], error[:, pure], 0)
+    mixing, mixing_error = p[:, ~pure] - reference, np.hypot(error[:, ~pure], reference_error)
+    x = runs.fraction.values.astype(float)
+    excess = runs.excess.values[~pure].astype(float)
+    fits = [linear_fit([x * (1 - x)], y, e) for y, e in zip(mixing.T, mixing_error.T)]
+    scale = density**2 * excess
+    pressure, prefactor = {"units": "kT / r_c^3"}, {"units": "r_c^4"}
+    along = ("fraction", "excess")
+    return xr.Dataset(
+        {
+            "mixing": (along, mixing, pressure | {"long_name": "excess pressure of mixing"}),
+            "mixing_error": (along, mixing_error, pressure | {"long_name": "standard error"}),
+            "prefactor": (
+                "excess", np.array([fit.values[0] for fit in fits]) / scale,
+                prefactor | {"long_name": "of x (1 - x), over rho^2 Delta a"},
+            ),
+            "prefactor_error": (
+                "excess", np.array([fit.errors[0] for fit in fits]) / scale,
+                prefactor | {"long_name": "standard error"},
+            ),
+        },
+        {"fraction": x, "excess": excess},
+        {"repulsion": first_scene(runs).data["repulsion"]["A A"], "density": density},
+    )  # fmt: skip
+
+
+def measured(data):
+    """The shape in x, and what the prefactor does."""
+    quarter, half = data.sel(fraction=0.25), data.sel(fraction=0.5)
+    ratio = (quarter.mixing / half.mixing).values
+    parts = (quarter.mixing_error / quarter.mixing, half.mixing_error / half.mixing)
+    shape = linear_fit([np.ones_like(ratio)], ratio, ratio * np.hypot(*parts))
+    low, high = data.isel(excess=0), data.isel(excess=-1)
+    change = float(high.prefactor / low.prefactor)
+    error = change * float(
+        np.hypot(high.prefactor_error / high.prefactor, low.prefactor_error / low.prefactor)
+    )
+    direction = "falls" if change < 1 else "rises"
+    return {
+        "mixing_shape": Measured(
+            float(shape.values[0]), float(shape.errors[0]),
+            f"mean over Delta a {data.excess.values[0]:g} to {data.excess.values[-1]:g}",
+        ),
+        "mixing_prefactor": Measured(abs(change - 1), error, f"it {direction} with Delta a"),
+    }  # fmt: skip
+
+
+def describe(data):
+    """What is seen."""
+    first, last = (float(data.prefactor.isel(excess=n)) for n in (0, -1))
+    return (
+        "(a) The excess pressure of mixing lies on straight lines through the origin over "
+        "x (1 - x), steeper for larger excess repulsion. (b) Their slope over rho^2 Delta a "
+        f"goes from {first:.3f} to {last:.3f} as Delta a rises, below the dashed line at 0.202."
+    )
+
+
+def draw(data):
+    """Pressure of mixing over x (1 - x), and the prefactor over excess repulsion."""
+    figure, (left, right) = panels(2)
+    product = (data.fraction * (1 - data.fraction)).values
+    line = np.array([0, 0.27])
+    for n, color in zip(range(data.sizes["excess"]), COLORS):
+        at = data.isel(excess=n)
+        label = rf"$\Delta a$ = {float(at.excess):g}"
+        points(left, product, at.mixing, at.mixing_error, label, color)
+        slope = float(at.prefactor * at.excess) * data.attrs["density"] ** 2
+        left.plot(line, slope * line, color=color, linewidth=0.8)
+        points(right, at.excess, at.prefactor, at.prefactor_error, None, color)
+    published_line(right, [0, 6], [TWO_ALPHA] * 2, r"$2\alpha$, published $\alpha$ = 0.101")
+    left.set(xlim=(0, 0.27), ylim=(0, None), xlabel=r"$x (1 - x)$",
+             ylabel=r"$p(x) - p(0)$ / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
+    right.set(xlim=(0, 6), ylim=(0, 0.25), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",
+              ylabel=r"$[p(x) - p(0)] / [\rho^2 \Delta a\, x (1 - x)]$ / $r_c^4$")  # fmt: skip
+    left.legend(loc="upper left")
+    right.legend(loc="lower right")
+    return figure

@@ -1,0 +1,72 @@
+"""Interfaces of synthetic slabs: found where they were put, as wide as they were made."""
+
+import numpy as np
+import pytest
+
+from dpd.analysis.composition import composition, in_bulk
+from dpd.analysis.interfaces import FARTHEST, interface_width, interfaces, slabs
+
+LENGTH, SLICES = 20.0, 100
+THICKNESS = LENGTH / SLICES
+Z = (np.arange(SLICES) + 0.5) * THICKNESS
+
+
+def profile(first, second, width, phi, beads=None, seed=0):
+    """Densities of A and B with two interfaces of a width and minority fraction phi.
+
+    Averaged over each slice, as beads are counted; with ``beads`` in a slice, noise as of counts.
+    """
+    fine = (np.arange(SLICES * 20) + 0.5) * THICKNESS / 20
+    inside = np.zeros_like(fine)
+    for shift in (-LENGTH, 0, LENGTH):
+        inside += np.tanh(2 * (fine - first - shift) / width)
+        inside -= np.tanh(2 * (fine - second - shift) / width)
+    inside = inside.reshape(SLICES, 20).mean(axis=1) / 2
+    fraction = phi + (1 - 2 * phi) * inside
+    both = 3 * np.stack([fraction, 1 - fraction])
+    if beads is None:
+        return both
+    return np.random.default_rng(seed).poisson(both * beads / 3) * 3 / beads
+
+
+def test_moving_interfaces_are_followed():
+    """Each block's two positions come back, also across the edge of the box."""
+    rng = np.random.default_rng(1)
+    moved = rng.normal([0.0, LENGTH / 2], 0.4, (20, 2))
+    density = np.array([profile(*at, 1.5, 0.04, 400, n) for n, at in enumerate(moved)])
+    found = interfaces(density, Z, LENGTH)
+    assert np.abs(found - moved).max() < 0.1
+    assert np.std(found - moved) < 0.03
+
+
+@pytest.mark.parametrize("width", [0.9, 1.5, 3.0])
+def test_width_of_moving_interfaces(width):
+    """The width is that of each block, not that of the mean, which the moves have widened."""
+    shifts = np.linspace(-0.6, 0.6, 20)
+    density = np.array([profile(s, 10 - s, width, 0.02) for s in shifts])
+    found, error = interface_width(slabs(density, Z, LENGTH))
+    assert found == pytest.approx(width, rel=0.01)
+    assert error < 0.01 * width
+    smeared = slabs(density.mean(axis=0)[None].repeat(4, axis=0), Z, LENGTH)
+    assert interface_width(smeared)[0] > 1.03 * width
+
+
+def test_composition_does_not_see_slabs_of_unequal_width():
+    """Interfaces 1 r_c off, and tails of wide ones, leave the fraction as it is."""
+    density = np.array([profile(1.0, 9.5, 2.5, 0.03, 4000, n) for n in range(40)])
+    found = composition(slabs(density, Z, LENGTH), 1.0)
+    assert abs(found.fraction - 0.03) < 4 * found.error
+    assert found.error < 0.001
+
+
+def test_bulk_begins_clear_of_the_interface():
+    """At 3.5 r_c, or nearer to the middle in a box that has no such place."""
+    assert in_bulk(np.array([3.3, 3.5, 4.9])).tolist() == [False, True, True]
+    assert in_bulk(np.array([1.0, 1.5, 1.9])).tolist() == [False, False, True]
+
+
+def test_mixed_slabs_do_not_fail():
+    """Without interfaces they stay within reach of where they began."""
+    density = np.random.default_rng(2).poisson(20, (10, 2, SLICES)) / 10.0
+    found = interfaces(density, Z, LENGTH)
+    assert np.abs(found - [0, 10]).max() <= FARTHEST * LENGTH
