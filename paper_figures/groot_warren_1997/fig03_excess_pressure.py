@@ -39,7 +39,7 @@ def draw(data):
     for a in data.repulsion.values:
         color, marker = STYLES.get(float(a), (BLUE, "D"))
         at = data.sel(repulsion=a)
-        points(axes, at.density, at.excess, at.excess_error, f"a = {a:g}", color, marker)
+        points(axes, at.density, at.excess, at.excess_error, f"$a$ = {a:g}", color, marker)
         most = float(at.excess.dropna("density").density.max())
         label = r"published $0.101\, a \rho^2$" if a == data.repulsion.values[0] else None
         published_line(axes, rho[rho <= most], ALPHA * a * rho[rho <= most] ** 2, label)

@@ -144,7 +144,7 @@ def draw(data):
     for a in data.repulsion.values:
         color, marker = STYLES.get(float(a), (BLUE, "D"))
         at = data.sel(repulsion=a)
-        points(axes, at.density, at.scaled, at.scaled_error, f"a = {a:g}", color, marker)
+        points(axes, at.density, at.scaled, at.scaled_error, f"$a$ = {a:g}", color, marker)
         axes.plot(0, at.zero_density, marker, color=color, clip_on=False, markerfacecolor="white",
                   label=r"$B_2/a$, exact" if a == data.repulsion.values[0] else None)  # fmt: skip
     end = float(data.density.max()) * 1.03
@@ -157,7 +157,12 @@ def draw(data):
         [0, end], [MEAN_FIELD[3]] * 2, color=BLACK, linestyle=":", label=r"mean field $\pi/30$"
     )
     axes.plot(
-        3, (MONTE_CARLO - 3) / (25 * 9), "*", color=BLACK, markersize=7, label="Monte Carlo, a = 25"
+        3,
+        (MONTE_CARLO - 3) / (25 * 9),
+        "*",
+        color=BLACK,
+        markersize=7,
+        label="Monte Carlo, $a$ = 25",
     )
     axes.set(xlim=(0, end), ylim=(0.03, 0.11), xlabel=r"density $\rho$ $r_c^3$",
              ylabel=r"$(p - \rho k_BT) / (a \rho^2)$ / $r_c^4$")  # fmt: skip

@@ -21,6 +21,9 @@ PAPER_SHOWS = (
 )
 ERRORS = "The curves are exact."
 CHI = 3.0
+# Where the letters of the marked points stand, in points from them, clear of the curves.
+UPPER_LABELS = ((-3, 7), (-11, 3), (5, 3), (-3, 7))
+LOWER_LABELS = ((4, -10), (-3, 5), (-3, -11), (-11, 4))
 
 
 def compute(sweeps):
@@ -62,15 +65,15 @@ def draw(data):
     """Free energy above, chemical potential below, one axis."""
     figure, (upper, lower) = panels(rows=2, height=1.8, sharex=True)
     curves = (
-        (upper, data.free_energy, free_energy, BLUE, r"$F$ / $k_BT$"),
-        (lower, data.chemical_potential, chemical_potential, RED, r"$\mu$ / $k_BT$"),
+        (upper, data.free_energy, free_energy, BLUE, r"$F$ / $k_BT$", UPPER_LABELS),
+        (lower, data.chemical_potential, chemical_potential, RED, r"$\mu$ / $k_BT$", LOWER_LABELS),
     )
-    for axes, curve, function, color, label in curves:
+    for axes, curve, function, color, label, places in curves:
         axes.plot(data.phi, curve, color=color)
-        for name, phi in zip(data.mark.values, data.marked_phi.values):
+        for name, phi, place in zip(data.mark.values, data.marked_phi.values, places):
             y = float(function(phi, data.attrs["chi"]))
             axes.plot(phi, y, "o", color=BLACK, markersize=3)
-            axes.annotate(str(name)[0], (phi, y), (3, 5), textcoords="offset points", fontsize=8)
+            axes.annotate(str(name)[0], (phi, y), place, textcoords="offset points")
         axes.set_ylabel(label)
     lower.axhline(0, color=BLACK, linewidth=0.5)
     lower.set(xlim=(0, 1), ylim=(-1.6, 1.6), xlabel=r"fraction $\phi_A$")

@@ -77,7 +77,7 @@ def draw(data):
         at = data.sel(density=rho).dropna("excess", subset=["chi"])
         for fitted in (True, False):
             part = at.where(at.fitted == fitted, drop=True)
-            label = rf"$\rho$ = {rho}, a = {75 // rho}" if fitted else None
+            label = rf"$\rho$ = {rho}, $a$ = {75 // rho}" if fitted else None
             points(axes, part.excess, part.chi, part.chi_error, label, color, marker, fitted)
         x = np.array([0, float(at.excess.max()) * 1.05])
         slope, error = float(at.slope), float(at.slope_error)

@@ -115,7 +115,7 @@ def draw(data):
     fitted, one = data.fitted.values, data.length.values == 1
     groups = (
         (fitted, BLUE, "o", True, "fitted"),
-        (one, RED, "s", True, "N = 1, from Fig. 7"),
+        (one, RED, "s", True, "$N$ = 1, from Fig. 7"),
         (~fitted & ~one, BLUE, "o", False, "not fitted"),
     )
     for use, color, marker, filled, label in groups:
@@ -131,8 +131,8 @@ def draw(data):
         label = f"fit {slope:.3f} ± {COVERAGE * float(data.slope_error):.3f}"
         left.plot(x, slope * x, color=BLUE, linewidth=0.8, label=label)
         right.axhline(slope, color=BLUE, linewidth=0.8)
-    published_line(left, x, SLOPE * x, "published 0.306 N")
-    right.axhspan(SLOPE - 0.003, SLOPE + 0.003, color=BLACK, alpha=0.2, linewidth=0,
+    published_line(left, x, SLOPE * x, "published 0.306 $N$")
+    band = right.axhspan(SLOPE - 0.003, SLOPE + 0.003, color=BLACK, alpha=0.2, linewidth=0,
                   label="published 0.306 ± 0.003")  # fmt: skip
     left.set(xlim=(0, x[1]), ylim=(0, None), xlabel="chain length $N$",
              ylabel=r"$\chi N k_BT / \Delta a$ / $r_c$")  # fmt: skip
@@ -140,5 +140,5 @@ def draw(data):
     low, high = right.get_ylim()
     right.set_ylim(low, high + 0.25 * (high - low))  # room for the legend
     left.legend(loc="upper left")
-    right.legend(*[part[-1:] for part in right.get_legend_handles_labels()], loc="upper left")
+    right.legend(handles=[band], loc="upper left")
     return figure
