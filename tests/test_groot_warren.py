@@ -1,0 +1,132 @@
+"""What the figures of Groot and Warren 1997 make of data whose answers are known."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd.report.figures import load_module
+
+RNG = np.random.default_rng(8)
+
+
+def module(figure):
+    """The file of a figure."""
+    return load_module("groot_warren_1997", figure)
+
+
+def test_scatter_of_short_averages():
+    """White noise of 1 averaged over 40 samples scatters by 1 / sqrt(40), more for fewer beads."""
+    fig01 = module("fig01_time_step")
+    for beads, factor in ((4000, 1.0), (1000, 0.5)):
+        series = RNG.normal(size=(1, 1, 40 * 400))
+        runs = xr.Dataset(
+            {
+                "kT_series": (("dt", "replica", "time"), series),
+                "beads": (("dt", "replica"), [[beads]]),
+            },
+            {"dt": [0.04], "time": 0.2 * (1 + np.arange(series.size))},
+        )
+        value, error, pieces = fig01.scatter(runs)
+        assert pieces == 400
+        assert abs(value - factor / np.sqrt(40)) < 4 * error
+        assert error == pytest.approx(value / np.sqrt(798), rel=0.01)
+
+
+def test_step_at_a_temperature():
+    """The dt at which 2 dt + 30 dt^2 is 0.02."""
+    dt = np.array([0.001, 0.002, 0.005, 0.01])
+    excess = 2 * dt + 30 * dt**2
+    data = xr.Dataset(
+        {
+            "excess": (("scheme", "noise", "dt"), np.tile(excess, (1, 2, 1))),
+            "error": (("scheme", "noise", "dt"), np.full((1, 2, 4), 1e-4)),
+        },
+        {"scheme": ["euler"], "noise": ["uniform", "gaussian"], "dt": dt},
+    )
+    step, error = module("fig01_time_step").step_at(data, "euler", 0.02, 0.01)
+    assert 2 * step + 30 * step**2 == pytest.approx(0.02)
+    assert 1e-5 < error < 1e-4
+
+
+def test_steepening_of_a_broken_line():
+    """A slope that grows five times at 8 is found there, and none before; errors add up."""
+    sigma = np.arange(1.0, 10.0)
+    excess = 0.01 * sigma + 0.04 * np.maximum(0, sigma - 8)
+    data = xr.Dataset(
+        {
+            "excess": ("amplitude", excess),
+            "excess_error": ("amplitude", np.full(9, 1e-3)),
+        },
+        {"amplitude": sigma},
+    )
+    temperature = module("text_temperature")
+    ratio, error = temperature.steepening(data, 8.0)
+    assert ratio == pytest.approx(5)
+    noisy = [
+        temperature.steepening(
+            data.assign(excess=data.excess + RNG.normal(scale=1e-3, size=9)), 8.0
+        )[0]
+        for _ in range(400)
+    ]
+    assert np.std(noisy) == pytest.approx(error, rel=0.2)
+    assert temperature.steepening(data, 7.0)[0] == pytest.approx(1)
+    assert np.isnan(temperature.steepening(data.isel(amplitude=slice(0, 7)), 8.0)[0])
+
+
+def test_best_lambda_is_where_the_temperature_is_right():
+    """Zero of a parabola through kT - 1."""
+    factor = np.array([0.5, 0.55, 0.6, 0.65, 0.7])
+    data = xr.Dataset(
+        {
+            "at_lambda": ("lambda", -0.4 * (factor - 0.67) + 0.3 * (factor - 0.67) ** 2),
+            "at_lambda_error": ("lambda", np.full(5, 0.002)),
+        },
+        {"lambda": factor},
+    )
+    value, error, _ = module("text_temperature").best_lambda(data)
+    assert value == pytest.approx(0.67)
+    assert error == pytest.approx(0.002 / 0.4)
+
+
+@pytest.mark.parametrize("rho", [3, 5])
+def test_width_against_chi(rho):
+    """Eq. 35 put in comes out, with errors that hold."""
+    chi = np.linspace(2.8, 5.0, 6)
+    widths = module("text_interface_width")
+    pulls = []
+    for _ in range(100):
+        true = 3.24 / np.sqrt(rho * (chi - 2.39))
+        data = xr.Dataset(
+            {
+                "chi": ("excess", chi),
+                "width": ("excess", true * (1 + RNG.normal(scale=0.01, size=6))),
+                "width_error": ("excess", 0.01 * true),
+            }
+        )
+        found = widths.line(data, rho, 0.5)
+        pulls.append([
+            (found["amplitude"] - 3.24) / found["amplitude_error"],
+            (found["critical"] - 2.39) / found["critical_error"],
+        ])  # fmt: skip
+    # Errors are widened where points scatter more by chance: pulls are a little narrower than 1.
+    assert np.all(np.abs(np.mean(pulls, axis=0)) < 0.4)
+    assert np.all((np.std(pulls, axis=0) > 0.6) & (np.std(pulls, axis=0) < 1.2))
+
+
+def test_heat_in_the_same_boxes():
+    """The mean ratio over boxes that both time steps have."""
+    data = xr.Dataset(
+        {
+            "diffusion": (
+                ("sweep", "box"),
+                [[0.28, 0.29, 0.30], [0.28 / 1.03, 0.29 / 1.03, np.nan]],
+            ),
+            "diffusion_error": (("sweep", "box"), [[0.002] * 3, [0.002, 0.002, np.nan]]),
+        },
+        {"box": [5.0, 7.0, 10.0]},
+    )
+    change, error = module("text_diffusion").heating(data)
+    assert change == pytest.approx(0.03)
+    assert error == pytest.approx(
+        np.hypot(0.002 / 0.285, 0.002 * 1.03 / 0.285) / np.sqrt(2), rel=0.1
+    )
