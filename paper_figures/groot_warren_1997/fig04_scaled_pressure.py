@@ -1,6 +1,7 @@
 """Figure 4: excess pressure over a rho^2, with the exact limits at zero density."""
 
 import numpy as np
+import xarray as xr
 
 from dpd.analysis.pressure import compressibility, dense, excess_pressure, exponent, from_rdf
 from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
@@ -55,8 +56,11 @@ def compute(sweeps):
         )
         data[f"virial_{name}"] = ((), 5 + float(p), {"units": "kT / r_c^3"})
         data[f"virial_{name}_error"] = ((), float(error), {"units": "kT / r_c^3"})
+    extra = excess_pressure([sweeps["compressibility"]])
+    pressures = [part[["excess", "excess_error"]].sel(repulsion=25.0) for part in (data, extra)]
+    near_water = xr.concat(pressures, "density")
     for name, pair in {
-        "compressibility": compressibility(data.sel(repulsion=25.0), 3.0),
+        "compressibility": compressibility(near_water, 3.0),
         "exponent": exponent(data),
         "from_rdf": from_rdf(sweeps["fluid"]),
     }.items():
