@@ -34,9 +34,10 @@ def compute(sweeps):
 def of_sweep(runs):
     """D over the edge of the box, the straight line in 1 / L, and the mean kT."""
     edges = runs.box.values.astype(float)
-    found = []
+    found, ends = [], []
     for edge in runs.box.values:
         at = displacements(runs.sel(box=edge), "centre")
+        ends.append(at.time[-1])
         found.append(diffusion_constant(at, 3, min(AFTER, at.time[-1] / 4)))
     value, error = np.array(found).T
     fit = linear_fit([np.ones_like(edges), 1 / edges], value, error)
@@ -52,6 +53,7 @@ def of_sweep(runs):
             "infinite_error": ((), fit.errors[0], constant | {"long_name": "standard error"}),
             "slope": ((), fit.values[1], {"units": "r_c^3 / tau", "long_name": "over 1 / L"}),
             "reduced_chi_square": ((), fit.reduced_chi_square, {"units": "1"}),
+            "longest": ((), min(ends), {"units": "tau", "long_name": "longest time apart"}),
             "dt": ((), first_scene(runs).data["integrator"]["dt"], {"units": "tau"}),
             "kT": ((), kT, {"units": "kT", "long_name": "mean over boxes, centre of mass at rest"}),
         },
@@ -67,17 +69,21 @@ def measured(data):
     scaled_error = scaled * float(
         np.hypot(paper.infinite_error / paper.infinite, error / (1 + change))
     )
+    longest = float(data.longest.min())
+    short = ""
+    if longest < 2 * AFTER:
+        short = f"displacements end at {longest:g}, before they grow in proportion to time"
     return {
         "diffusion": Measured(
-            float(paper.infinite), float(paper.infinite_error), in_words(paper)
+            float(paper.infinite), float(paper.infinite_error), in_words(paper), short
         ),
         "diffusion_small_step": Measured(
-            scaled, scaled_error, f"that at dt {float(paper.dt):g}, less what heat adds",
+            scaled, scaled_error, f"that at dt {float(paper.dt):g}, less what heat adds", short,
         ),
         "diffusion_heat": Measured(
             change, error,
             f"in boxes simulated at both; kT {float(paper.kT):.4f} at dt {float(paper.dt):g}, "
-            f"{float(small.kT):.4f} at dt {float(small.dt):g}",
+            f"{float(small.kT):.4f} at dt {float(small.dt):g}", short,
         ),
     }  # fmt: skip
 
