@@ -59,15 +59,17 @@ def compute(sweeps):
     extra = excess_pressure([sweeps["compressibility"]])
     pressures = [part[["excess", "excess_error"]].sel(repulsion=25.0) for part in (data, extra)]
     near_water = xr.concat(pressures, "density")
-    for name, pair in {
-        "compressibility": compressibility(near_water, 3.0),
-        "exponent": exponent(data),
-        "from_rdf": from_rdf(sweeps["fluid"]),
-    }.items():
-        data[name], data[f"{name}_error"] = ((), pair[0]), ((), pair[1])
-    fluid = sweeps["fluid"]
+    fluid, pressure = sweeps["fluid"], "kT / r_c^3"
+    for name, (value, error), unit in (
+        ("compressibility", compressibility(near_water, 3.0), "1"),
+        ("exponent", exponent(data), "1"),
+        ("from_rdf", from_rdf(fluid), pressure),
+    ):
+        data[name] = ((), value, {"units": unit})
+        data[f"{name}_error"] = ((), error, {"units": unit, "long_name": "standard error"})
     for name in ("conservative", "all"):
-        data[f"fluid_{name}"] = ((), 3 + float(fluid[f"excess_{name}"].mean()))
+        p = 3 + float(fluid[f"excess_{name}"].mean())
+        data[f"fluid_{name}"] = ((), p, {"units": pressure})
     return data.assign_coords(dt=reference.dt)
 
 
