@@ -88,10 +88,8 @@ def measured(data):
         ),
         "compressibility": Measured(
             float(data.compressibility), float(data.compressibility_error),
-            "slope of a cubic through the pressures at a = 25 and densities within 1 of 3",
-        ),
-        "compressibility_alpha": Measured(
-            1 + 150 * alpha, 150 * error, "1 + 2 alpha a rho with our alpha, a rho = 75",
+            "slope of a cubic through the pressures at a = 25 and densities within 1 of 3; "
+            f"1 + 2 alpha a rho with our alpha: {1 + 150 * alpha:.2f}",
         ),
         "routes": routes(data),
     }  # fmt: skip
