@@ -29,12 +29,19 @@ def compute(sweeps):
         fitted = ((data.chi > MEAN_FIELD_RANGE) & (data.settled == 1)).values
         data["fitted"] = ("excess", fitted)
         slope, error, quality, degrees = np.nan, np.nan, np.nan, 0
+        intercept, intercept_error = np.nan, np.nan
         if fitted.sum() >= 1:
             x = data.excess.values.astype(float)[fitted]
             fit = linear_fit([x], data.chi.values[fitted], data.chi_error.values[fitted])
             slope, error, quality, degrees = fit.values[0], fit.errors[0], *fit[2:]
+        if fitted.sum() >= 3:
+            terms = [x, np.ones_like(x)]
+            free = linear_fit(terms, data.chi.values[fitted], data.chi_error.values[fitted])
+            intercept, intercept_error = free.values[1], free.errors[1]
         data["slope"] = ((), slope, {"units": "r_c / kT", "long_name": "chi / Delta a, chi > 3"})
         data["slope_error"] = ((), error, {"units": "r_c / kT", "long_name": "standard error"})
+        data["intercept"] = ((), intercept, {"units": "1", "long_name": "of a line with one"})
+        data["intercept_error"] = ((), intercept_error, {"units": "1"})
         data["reduced_chi_square"] = ((), quality, {"units": "1"})
         data["degrees"] = ((), degrees, {"units": "1"})
         parts.append(data.expand_dims(density=[rho]))
@@ -52,7 +59,9 @@ def measured(data):
         found[f"chi_slope_rho_{rho}"] = Measured(
             float(at.slope),
             float(at.slope_error),
-            f"{count} settled points with chi > 3, reduced chi-square {quality:.2f}",
+            f"{count} settled points with chi > 3, reduced chi-square {quality:.2f}; a line not "
+            f"through the origin has the intercept {float(at.intercept):.2f} +- "
+            f"{float(at.intercept_error):.2f}",
             "" if count >= 2 else "fewer than two settled points with chi > 3",
         )
     return found
