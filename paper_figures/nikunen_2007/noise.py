@@ -1,0 +1,102 @@
+"""Uniform noise, as everywhere here, beside the Gaussian noise of the paper."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import block_mean_and_error, over_replicas
+from dpd.analysis.structure import blocks_of, criterion
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import panels, points
+from dpd.report.text import with_error
+
+TITLE = "What changes with uniform noise in place of Gaussian noise, a 100, k 200."
+PAPER_SHOWS = (
+    "Not a figure of the paper, which has Gaussian noise; all other runs here have uniform noise "
+    "of the same variance. Drawn: the value with uniform noise less that with Gaussian noise, of "
+    "kT, r_min, l_max, the mean bond length and its rms deviation. Shaded: half of the last digit "
+    "that Table II prints."
+)
+ERRORS = "Bars: 95 % intervals of the difference; blocks of both runs."
+NAMES = {
+    "kT": r"$k_BT$",
+    "r_min": r"$r_{min}$",
+    "l_max": r"$l_{max}$",
+    "mean_bond": r"$\langle l \rangle$",
+    "rms": "rms",
+}
+PRINTED = 0.0005  # half of the last digit of Table II
+
+
+def compute(sweeps):
+    """The five quantities with both noises."""
+    runs = sweeps["noise"]
+    rows = [_quantities(runs.sel(noise=noise)) for noise in runs.noise.values]
+    values, errors = np.moveaxis(np.array(rows), -1, 0)
+    along = ("noise", "quantity")
+    return xr.Dataset(
+        {"value": (along, values, {"units": "kT, and r_c"}), "error": (along, errors)},
+        {"noise": runs.noise, "quantity": list(NAMES)},
+        {"length": len(first_scene(runs).molecules[0].beads)},
+    )
+
+
+def _quantities(at):
+    """(value, standard error) of each, in the order of `NAMES`."""
+    heat = over_replicas(at.kT.values, at.kT_error.values, -1)
+    rms = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
+    mean = block_mean_and_error(blocks_of(at.bond_mean))
+    return [heat, *criterion(at), mean, block_mean_and_error(rms)]
+
+
+def difference(data):
+    """Uniform less Gaussian, and its standard error, over the quantities."""
+    uniform, gaussian = data.sel(noise="uniform"), data.sel(noise="gaussian")
+    return uniform.value - gaussian.value, np.hypot(uniform.error, gaussian.error)
+
+
+def measured(data):
+    """Each difference, which should be zero."""
+    change, error = difference(data)
+    return {
+        f"noise_{name}": Measured(
+            float(change.sel(quantity=name)), float(error.sel(quantity=name)),
+            f"N {data.attrs['length']}",
+        )
+        for name in NAMES
+    }  # fmt: skip
+
+
+def table(data):
+    """Both values of each quantity."""
+    rows = []
+    for name in NAMES:
+        at = data.sel(quantity=name)
+        both = (at.sel(noise=noise) for noise in ("uniform", "gaussian"))
+        rows.append((name, *(with_error(float(one.value), float(one.error)) for one in both)))
+    return pd.DataFrame(rows, columns=["quantity (kT, and r_c)", "uniform", "Gaussian"])
+
+
+def describe(data):
+    """What is seen."""
+    change, error = difference(data)
+    largest = (np.abs(change) / error).argmax()
+    return (
+        f"Five differences with error bars around zero; the largest is that of "
+        f"{data['quantity'].values[largest]}, {float(change[largest]):.4f} with a standard error "
+        f"of {float(error[largest]):.4f}."
+    )
+
+
+def draw(data):
+    """Differences in thousandths."""
+    figure, axes = panels(height=2.2)
+    change, error = difference(data)
+    at = np.arange(len(NAMES))
+    axes.axhspan(-1e3 * PRINTED, 1e3 * PRINTED, color="0.9", linewidth=0)
+    axes.axhline(0, color="0.5", linewidth=0.6)
+    points(axes, at, 1e3 * change, 1e3 * error)
+    axes.set_xticks(at, NAMES.values())
+    axes.set(xlim=(-0.5, len(at) - 0.5), ylabel=r"uniform less Gaussian / $10^{-3}$ $k_BT$, $r_c$")
+    return figure
