@@ -5,8 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error, over_replicas
-from dpd.analysis.structure import blocks_of, criterion
+from dpd.analysis.statistics import over_replicas
+from dpd.analysis.structure import bond_statistics, criterion
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import panels, points
 from dpd.report.text import with_error
@@ -45,9 +45,7 @@ def compute(sweeps):
 def _quantities(at):
     """(value, standard error) of each, in the order of `NAMES`."""
     heat = over_replicas(at.kT.values, at.kT_error.values, -1)
-    rms = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
-    mean = block_mean_and_error(blocks_of(at.bond_mean))
-    return [heat, *criterion(at), mean, block_mean_and_error(rms)]
+    return [heat, *criterion(at), *bond_statistics(at)]
 
 
 def difference(data):
@@ -81,7 +79,7 @@ def table(data):
 def describe(data):
     """What is seen."""
     change, error = difference(data)
-    largest = (np.abs(change) / error).argmax()
+    largest = int(np.argmax(np.abs(change.values) / error.values))
     return (
         f"Five differences with error bars around zero; the largest is that of "
         f"{data['quantity'].values[largest]}, {float(change[largest]):.4f} with a standard error "
