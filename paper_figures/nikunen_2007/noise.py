@@ -8,15 +8,15 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import over_replicas
 from dpd.analysis.structure import bond_statistics, criterion
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import panels, points
+from dpd.report.style import SINGLE, panels, points
 from dpd.report.text import with_error
 
 TITLE = "What changes with uniform noise in place of Gaussian noise, a 100, k 200."
 PAPER_SHOWS = (
     "Not a figure of the paper, which has Gaussian noise; all other runs here have uniform noise "
     "of the same variance. Drawn: the value with uniform noise less that with Gaussian noise, of "
-    "kT, r_min, l_max, the mean bond length and its rms deviation. Shaded: half of the last digit "
-    "that Table II prints."
+    "(a) kT, and (b) r_min, l_max, the mean bond length and its rms deviation. Shaded: half of the "
+    "last digit that Table II prints."
 )
 ERRORS = "Bars: 95 % intervals of the difference; blocks of both runs."
 NAMES = {
@@ -88,13 +88,15 @@ def describe(data):
 
 
 def draw(data):
-    """Differences in thousandths."""
-    figure, axes = panels(height=2.2)
-    change, error = difference(data)
+    """Differences in thousandths: kT, which a run knows less well, and lengths."""
+    figure, (left, right) = panels(2, height=2.2, width=SINGLE, width_ratios=(1, 3))
+    change, error = (1e3 * part for part in difference(data))
     at = np.arange(len(NAMES))
-    axes.axhspan(-1e3 * PRINTED, 1e3 * PRINTED, color="0.9", linewidth=0)
-    axes.axhline(0, color="0.5", linewidth=0.6)
-    points(axes, at, 1e3 * change, 1e3 * error)
-    axes.set_xticks(at, NAMES.values())
-    axes.set(xlim=(-0.5, len(at) - 0.5), ylabel=r"uniform less Gaussian / $10^{-3}$ $k_BT$, $r_c$")
+    right.axhspan(-1e3 * PRINTED, 1e3 * PRINTED, color="0.9", linewidth=0)
+    for panel, part, unit in ((left, at < 1, "k_BT"), (right, at >= 1, "r_c")):
+        panel.axhline(0, color="0.5", linewidth=0.6)
+        points(panel, at[part], change[part], error[part])
+        panel.set_xticks(at[part], np.array(list(NAMES.values()))[part])
+        panel.set_xlim(at[part][0] - 0.5, at[part][-1] + 0.5)
+        panel.set_ylabel(f"uniform less Gaussian / $10^{{-3}}$ ${unit}$")
     return figure
