@@ -181,7 +181,6 @@ def _draw_law(panel, data, quantity, regime, taken, line):
     fit = power(*_counted(data, MAIN, quantity), low, high, exponent=law)
     if not np.isfinite(fit.height):
         return
-    n = data.length.values
-    x = np.array([low, min(high, n.max())], dtype=float)
+    x = np.geomspace(low, min(high, data.length.values.max()), 50)
     panel.plot(x, np.exp(fit.height) * x ** (law - taken), color=BLACK, linestyle=line,
                linewidth=0.9, label=f"$N^{{{law}}}$")  # fmt: skip
