@@ -59,11 +59,12 @@ def measured(data):
 def _crossover(data):
     """Where the lines of both regimes meet in tau."""
     use = (data.long_enough.values > 0) & np.isfinite(data.tau.values)
+    use &= data.tau_error.values > 0
     n, tau = np.log(data.length.values[use]), np.log(data.tau.values[use])
     error = data.tau_error.values[use] / data.tau.values[use]
     low, high = n < np.log(ROUSE[1]), n > np.log(REPTATION[0])
     if low.sum() < 2 or high.sum() < 2:
-        return Measured(np.nan, np.nan, "", "needs two lengths in each regime")
+        return Measured(np.nan, np.nan, "", "needs two lengths with an error in each regime")
     a, b = (np.polyfit(n[part], tau[part], 1, w=1 / error[part]) for part in (low, high))
     crossing = np.exp((a[1] - b[1]) / (b[0] - a[0]))
     spread = []
