@@ -6,9 +6,9 @@ import numpy as np
 
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
 GROUPS = 25  # of blocks, left out in turn
-BLOCKS = 64  # at least, that a long series is averaged over to see its slow part
-WINDOW = 4.0  # correlation times that an autocorrelation is summed up to
-SURE = 0.7  # standard errors by which averages have to say more than the samples do
+BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many samples make one
+WINDOW = 5.0  # correlation times that an autocorrelation is summed up to
+SURE = 0.5  # standard errors by which averages have to say more than the samples do
 FEW = 20  # values below which their own correlation cannot be told
 PARTS = 4  # that so few are joined to
 # Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
@@ -59,7 +59,7 @@ class Spread(NamedTuple):
 def by_window(x):
     """Variance of the mean of a series by its autocorrelation up to one window.
 
-    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches four
+    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches five
     times tau (Sokal's self-consistent window), times 1 + (2 W + 1) / n for what subtracting
     the sample's own mean has cost (Wolff 2004, Eq. 49), and at least 1/2. The variance of the
     mean is 2 tau / n times that of the samples. tau^2 has a variance of 4 (W + 1/2 - tau) / n
@@ -97,11 +97,11 @@ def by_window(x):
 def spread_of_mean(x):
     """Variance of the mean of a correlated series.
 
-    By `by_window`, of the samples and of 64 to 127 averages over consecutive ones, which count
-    where they surely say more: noise from one sample to the next fades in them, and a slow part
-    below it, at which a window on the samples closes too early, comes out. Fewer than
-    20 values cannot tell their correlation: they are joined to four parts that count as
-    independent.
+    By `by_window`, of the samples, and of 20 to 64 or a few more averages over consecutive ones,
+    which count where they say more than chance would: noise from one sample to the next fades in
+    them, and a slow part below it, at which a window on the samples closes too early, comes out.
+    Fewer than 20 values cannot tell their correlation: they are joined to four parts that count
+    as independent.
 
     Parameters
     ----------
@@ -121,9 +121,10 @@ def spread_of_mean(x):
             parts.var(axis=0, ddof=1) / len(parts), degrees, np.full(degrees.shape, np.inf)
         )
     fine = by_window(x)
-    if n < 2 * BLOCKS:
+    count = min(BLOCKS, n // LEAST)
+    if count < FEW:
         return fine
-    coarse = by_window(averaged(x, n // BLOCKS))
+    coarse = by_window(averaged(x, n // count))
     slow = coarse.variance > fine.variance * (1 + SURE * np.sqrt(2 / coarse.degrees))
     return Spread(*(np.where(slow, *pair) for pair in zip(coarse, fine)))
 
