@@ -9,7 +9,7 @@ GROUPS = 25  # of blocks, left out in turn
 BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many samples make one
 WINDOW = 5.0  # correlation times that an autocorrelation is summed up to
 SURE = 0.5  # standard errors by which averages have to say more than the samples do
-FEW = 20  # values below which their own correlation cannot be told
+FEW = 25  # values below which their own correlation cannot be told
 PARTS = 4  # that so few are joined to
 # Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
 # the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
@@ -63,8 +63,8 @@ def by_window(x):
     times tau (Sokal's self-consistent window), times 1 + (2 W + 1) / n for what subtracting
     the sample's own mean has cost (Wolff 2004, Eq. 49), and at least 1/2. The variance of the
     mean is 2 tau / n times that of the samples. tau^2 has a variance of 4 (W + 1/2 - tau) / n
-    tau^2 (his Eq. 42), so that the variance of the mean has at least n / (2 W + 1) degrees of
-    freedom; and n - 1 where nothing correlates.
+    tau^2 (his Eq. 42), so that the variance of the mean has n / (2 W + 1) degrees of freedom; a half
+    less as W is found with it (by calibration), and n - 1 where nothing correlates.
 
     Parameters
     ----------
@@ -90,17 +90,17 @@ def by_window(x):
     window = last + 1
     tau = np.take_along_axis(tau, last[None], axis=0)[0] * (1 + (2 * window + 1) / n)
     tau = np.maximum(tau, 0.5)
-    degrees = np.where(tau > 0.5, np.clip(n / (2 * window + 1), 1, n - 1), n - 1)
+    degrees = np.where(tau > 0.5, np.clip(n / (2 * window + 1) - 0.5, 1, n - 1), n - 1)
     return Spread(2 * tau * variance / (n - 1), degrees, n / tau)
 
 
 def spread_of_mean(x):
     """Variance of the mean of a correlated series.
 
-    By `by_window`, of the samples, and of 20 to 64 or a few more averages over consecutive ones,
+    By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
     which count where they say more than chance would: noise from one sample to the next fades in
     them, and a slow part below it, at which a window on the samples closes too early, comes out.
-    Fewer than 20 values cannot tell their correlation: they are joined to four parts that count
+    Fewer than 25 values cannot tell their correlation: they are joined to four parts that count
     as independent.
 
     Parameters
@@ -111,7 +111,7 @@ def spread_of_mean(x):
     Returns
     -------
     Spread
-        Of fewer than 20 values with infinite ``times``: nothing is known.
+        Of fewer than 25 values with infinite ``times``: nothing is known.
     """
     n = len(x)
     if n < FEW:
@@ -170,7 +170,7 @@ def correlation_time(series):
     -------
     float
         The variance of the mean is 2 tau / n times the variance; see `spread_of_mean`. 1/2 for
-        fewer than 20 samples, or if all are the same.
+        fewer than 25 samples, or if all are the same.
     """
     x = np.asarray(series, dtype=float)
     if len(x) < FEW or not x.var() > 0:
