@@ -19,8 +19,8 @@ from dpd.scene import Scene
 from dpd.start import make_start, system_of
 
 LEAST, MOST = 0.93, 0.985
-FEWEST = 0.925  # blocks that are joined to four parts
-RUNS = 3000  # binomial error of 95 % in so many: 0.4 %
+HARD = 0.92  # of few blocks, joined to four parts, and of a slow part under noise
+RUNS = 2000  # binomial error of 95 % in so many: 0.5 %
 
 
 def process(rng, samples, runs, tau=0.5, slow=1.0):
@@ -74,14 +74,14 @@ def test_series_cover(name):
 
     Few have no error there.
     """
-    found = coverage(made(name, 1500), 0.0)
-    assert LEAST <= found.share <= MOST
+    found = coverage(made(name, 1000), 0.0)
+    assert (HARD if "slow" in PROCESSES[name] else LEAST) <= found.share <= MOST
     assert found.too_short < 0.12
     assert found.width < 1.5
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples", [100, 400, 1500])
+@pytest.mark.parametrize("samples", [100, 400, 1000])
 def test_white_noise_is_hardly_widened(samples):
     """By about a tenth at most, in the median."""
     assert 0.97 < coverage(made("white", samples), 0.0).width < 1.12
@@ -94,7 +94,7 @@ def test_blocks_cover(name, count):
     """Fifty blocks of a run, and as few as two."""
     blocks = made(name, count * 40).reshape(count, 40, RUNS).mean(axis=1)
     found = coverage(blocks, 0.0)
-    assert (LEAST if count >= statistics.FEW else FEWEST) <= found.share <= MOST
+    assert (LEAST if count >= statistics.FEW else HARD) <= found.share <= MOST
     assert found.too_short < 0.16
 
 
@@ -108,7 +108,7 @@ def test_jackknives_cover(name):
     tenths = blocks.reshape(10, 5, RUNS).mean(axis=1)
     left_out = np.exp(0.3 * (tenths.sum(axis=0) - tenths) / 9)
     estimate = np.exp(0.3 * tenths.mean(axis=0)), serial_jackknife_error(left_out)
-    assert FEWEST <= coverage(tenths, 1.0, lambda _: estimate).share <= MOST
+    assert HARD <= coverage(tenths, 1.0, lambda _: estimate).share <= MOST
 
 
 @pytest.mark.slow
@@ -125,7 +125,7 @@ def test_resampled_quantities_cover(name, groups):
         value = noise.mean(axis=0)
         resampled = Resampled(np.arange(RUNS), value, *left)
         found = resampled.derived(lambda g: 2 * g)
-        least = FEWEST if noise is tenths else LEAST
+        least = HARD if noise is tenths else LEAST
         assert least <= coverage(noise, 0.0, lambda _, found=found: found).share <= MOST
 
 

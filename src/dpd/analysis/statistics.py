@@ -63,8 +63,8 @@ def by_window(x):
     times tau (Sokal's self-consistent window), times 1 + (2 W + 1) / n for what subtracting
     the sample's own mean has cost (Wolff 2004, Eq. 49), and at least 1/2. The variance of the
     mean is 2 tau / n times that of the samples. tau^2 has a variance of 4 (W + 1/2 - tau) / n
-    tau^2 (his Eq. 42), so that the variance of the mean has n / (2 W + 1) degrees of freedom; a half
-    less as W is found with it (by calibration), and n - 1 where nothing correlates.
+    tau^2 (his Eq. 42), so that the variance of the mean has n / (2 W + 1) degrees of freedom; half
+    a one less as W is found with it (by calibration), and n - 1 where nothing correlates.
 
     Parameters
     ----------
