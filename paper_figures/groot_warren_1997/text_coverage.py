@@ -76,7 +76,7 @@ def measured(data):
 
 def draw(data):
     """Shares that cover; widths and runs without an error."""
-    figure, (left, right) = panels(2, height=2.9)
+    figure, (left, right) = panels(2, height=3.0)
     left.axhline(0.95, color=BLACK, linewidth=0.6)
     ends = np.array([JUDGED[0], 1.2 * LENGTHS[-1]])
     left.fill_between(ends, *LIMITS, color=BLACK, alpha=0.12, linewidth=0)
@@ -98,6 +98,7 @@ def draw(data):
         axes.set_xticks([], minor=True)
     left.set(ylim=(0, 1.04), ylabel="share of 95 % intervals that cover")
     right.set(ylim=(0, 2), ylabel="width of intervals; share too short")
-    left.legend(loc="lower center", ncols=2)
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
     right.legend(loc="upper right")
     return figure

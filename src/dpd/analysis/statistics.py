@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
-GROUPS = 25  # of blocks, left out in turn
+GROUPS = 50  # of blocks, left out in turn
 BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many samples make one
 WINDOW = 5.0  # correlation times that an autocorrelation is summed up to
 SURE = 0.5  # standard errors by which averages have to say more than the samples do
