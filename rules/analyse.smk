@@ -11,6 +11,7 @@ rule collect:
     params:
         study=STUDY,
         sources=stage_digest("collect"),
+        series=lambda wildcards: PAPERS[wildcards.paper].sweeps[wildcards.sweep].series,
     shell:
         "python -m dpd collect {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
         " 2>&1 | tee {log}"

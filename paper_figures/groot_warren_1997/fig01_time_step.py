@@ -38,7 +38,7 @@ def compute(sweeps):
     data.error.attrs = {"units": "kT", "long_name": "standard error"}
     gap = (data.excess.sel(noise="uniform") - data.excess.sel(noise="gaussian")).values
     spread = np.hypot(*(data.error.sel(noise=n).values for n in ("uniform", "gaussian")))
-    pulls = (gap / spread)[np.isfinite(gap)]
+    pulls = (gap / spread)[np.isfinite(gap / spread)]  # of pairs of which both have an error
     data["noise_chi_square"] = ((), float(np.sum(pulls**2)), {"units": "1"})
     data["noise_points"] = ((), len(pulls), {"units": "1"})
     data["noise_p_value"] = ((), float(chdtrc(len(pulls), np.sum(pulls**2))), {"units": "1"})
@@ -54,11 +54,16 @@ def both_noises(data, scheme, dt):
 
 
 def euler_step(data, target):
-    """Time step at which Euler's kT - 1 is ``target``: c dt + d dt^2 through dt <= 0.01."""
+    """Time step at which Euler's kT - 1 is ``target``: c dt + d dt^2 through dt <= 0.01.
+
+    NaN if no run there is long enough for an error.
+    """
     small = data.sel(scheme="euler").where(data.dt <= 0.01, drop=True).dropna("dt")
     excess = small.excess.mean("noise").values
     error = np.sqrt((small.error**2).sum("noise").values) / 2
     dt = small.dt.values
+    if not len(dt):
+        return np.nan, np.nan
     terms = np.stack([dt, dt**2])[: min(2, len(dt))]
     fit = linear_fit(terms, excess, error)
     c, d = np.pad(fit.values, (0, 2 - len(fit.values)))
@@ -92,7 +97,7 @@ def draw(data):
     figure, (left, right) = panels(2, height=3)
     for scheme, (label, color, marker) in STYLES.items():
         for noise in ("uniform", "gaussian"):
-            at = data.sel(scheme=scheme, noise=noise).dropna("dt")
+            at = data.sel(scheme=scheme, noise=noise).dropna("dt", subset=["excess"])
             style = dict(color=color, marker=marker, filled=noise == "uniform")
             if noise == "uniform":
                 style |= dict(label=label, linestyle="-")

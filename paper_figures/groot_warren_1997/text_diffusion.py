@@ -31,15 +31,19 @@ def compute(sweeps):
         at = displacements(runs.sel(box=edge), "centre")
         found.append(diffusion_constant(at, 3, min(AFTER, at.time[-1] / 4)))
     value, error = np.array(found).T
-    fit = linear_fit([np.ones_like(edges), 1 / edges], value, error)
+    use = np.isfinite(value) & (error > 0)
+    line = np.array([np.nan, np.nan]), np.array([np.nan, np.nan])
+    if use.sum() >= 2:
+        line = linear_fit([np.ones_like(edges[use]), 1 / edges[use]], value[use], error[use])[:2]
+    values, errors = line
     constant = {"units": "r_c^2 / tau"}
     return xr.Dataset(
         {
             "diffusion": ("box", value, constant | {"long_name": "self-diffusion constant"}),
             "diffusion_error": ("box", error, constant),
-            "infinite": ((), fit.values[0], constant | {"long_name": "in an infinite box"}),
-            "infinite_error": ((), fit.errors[0], constant),
-            "slope": ((), fit.values[1], {"units": "r_c^3 / tau"}),
+            "infinite": ((), values[0], constant | {"long_name": "in an infinite box"}),
+            "infinite_error": ((), errors[0], constant),
+            "slope": ((), values[1], {"units": "r_c^3 / tau"}),
         },
         {"box": runs.box},
     )

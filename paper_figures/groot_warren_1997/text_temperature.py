@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import curve_fit
 
-from dpd.analysis.statistics import over_replicas
+from dpd.analysis.statistics import independent_mean_and_error, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
@@ -26,12 +26,11 @@ def compute(sweeps):
     steps = relaxation.time.values / dt
     series = relaxation.kT_series.transpose("sigma", "replica", "time")
     times = np.array([[decay(steps, kT) for kT in replicas] for replicas in series.values])
-    count = times.shape[1]
-    error = times.std(axis=1, ddof=1) / np.sqrt(count) if count > 1 else np.full(len(times), np.nan)
+    relaxation_steps, error = independent_mean_and_error(times)
     kT, kT_error = over_replicas(noise.kT.values, noise.kT_error.values, -1)
     return xr.Dataset(
         {
-            "relaxation_steps": ("sigma", times.mean(axis=1), {"units": "steps"}),
+            "relaxation_steps": ("sigma", relaxation_steps, {"units": "steps"}),
             "relaxation_error": ("sigma", error, {"units": "steps"}),
             "kT_series": (("sigma", "step"), series.mean("replica").values, {"units": "kT"}),
             "excess": ("amplitude", kT - 1, {"units": "kT", "long_name": "kT - 1"}),

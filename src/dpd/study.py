@@ -33,11 +33,15 @@ class Axis:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A family of runs; the last axis is always ``replica``."""
+    """A family of runs; the last axis is always ``replica``.
+
+    ``series`` names the time series that are kept whole where all runs share one time axis.
+    """
 
     name: str
     axes: tuple
     points: tuple
+    series: tuple = ("kT",)
 
     def point(self, name):
         """A point by name.
@@ -200,7 +204,7 @@ def _unfold(paper, name, given, changes, where, study):
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{name}", at, labels[-1])
         points.append(Point(at, labels, Scene(scene, f"{key} ({at})")))
-    return Sweep(name, tuple(axes), tuple(points))
+    return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]))
 
 
 def _axis(name, rule, key):

@@ -7,7 +7,7 @@ import xarray as xr
 from scipy.optimize import minimize_scalar
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error, jackknife, mean_and_error
+from dpd.analysis.statistics import jackknife, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
@@ -76,21 +76,20 @@ def composition(density, z, length, slice_volume):
     Returns
     -------
     Composition
-        The error is that of an average over the bulk, by blocking or from the correlation
-        time, or that of the fit, by leaving out groups of blocks in turn: the largest.
+        The error is that of an average over the bulk, or that of the fit, by leaving out groups
+        of blocks in turn: the larger. NaN, and so not settled, where the run is too short for it.
     """
     in_a, in_b = bulk_windows(z, length)
     minority = density[:, 1, in_a].sum(axis=1) + density[:, 0, in_b].sum(axis=1)
     series = minority / density[:, :, in_a | in_b].sum(axis=(1, 2))
     mean, error, tau = mean_and_error(series)
-    error = max(error, float(block_mean_and_error(series)[1]))
     fraction, fitted = jackknife(density, lambda mean: bulk_fraction(mean, z, length))
     # Each half's mean has sqrt(2) times the error of the whole run's, their difference twice.
     half = len(series) // 2
     change = series[half:].mean() - series[:half].mean()
-    drift = float(change / (2 * error)) if error > 0 else 0.0
+    drift = float(change / (2 * error)) if error != 0 else 0.0
     relative = error / mean if mean > 0 else 0.0
-    error = max(relative * fraction, fitted)
+    error = float(np.maximum(relative * fraction, fitted))
     samples = len(series) / (2 * tau)
     return Composition(fraction, error, drift, samples, float(minority.mean() * slice_volume))
 

@@ -52,7 +52,7 @@ def excess_pressure(sweeps, axis="repulsion"):
 def dense(data, above=2.0):
     """Flat arrays (repulsion, density, scaled, scaled_error) of the runs denser than that."""
     flat = data[["scaled", "scaled_error"]].stack(point=("repulsion", "density"))
-    flat = flat.dropna("point").where(flat.density > above, drop=True)
+    flat = flat.dropna("point", subset=["scaled"]).where(flat.density > above, drop=True)
     return tuple(
         np.asarray(flat[name].values, dtype=float)
         for name in ("repulsion", "density", "scaled", "scaled_error")

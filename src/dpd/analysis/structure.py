@@ -152,7 +152,7 @@ def contact_over_sampling(r, blocks, samples):
     (m,) array
         `contact` of so many blocks, mean over all that there are without overlap.
     (m,) array
-        Its standard error; NaN where there is only one.
+        Its standard error; NaN where there is only one, or few that are correlated.
     """
     counts, means, errors = [], [], []
     size = 1
@@ -161,8 +161,9 @@ def contact_over_sampling(r, blocks, samples):
         parts = blocks[: together * size].reshape(together, size, -1).mean(axis=1)
         found = np.array([contact(r, part) for part in parts])
         counts.append(size * samples)
-        means.append(found.mean())
-        errors.append(found.std(ddof=1) / np.sqrt(together) if together > 1 else np.nan)
+        mean, error = block_mean_and_error(found)
+        means.append(float(mean))
+        errors.append(float(error))
         size *= 2
     return np.array(counts), np.array(means), np.array(errors)
 

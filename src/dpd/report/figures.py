@@ -18,7 +18,9 @@ from dpd.report import style  # noqa: F401  sets matplotlib's parameters
 ERRORS = (
     "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
     "autocorrelation time into account, those of profiles come from blocks of the run, and both "
-    "are carried through to what is derived from them."
+    "are carried through to what is derived from them. They are widened by Student's t where few "
+    "independent samples have fixed them. Hollow, without a bar: the run is too short for an "
+    "error (fewer than about 20 correlation times)."
 )
 
 
