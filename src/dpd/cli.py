@@ -110,8 +110,8 @@ def _run(options):
     if options.output.is_dir():
         raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
     scene = Scene.read(options.scene)
-    if scene.chosen:
-        print(scene.chosen)
+    for sentence in scene.notes:
+        print(sentence)
     checkpoint = checkpoint_path(options.output)
     begun = time.perf_counter()
     if checkpoint.exists():
