@@ -11,6 +11,7 @@ rule collect:
     params:
         study=STUDY,
         sources=stage_digest("collect"),
+        scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
     shell:
         "python -m dpd collect {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
         " 2>&1 | tee {log}"
