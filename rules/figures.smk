@@ -15,10 +15,11 @@ rule draw_figure:
         verdicts=f"{OUT}/{{paper}}/figures/{{figure}}.csv",
         caption=f"{OUT}/{{paper}}/figures/{{figure}}.md",
     log:
-        f"{LOGS}/{{paper}}/figures/{{figure}}.log",
+        said=f"{LOGS}/{{paper}}/figures/{{figure}}.log",
+        traceback=f"{LOGS}/{{paper}}/figures/{{figure}}.traceback",
     params:
         study=STUDY,
         sources=figure_digest,
     shell:
         "python -m dpd figure {params.study} {wildcards.paper} {wildcards.figure}"
-        " -o $(dirname {output.png}) 2>&1 | tee {log}"
+        " -o $(dirname {output.png}) --traceback {log.traceback} 2>&1 | tee {log.said}"

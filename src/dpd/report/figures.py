@@ -1,19 +1,20 @@
 """From sweeps and measurements to a figure's files: picture, PDF, numbers, verdicts, caption."""
 
-import importlib.util
 import json
 import time
 
 import pandas as pd
 import xarray as xr
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 
 from dpd.analysis.collect import save
 from dpd.analysis.verdicts import COLUMNS, rows
-from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
+from dpd.report.figure_file import blamed_on, load_module, wanted
+from dpd.scene import Scene
 
 ERRORS = (
     "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
@@ -22,27 +23,6 @@ ERRORS = (
     "independent samples have fixed them. Hollow, without a bar: the run is too short for an "
     "error (fewer than about 20 correlation times)."
 )
-
-
-def load_module(paper, figure):
-    """The file of a figure: ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``.
-
-    It may also have ``warnings(numbers)``, sentences, and ``table(numbers)``, a data frame of
-    text; both go below its caption. ``describe(numbers)`` says in one or two sentences what is
-    seen, for those who cannot see the picture.
-
-    Raises
-    ------
-    UserError
-        If the file is missing.
-    """
-    path = ROOT / "paper_figures" / paper / f"{figure}.py"
-    if not path.is_file():
-        raise UserError(f"{path}: a figure named in config/papers/{paper}.yaml has no such file")
-    spec = importlib.util.spec_from_file_location(f"{paper}.{figure}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def make_figure(paper, figure, sources, folder):
@@ -54,21 +34,32 @@ def make_figure(paper, figure, sources, folder):
     sources : dict of str to path
         Collected sweeps and measurements.
     folder : path
+
+    Raises
+    ------
+    UserError
+        If a source is missing, or the figure's file is broken.
     """
     begun = time.perf_counter()
     module = load_module(paper, figure)
-    data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sources.items()}
-    numbers = module.compute(data)
-    table = rows(paper, figure, module.measured(numbers))
-    seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
+    data = {name: _load(path) for name, path in sources.items()}
+    with blamed_on(module, "compute"):
+        numbers = wanted(module, "compute", module.compute(data), xr.Dataset)
+    with blamed_on(module, "measured"):
+        table = rows(paper, figure, wanted(module, "measured", module.measured(numbers), dict))
+    with blamed_on(module, "describe"):
+        seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
     numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
-    drawn = module.draw(numbers)
+    with blamed_on(module, "draw"):
+        drawn = wanted(module, "draw", module.draw(numbers), Figure)
+    with blamed_on(module, "the caption"):
+        text = caption(module, data, numbers)
 
     def path(kind):
         return folder / f"{figure}.{kind}"
 
     replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
-    replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data, numbers)))
+    replace_whole(path("md"), lambda draft: draft.write_text(text))
     replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png"))
     drawn.set_layout_engine("none")  # what it has found for the one holds for the other
     undated = {"CreationDate": None}
@@ -76,6 +67,13 @@ def make_figure(paper, figure, sources, folder):
     plt.close(drawn)
     numbers.attrs["seconds"] = time.perf_counter() - begun
     save(numbers, path("nc"))
+
+
+def _load(path):
+    """A sweep or a measurement."""
+    if not path.is_file():
+        raise UserError(f"{path}: there is no such file; let snakemake make it")
+    return xr.load_dataset(path, engine="netcdf4")
 
 
 def joined_verdicts(papers, results):
@@ -90,15 +88,18 @@ def joined_verdicts(papers, results):
     Returns
     -------
     pandas.DataFrame
-        Without rows where no figure has a published number.
+        Without rows where no figure has a published number, or there is no figure.
     """
     tables = [
         pd.read_csv(results / paper.name / "figures" / f"{figure}.csv")
         for paper in papers
         for figure in paper.figures
     ]
+    # Without an empty one: it would turn numbers of the others into text.
     filled = [table for table in tables if len(table)]
-    return pd.concat(filled or tables, ignore_index=True)[COLUMNS]
+    if not filled:
+        return pd.DataFrame(columns=COLUMNS)
+    return pd.concat(filled, ignore_index=True)[COLUMNS]
 
 
 def caption(module, data, numbers):
@@ -125,7 +126,8 @@ def _line(source):
 
 def _sweep_line(sweep):
     """One sentence on a sweep: system, integrator, points, samples, seeds."""
-    scene = json.loads(str(sweep.scene.values.ravel()[0]))
+    scenes = [Scene(json.loads(str(text)), "sweep") for text in sweep.scene.values.ravel()]
+    scene = scenes[0].data
     axes = [name for name in sweep.kT.dims if name != "replica"]
     swept = "; ".join(f"{name} {_values(sweep[name].values)}" for name in axes)
     low, high = (int(v) for v in (sweep.steps.min(), sweep.steps.max()))
@@ -136,7 +138,7 @@ def _sweep_line(sweep):
     integrator, thermostat = scene["integrator"], scene["thermostat"]
     edges = scene["box"] if isinstance(scene["box"], list) else [scene["box"]] * scene["dimension"]
     text = (
-        f"{beads} beads in {' x '.join(f'{e:g}' for e in edges)} r_c, "
+        f"{beads} beads in {' x '.join(f'{e:g}' for e in edges)} r_c{_missed(scenes)}, "
         f"a {', '.join(f'{pair} {a:g}' for pair, a in scene['repulsion'].items())}, "
         f"{'Langevin ' if thermostat['kind'] == 'langevin' else ''}gamma {thermostat['gamma']:g}, "
         f"{thermostat['noise']} noise, {integrator['scheme']}, "
@@ -153,6 +155,16 @@ def _sweep_line(sweep):
     text += f", {steps} steps with equilibration, {sweep.sizes['replica']} replica(s)"
     text += f", noise seeds {int(sweep.seed.min())} to {int(sweep.seed.max())}"
     return text + (f"; first of the points over {swept}." if swept else ".")
+
+
+def _missed(scenes):
+    """What whole molecules make of a density that they cannot meet; of the worst scene."""
+    missed = [density for scene in scenes for density in scene.missed_densities]
+    if not missed:
+        return ""
+    worst = max(missed, key=lambda density: density.share)
+    most = "at worst " if len(scenes) > 1 else ""
+    return f" ({most}density {worst.found:.4g} of whole molecules in place of {worst.asked:g})"
 
 
 def _values(values):

@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 from dpd.digest import ROOT, stage_digest
 from dpd.files import attribute, replace_whole
 from dpd.report.figures import joined_verdicts
-from dpd.report.text import with_error
+from dpd.report.text import published_text, with_error
 from dpd.starting import start_digest, start_is_shared
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
@@ -41,7 +41,7 @@ def write_page(study, description, papers, results, path, overhead=""):
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
     )
-    environment.filters |= {"number": _number, "pulled": _pulled}
+    environment.filters |= {"number": _number, "published": published_text}
     page = environment.get_template(TEMPLATE).render(
         study=study,
         description=description,
@@ -161,19 +161,6 @@ def _span(values, pattern):
 def _number(value, error=None):
     """A number, with its error where it has one; text as it is."""
     return with_error(value, error) if isinstance(value, float | int) else value
-
-
-def _pulled(row):
-    """Published value as printed in the table: with its error or its rounding, if it has any."""
-    try:
-        text = f"{float(row['published']):g}"
-    except ValueError:
-        return row["published"]
-    if np.isfinite(row["published_error"]):
-        text += f" ± {row['published_error']:.2g}"
-    if np.isfinite(row["rounding"]):
-        text += f", rounded by {row['rounding']:.2g}"
-    return text
 
 
 def _commit():
