@@ -13,7 +13,7 @@ rule draw_figure:
         pdf=f"{OUT}/{{paper}}/figures/{{figure}}.pdf",
         numbers=f"{OUT}/{{paper}}/figures/{{figure}}.nc",
         verdicts=f"{OUT}/{{paper}}/figures/{{figure}}.csv",
-        caption=f"{OUT}/{{paper}}/figures/{{figure}}.md",
+        caption=f"{OUT}/{{paper}}/figures/{{figure}}.html",
     log:
         f"{LOGS}/{{paper}}/figures/{{figure}}.log",
     params:

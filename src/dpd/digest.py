@@ -21,7 +21,15 @@ _STAGES = {
     "start": _START,
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
-    "figure": ("analysis", "theory", "report/style.py", "report/text.py", "report/figures.py"),
+    "figure": (
+        "analysis",
+        "theory",
+        "report/style.py",
+        "report/text.py",
+        "report/figures.py",
+        "report/captions.py",
+        "report/notation.py",
+    ),
     "report": ("report", "analysis/verdicts.py"),
     "measure": (*_SIMULATION, "benchmark"),
 }
