@@ -17,8 +17,8 @@ ERRORS = (
     "are carried through to what is derived from them."
 )
 UNITS = (
-    "Units: length r_c, energy kT, time r_c sqrt(m/kT). All settings of each run, and the seed of "
-    "its noise, stand in the variables `scene` and `seed` of the file `sweeps/NAME.nc` of a sweep."
+    "Units: length r_c, energy kT, time r_c sqrt(m/kT). Settings and noise seed of each run: "
+    "variables `scene` and `seed` of `sweeps/NAME.nc`, NAME being that of the sweep."
 )
 NUMBERED = re.compile(r"fig0*(\d+)_")
 PREDICTING = ("gw-vv", "verlet-no-acceleration")  # the schemes that have a lambda to choose
@@ -93,7 +93,7 @@ def caption(figure, module, sources, numbers):
         parts += [Markup("<strong>Warning.</strong> {}").format(said) for said in warned]
     body = Markup("\n").join(Markup("<p>{}</p>").format(part) for part in parts)
     if hasattr(module, "table"):
-        body += Markup("\n") + _table(module.table(numbers), f"Numbers of {label(figure)}")
+        body += Markup("\n") + _table(module.table(numbers), "Numbers of this figure")
     return body + Markup("\n")
 
 
@@ -159,15 +159,22 @@ def _axis(axis):
     return f"{name} {span(axis.values)}" + (f" {units}" if units != "1" else "")
 
 
-def span(values):
-    """Values as text: all names, one or two numbers, or the range of more."""
+def span(values, counted=True):
+    """Values as text: all names, one or two numbers, or the range of more.
+
+    Parameters
+    ----------
+    values : array_like of number or str
+    counted : bool
+        Whether a range says how many values it has.
+    """
     values = list(dict.fromkeys(np.ravel(values).tolist()))
     if any(isinstance(value, str) for value in values):
-        return ", ".join(map(str, values))
+        return ", ".join(str(value).replace("_", " ") for value in values)
     numbers = [_number(value) for value in sorted(values)]
-    if len(numbers) > 2:
-        return f"{numbers[0]} to {numbers[-1]} ({len(numbers)} values)"
-    return " and ".join(numbers)
+    if len(numbers) < 3:
+        return " and ".join(numbers)
+    return f"{numbers[0]} to {numbers[-1]}" + (f" ({len(numbers)} values)" if counted else "")
 
 
 def _number(value):
@@ -179,7 +186,7 @@ def _number(value):
 
 def _system(scenes):
     """Beads, molecules, box, density."""
-    beads = span([scene.beads for scene in scenes])
+    beads = span([scene.beads for scene in scenes], counted=False)
     density = span([round(scene.density, 2) for scene in scenes])
     return f"{beads} beads, {_molecules(scenes)}, {_box(scenes)}, rho = {density}"
 
@@ -266,7 +273,9 @@ def _thermostat(scenes):
 
 def _sampling(scenes, sweep):
     """Steps, equilibration, replicas."""
-    equilibration, sampled = (span([scene.steps[part] for scene in scenes]) for part in (0, 1))
+    equilibration, sampled = (
+        span([scene.steps[part] for scene in scenes], counted=False) for part in (0, 1)
+    )
     replicas = sweep.sizes["replica"]
     each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
     return f"{sampled} steps after {equilibration} of equilibration, {each}"

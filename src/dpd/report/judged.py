@@ -10,18 +10,33 @@ from dpd.report.notation import typeset
 from dpd.report.text import with_error
 
 VERDICTS = (REPLICATED, DEVIATES, NOT_REACHED)
-# Heading and introduction of the rows of each kind; the headline counts the first alone.
-SECTIONS = {
-    SIMULATED: ("Published numbers and claims, held against simulation", ""),
-    CLOSED_FORM: (
-        "Published numbers, held against a formula",
-        "Nothing is simulated here, so the headline does not count them.",
+PLURAL = {DEVIATES: "deviate"}
+
+
+@dataclass(frozen=True)
+class Section:
+    """Where the rows of a kind stand: its name and heading, and why they count apart."""
+
+    kind: str
+    name: str
+    title: str
+    apart: str = ""
+
+
+# The headline counts the rows of the first alone.
+SECTIONS = (
+    Section(
+        SIMULATED, "published numbers", "Published numbers and claims, held against simulation"
     ),
-    CHECK: (
-        "Our own checks",
+    Section(
+        CLOSED_FORM, "closed forms", "Closed forms: published numbers, held against a formula",
+        "Nothing is simulated for these, so the headline does not count them.",
+    ),
+    Section(
+        CHECK, "checks of our own", "Checks of our own",
         "The papers print no such numbers, so the headline does not count them.",
     ),
-}
+)  # fmt: skip
 # What the words of the tables mean, said once above them.
 MEANINGS = {
     "Published": "the paper's number, or the range that its claim allows.",
@@ -36,7 +51,10 @@ MEANINGS = {
         "our number ± one standard error. Error bars in figures are 95 % intervals, 1.96 standard "
         "errors."
     ),
-    "Deviation": "in combined standard errors of both numbers; rounding counts as one.",
+    "Deviation": (
+        "in combined standard errors of both numbers, rounding included; of a range: how far "
+        "beyond its limit."
+    ),
     "Resolution": (
         "the smallest difference that this run would have called a deviation: two combined "
         "standard errors."
@@ -90,6 +108,13 @@ class Count:
     paper: str
     total: int
     verdicts: dict
+
+    def __str__(self):
+        """The verdicts in words."""
+        return ", ".join(
+            f"{number} {PLURAL.get(name, name) if number != 1 else name}"
+            for name, number in self.verdicts.items()
+        )
 
 
 def figure_id(paper, figure):
@@ -173,7 +198,7 @@ def counts(rows, kind, papers):
     ----------
     rows : list of Row
     kind : str
-        A key of `SECTIONS`.
+        Simulated, closed form or check, see `dpd.analysis.verdicts.KINDS`.
     papers : list of str
 
     Returns

@@ -15,8 +15,9 @@ _NUMBER = r"[+-]?\d+(?:\.\d+)?"
 _RULES = [
     # <l^2>, an average: no space inside the brackets.
     (r"&lt;(?! )([^&]*?)(?<! )&gt;", r"⟨\1⟩"),
-    # The C of a section is no spring constant.
-    (r"(Sec\. [IVX]+) ([A-Z])\b", "\\1\N{NO-BREAK SPACE}\\2"),
+    # Fig. 4 stays on one line, and so does Sec. III C, whose C is no spring constant.
+    (r"\b(Sec\.|Eq\.|Fig\.|Figure|Table) (?=[IVX\d])", "\\1\N{NO-BREAK SPACE}"),
+    (r"(Sec\.\N{NO-BREAK SPACE}[IVX]+) ([A-Z])\b", "\\1\N{NO-BREAK SPACE}\\2"),
     (r"&gt;=", "≥"),
     (r"&lt;=", "≤"),
     (r"\+-", "±"),
@@ -25,8 +26,11 @@ _RULES = [
     (r"\bsqrt\((\w+)\)", r"√\1"),
     (r"\bsqrt\(", "√("),
     # 1e6, 2.2e-7, (3.210 ± 0.045)e-6
-    (r"(?<![\w.])1e([+-]?\d+)\b", r"10^\1"),
-    (r"(?<![\w.])(\d+(?:\.\d+)?|\([^()]*±[^()]*\))e([+-]?\d+)\b", r"\1 × 10^\2"),
+    (r"(?<![\w.])1e([+-]?\d+)\b", lambda found: f"10^{int(found[1])}"),
+    (
+        r"(?<![\w.])(\d+(?:\.\d+)?|\([^()]*±[^()]*\))e([+-]?\d+)\b",
+        lambda found: f"{found[1]} × 10^{int(found[2])}",
+    ),
     (r"\bDelta (?=[a-z]\b)", "Δ"),
     (r"\bk_BT\b", "k_B T"),
     (r"\bkT\b", "<i>kT</i>"),
@@ -37,7 +41,7 @@ _RULES = [
     (rf"\^({_NUMBER}|[A-Za-z]+)", r"<sup>\1</sup>"),
     (r"(?<![\w)])-(?=\d)| - ", lambda found: found.group().replace("-", "−")),
     (r"\bdt\b", "Δ<i>t</i>"),
-    (rf"\b({_GREEK})\b", lambda found: GREEK[found.group()]),
+    (rf"\b(d?)({_GREEK})\b", lambda found: found[1] + GREEK[found[2]]),
     # g(r), R(t): a function and its argument.
     (r"\b([A-Za-z])\(([rt0])\)", r"<i>\1</i>(<i>\2</i>)"),
     (r"<i>0</i>", "0"),

@@ -12,6 +12,7 @@ import xarray as xr
 from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup
 
+from dpd.analysis.verdicts import KINDS
 from dpd.digest import ROOT, stage_digest
 from dpd.files import attribute, replace_whole
 from dpd.report.captions import label
@@ -51,7 +52,7 @@ def write_page(study, description, papers, results, path, overhead=""):
         rows=rows,
         sections=SECTIONS,
         meanings=MEANINGS,
-        counts={kind: counts(rows, kind, names) for kind in SECTIONS},
+        counts={kind: counts(rows, kind, names) for kind in KINDS},
         checks=[row for rows in checks for row in rows],
         overhead=overhead,
         costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
