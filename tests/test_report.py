@@ -308,8 +308,8 @@ def test_a_row_in_full(text):
     row = text[text.index('<tr id="one_1997-fig02_shapes-2"') :]
     row = row[: row.index("</tr>")]
     for column, value in (
-        ("Where", "Sec.\xa0I"), ("Published", "&lt; 2"), ("Standard error", ""), ("Rounding", "0.05"),
-        ("Limits", "ours"), ("This work", "2.500 ± 0.010"), ("Deviation", ""),
+        ("Where", "Sec.\xa0I"), ("Published", "&lt; 2"), ("Standard error", ""),
+        ("Rounding", "0.05"), ("Limits", "ours"), ("This work", "2.500 ± 0.010"), ("Deviation", ""),
         ("Resolution", "0.02"), ("Verdict", "deviates"), ("Note", "by eye"),
     ):  # fmt: skip
         assert re.search(rf'<td data-label="{column}"[^>]*>{value}</td>', row), column
