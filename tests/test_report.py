@@ -11,10 +11,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from docutils.core import publish_parts
+from jinja2 import Environment
 from matplotlib import pyplot as plt
 
 from dpd import files
 from dpd.analysis.verdicts import COLUMNS
+from dpd.digest import ROOT
 from dpd.report import overhead, style
 from dpd.report.captions import caption, label, span, sweep_line
 from dpd.report.judged import counts, judged_rows
@@ -133,6 +136,13 @@ def test_a_line_names_axes_that_do_not_show():
     assert line.swept == "swept: set one, other"
 
 
+def test_a_line_on_a_run_without_friction_or_equilibration():
+    """What is not there is called so."""
+    line = sweep_line(swept(BLENDS | {"thermostat": {"gamma": 0}}))
+    assert line.dynamics.startswith("no thermostat, scheme dpd-vv")
+    assert line.sampling == "400 steps without equilibration, one replica"
+
+
 def figure_file(**more):
     """A figure's file as a module."""
     return SimpleNamespace(**{"TITLE": "Rates.", "PAPER_SHOWS": "None.", "ERRORS": "Bars."} | more)
@@ -165,6 +175,18 @@ def test_a_figure_without_either():
     """Most have no warnings and no table; a figure without runs has no seeds."""
     said = caption("rates", figure_file(), {}, xr.Dataset())
     assert said == "<p><strong>Our own figure. Rates.</strong> None.</p>\n<p>Bars.</p>\n"
+
+
+def test_the_caption_in_the_report_of_snakemake(tmp_path):
+    """Its template reads the caption that the rule wrote; docutils leaves the HTML alone."""
+    text = caption("fig04_rates", figure_file(), {"slabs": swept(BLENDS)}, xr.Dataset())
+    (tmp_path / "fig04_rates.html").write_text(text, encoding="utf-8")
+    template = (ROOT / "paper_figures" / "caption.rst").read_text(encoding="utf-8")
+    job = SimpleNamespace(output=SimpleNamespace(caption=tmp_path / "fig04_rates.html"))
+    result = SimpleNamespace(path=tmp_path / "fig04_rates.png")
+    rendered = Environment(trim_blocks=True, lstrip_blocks=True).from_string(template)
+    rst = rendered.render(snakemake=job, files=[result])
+    assert text.strip() in publish_parts(rst, writer="html")["body"]
 
 
 # A page -----------------------------------------------------------------------------------------

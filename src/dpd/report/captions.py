@@ -262,7 +262,7 @@ def _dynamics(scenes):
 def _thermostat(scenes):
     """sigma^2 = 2 gamma kT; distribution of the noise."""
     thermostats = [scene.data["thermostat"] for scene in scenes]
-    gamma = span([each["gamma"] for each in thermostats])
+    gamma = span([each["gamma"] for each in thermostats], counted=False)
     if gamma == "0":
         return "no thermostat"
     sigma = span([round((2 * each["gamma"] * each["kT"]) ** 0.5, 3) for each in thermostats])
@@ -278,4 +278,5 @@ def _sampling(scenes, sweep):
     )
     replicas = sweep.sizes["replica"]
     each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
-    return f"{sampled} steps after {equilibration} of equilibration, {each}"
+    before = "without" if equilibration == "0" else f"after {equilibration} of"
+    return f"{sampled} steps {before} equilibration, {each}"

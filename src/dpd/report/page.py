@@ -1,6 +1,7 @@
 """The report: one self-contained page."""
 
 import base64
+import io
 import platform
 import subprocess
 from datetime import UTC, datetime
@@ -11,6 +12,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup
+from PIL import Image
 
 from dpd.analysis.verdicts import KINDS
 from dpd.digest import ROOT, stage_digest
@@ -82,13 +84,15 @@ def _paper(paper, results, rows):
 
 def _figure(stem, name, rows):
     """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
-    picture = stem.with_suffix(".png").read_bytes()
+    with Image.open(stem.with_suffix(".png")) as picture:
+        width, height = picture.size
+        data = base64.b64encode(_in_few_colors(picture)).decode()
     return {
         "id": name,
         "label": label(stem.name),
-        "picture": f"data:image/png;base64,{base64.b64encode(picture).decode()}",
-        "width": _png_width(picture) // PIXELS,
-        "height": _png_height(picture) // PIXELS,
+        "picture": f"data:image/png;base64,{data}",
+        "width": width // PIXELS,
+        "height": height // PIXELS,
         "seen": _seen(stem),
         "caption": Markup(stem.with_suffix(".html").read_text(encoding="utf-8")),
         "rows": [row for row in rows if row.figure == name],
@@ -108,14 +112,12 @@ def _named(paper):
     return paper.replace("_", " ").title()
 
 
-def _png_width(picture):
-    """Pixels, from the head of a PNG file."""
-    return int.from_bytes(picture[16:20], "big")
-
-
-def _png_height(picture):
-    """The same, downwards."""
-    return int.from_bytes(picture[20:24], "big")
+def _in_few_colors(picture):
+    """A picture as a PNG with a palette, a third as large; the file beside the page has all."""
+    few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    data = io.BytesIO()
+    few.save(data, "png")
+    return data.getvalue()
 
 
 def _checks(paper, results):
