@@ -152,7 +152,7 @@ def test_a_caption():
     """The paper's number, a line a sweep in the field's notation, where the seeds are, errors."""
     said = caption("fig04_rates", figure_file(), {"two_slabs": swept(BLENDS)}, xr.Dataset())
     assert said.startswith("<p><strong>Figure 4 of the paper. Rates.</strong> None.</p>")
-    assert "<em>two slabs</em>: 3840 beads" in said
+    assert "<em>two_slabs</em>: 3840 beads" in said
     assert "<i>a</i><sub>AA</sub> = <i>a</i><sub>BB</sub> = 25" in said
     assert "<code>seed</code>" in said and "<p>Bars.</p>" in said
 

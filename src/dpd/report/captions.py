@@ -100,7 +100,7 @@ def caption(figure, module, sources, numbers):
 def _source_line(name, source):
     """One paragraph on a sweep or a measurement."""
     said = source.attrs.get("description") or str(sweep_line(source))
-    return Markup("<em>{}</em>: {}").format(name.replace("_", " "), typeset(said))
+    return Markup("<em>{}</em>: {}").format(name, typeset(said))
 
 
 def _table(frame, title):
