@@ -17,7 +17,7 @@ _RULES = [
     (r"&lt;(?! )([^&]*?)(?<! )&gt;", r"⟨\1⟩"),
     # Fig. 4 stays on one line, and so does Sec. III C, whose C is no spring constant.
     (r"\b(Sec\.|Eq\.|Fig\.|Figure|Table) (?=[IVX\d])", "\\1\N{NO-BREAK SPACE}"),
-    (r"(Sec\.\N{NO-BREAK SPACE}[IVX]+) ([A-Z])\b", "\\1\N{NO-BREAK SPACE}\\2"),
+    (r"\b([IVX]+) ([A-D])\b(?! =)", "\\1\N{NO-BREAK SPACE}\\2"),
     (r"&gt;=", "≥"),
     (r"&lt;=", "≤"),
     (r"\+-", "±"),
@@ -39,16 +39,17 @@ _RULES = [
     (rf"\b({_GREEK})_([A-Za-z]+|\d+)(?!\w)", r"\1<sub>\2</sub>"),
     (r"\^\(([^()]*)\)", r"<sup>\1</sup>"),
     (rf"\^({_NUMBER}|[A-Za-z]+)", r"<sup>\1</sup>"),
-    (r"(?<![\w)])-(?=\d)| - ", lambda found: found.group().replace("-", "−")),
+    (r"(?<![\w)])-(?=\d|\w\b)| - ", lambda found: found.group().replace("-", "−")),
     (r"\bdt\b", "Δ<i>t</i>"),
     (rf"\b(d?)({_GREEK})\b", lambda found: found[1] + GREEK[found[2]]),
     # g(r), R(t): a function and its argument.
     (r"\b([A-Za-z])\(([rt0])\)", r"<i>\1</i>(<i>\2</i>)"),
     (r"<i>0</i>", "0"),
     # The letters that name a quantity wherever they stand alone; not (c), a panel.
-    (r"(?<![\w.&>;\N{NO-BREAK SPACE}])([CDNRTgklnprt])\b(?!\))", r"<i>\1</i>"),
+    (r"(?<![\w.&>;\N{NO-BREAK SPACE}])([CDFLNRTgklnprtxz])\b(?!(?<=\(.)\))", r"<i>\1</i>"),
+    (r"(?<![\w.&>;])([A-Zb-z])(?= [=≥≤~] )", r"<i>\1</i>"),
     # a is an article as well.
-    (r"(?<!\w)a\b(?= =|<su| ?ρ| [&≥≤])|(?<=Δ)a\b|(?<=/ )a\b(?! \w)", "<i>a</i>"),
+    (r"(?<!\w)a\b(?= =|<su| ?ρ| [&≥≤])|(?<=[/−] )a\b|(?<=Δ)a\b|(?<=\d )a\b(?! \w)", "<i>a</i>"),
 ]  # fmt: skip
 RULES = [(re.compile(pattern), put) for pattern, put in _RULES]
 
