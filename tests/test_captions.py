@@ -48,10 +48,8 @@ NOTATION = [
     ("chi / Delta a >= -0.3 +- 0.1", "χ / Δ<i>a</i> ≥ −0.3 ± 0.1"),
     ("(3.2 ± 0.4)e-06 and 1e+5", "(3.2 ± 0.4) × 10<sup>−6</sup> and 10<sup>5</sup>"),
     ("4 <l^2> < g_i", "4 ⟨<i>l</i><sup>2</sup>⟩ &lt; <i>g</i><sub>i</sub>"),
-    (
-        "(c) a fluid, Secs. I and III C, e.g. gw-vv-0.5",
-        "(c) a fluid, Secs. I and III\xa0C, e.g. gw-vv-0.5",
-    ),
+    ("(c) a fluid, Secs. I and V C, gw-vv-0.5", "(c) a fluid, Secs. I and V\xa0C, gw-vv-0.5"),
+    ("(k) x (1 - x)", "(k) <i>x</i> (1 − <i>x</i>)"),
     ("the chain's own & <b>", "the chain&#39;s own &amp; ⟨b⟩"),
     ("`rho = 1e5 - r_c`", "<code>rho = 1e5 - r_c</code>"),
 ]
@@ -152,7 +150,7 @@ def test_a_caption():
 
 def test_warnings_and_table_of_a_figure():
     """They follow the caption, and nothing is left to the browser's mercy."""
-    frame = pd.DataFrame([("x < y", "1 ± 2")], columns=["set", "rate / %"])
+    frame = pd.DataFrame([("one < two", "1 ± 2")], columns=["set", "rate / %"])
     module = figure_file(
         warnings=lambda numbers: [f"Box {float(numbers.room)} is small."],
         table=lambda numbers: frame,
@@ -161,7 +159,7 @@ def test_warnings_and_table_of_a_figure():
     assert "<strong>Our own figure. Rates.</strong>" in said
     assert "<p><strong>Warning.</strong> Box 1.5 is small.</p>" in said
     assert '<th scope="col">rate / %</th>' in said
-    assert '<td data-label="set">x &lt; y</td>' in said
+    assert '<td data-label="set">one &lt; two</td>' in said
 
 
 def test_a_figure_without_either():
