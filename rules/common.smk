@@ -41,7 +41,7 @@ def page_sources(papers):
     for name, paper in papers.items():
         folder = f"{OUT}/{name}"
         figures = expand(
-            "{figure}.{kind}", figure=paper.figures, kind=["png", "md", "nc", "csv"]
+            "{figure}.{kind}", figure=paper.figures, kind=["png", "html", "nc", "csv"]
         )
         files += [f"{folder}/figures/{figure}" for figure in figures]
         files += [f"{folder}/sweeps/{sweep}.nc" for sweep in paper.sweeps]

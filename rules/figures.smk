@@ -13,7 +13,7 @@ rule draw_figure:
         pdf=f"{OUT}/{{paper}}/figures/{{figure}}.pdf",
         numbers=f"{OUT}/{{paper}}/figures/{{figure}}.nc",
         verdicts=f"{OUT}/{{paper}}/figures/{{figure}}.csv",
-        caption=f"{OUT}/{{paper}}/figures/{{figure}}.md",
+        caption=f"{OUT}/{{paper}}/figures/{{figure}}.html",
     log:
         said=f"{LOGS}/{{paper}}/figures/{{figure}}.log",
         traceback=f"{LOGS}/{{paper}}/figures/{{figure}}.traceback",
