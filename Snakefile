@@ -13,11 +13,14 @@ from pathlib import Path
 BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
-from dpd.digest import ROOT, files_digest, stage_digest
+from dpd.digest import ROOT, files_digest, stage_digest, value_digest
 from dpd.errors import UserError
+from dpd.overlay import edited_in_vain
+from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
+from dpd.schema import read_yaml, validate
 from dpd.starting import start_digest, start_is_shared
-from dpd.study import read_config, read_paper
+from dpd.study import page_suffix, read_config, read_paper
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
@@ -26,20 +29,38 @@ os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
 os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(workflow.cores))
 
 
-configfile: "config/config.yaml"
+# Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.
+workdir: str(ROOT)
+
+
+configfile: str(ROOT / "config" / "config.yaml")
 
 
 try:
     CONFIG = read_config(dict(config))
     STUDY = CONFIG["study"]
+    PAGE = page_suffix(CONFIG["papers"], read_config()["papers"])
     REPORTED = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}
     # Not part of the report unless it is asked for; `snakemake benchmark` makes it all the same.
     PAPERS = REPORTED | {"benchmark": read_paper("benchmark", STUDY)}
+    for name, paper in PAPERS.items():
+        for figure in paper.figures:
+            figure_path(name, figure)
+    PUBLISHED = read_yaml(ROOT / "paper_figures" / "published.yaml")
+    validate(PUBLISHED, "published", "paper_figures/published.yaml")
 except UserError as problem:
     raise WorkflowError(str(problem)) from None
 
+if workflow.is_main_process:
+    for sentence in edited_in_vain(STUDY, REPORTED):
+        print(f"note: {sentence}.", file=sys.stderr)
+
 OUT = f"results/{STUDY}"
 LOGS = f"{OUT}/logs"
+# The shared page is that of all papers in config/config.yaml; others get one of their own.
+REPORT = f"{OUT}/report{PAGE}.html"
+VERDICTS = f"{OUT}/verdicts{PAGE}.csv"
+STAMPS = [f"{LOGS}/{name}{PAGE}.made" for name in ("verdicts", "report")]  # see rules/report.smk
 
 
 wildcard_constraints:
@@ -59,6 +80,9 @@ onstart:
 onsuccess:
     if cost := overhead(OUT, BEGUN, workflow.cores):
         print(cost)
+    for page in (REPORT, f"{OUT}/benchmark.html"):
+        if os.path.exists(page) and os.path.getmtime(page) >= BEGUN:
+            print(f"report: {page}")
 
 
 localrules:
@@ -67,8 +91,9 @@ localrules:
 
 rule all:
     input:
-        f"{OUT}/report.html",
-        f"{OUT}/verdicts.csv",
+        REPORT,
+        VERDICTS,
+        STAMPS,
 
 
 include: "rules/common.smk"

@@ -11,6 +11,8 @@ rule collect:
     params:
         study=STUDY,
         sources=stage_digest("collect"),
+        series=lambda wildcards: PAPERS[wildcards.paper].sweeps[wildcards.sweep].series,
+        scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
     shell:
         "python -m dpd collect {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
         " 2>&1 | tee {log}"

@@ -19,11 +19,12 @@ rule benchmark:
     input:
         page_sources({"benchmark": PAPERS["benchmark"]}),
     output:
-        f"{OUT}/benchmark.html",
+        page=update(f"{OUT}/benchmark.html"),  # see rules/report.smk
+        stamp=touch(f"{LOGS}/benchmark.made"),
     log:
         f"{LOGS}/benchmark.log",
     params:
         study=STUDY,
         sources=stage_digest("report"),
     shell:
-        "python -m dpd report {params.study} benchmark -o {output} 2>&1 | tee {log}"
+        "python -m dpd report {params.study} benchmark -o {output.page} 2>&1 | tee {log}"

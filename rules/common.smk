@@ -21,6 +21,12 @@ def sweep_runs(wildcards):
     return [f"{folder}/{point.name}/run.nc" for point in points]
 
 
+def sweep_digest(wildcards):
+    """Digest of all scenes of a sweep."""
+    points = PAPERS[wildcards.paper].sweeps[wildcards.sweep].points
+    return value_digest([point.scene.digest for point in points])
+
+
 def figure_sources(wildcards):
     """Sweeps and measurements that feed a figure."""
     folder, figure = f"{OUT}/{wildcards.paper}", PAPERS[wildcards.paper].figures[wildcards.figure]
@@ -35,7 +41,7 @@ def page_sources(papers):
     for name, paper in papers.items():
         folder = f"{OUT}/{name}"
         figures = expand(
-            "{figure}.{kind}", figure=paper.figures, kind=["png", "md", "nc", "csv"]
+            "{figure}.{kind}", figure=paper.figures, kind=["png", "html", "nc", "csv"]
         )
         files += [f"{folder}/figures/{figure}" for figure in figures]
         files += [f"{folder}/sweeps/{sweep}.nc" for sweep in paper.sweeps]
@@ -88,9 +94,7 @@ def first_with_start(wildcards):
 
 
 def figure_digest(wildcards):
-    """Digest of all that a figure's numbers and looks depend on."""
-    pages = ROOT / "paper_figures"
-    own = files_digest(
-        pages / wildcards.paper / f"{wildcards.figure}.py", pages / "published.yaml"
-    )
-    return f"{stage_digest('figure')} {own}"
+    """Digest of all that a figure's numbers and looks depend on: sources, its published numbers."""
+    paper, figure = wildcards.paper, wildcards.figure
+    entries = {name: e for name, e in PUBLISHED.get(paper, {}).items() if e["figure"] == figure}
+    return f"{stage_digest('figure')} {files_digest(figure_path(paper, figure))} {value_digest(entries)}"

@@ -13,12 +13,13 @@ rule draw_figure:
         pdf=f"{OUT}/{{paper}}/figures/{{figure}}.pdf",
         numbers=f"{OUT}/{{paper}}/figures/{{figure}}.nc",
         verdicts=f"{OUT}/{{paper}}/figures/{{figure}}.csv",
-        caption=f"{OUT}/{{paper}}/figures/{{figure}}.md",
+        caption=f"{OUT}/{{paper}}/figures/{{figure}}.html",
     log:
-        f"{LOGS}/{{paper}}/figures/{{figure}}.log",
+        said=f"{LOGS}/{{paper}}/figures/{{figure}}.log",
+        traceback=f"{LOGS}/{{paper}}/figures/{{figure}}.traceback",
     params:
         study=STUDY,
         sources=figure_digest,
     shell:
         "python -m dpd figure {params.study} {wildcards.paper} {wildcards.figure}"
-        " -o $(dirname {output.png}) 2>&1 | tee {log}"
+        " -o $(dirname {output.png}) --traceback {log.traceback} 2>&1 | tee {log.said}"

@@ -1,4 +1,6 @@
-# The verdict table and the page.
+# The verdict table and the page. Snakemake deletes what a rule makes before it runs, but not what is
+# marked `update`: a job that fails leaves the former table and page as they were. That they are
+# out of date shows in the stamp beside the log, which is missing then and asked for by `all`.
 
 FIGURES = [f"{OUT}/{name}/figures/{figure}" for name, p in REPORTED.items() for figure in p.figures]
 
@@ -7,26 +9,28 @@ rule join_verdicts:
     input:
         expand("{figure}.csv", figure=FIGURES),
     output:
-        report(f"{OUT}/verdicts.csv", category="verdicts"),
+        table=report(update(VERDICTS), category="verdicts"),
+        stamp=touch(STAMPS[0]),
     log:
-        f"{LOGS}/verdicts.log",
+        f"{LOGS}/verdicts{PAGE}.log",
     params:
         study=STUDY,
         papers=" ".join(REPORTED),
     shell:
-        "python -m dpd verdicts {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
+        "python -m dpd verdicts {params.study} {params.papers} -o {output.table} 2>&1 | tee {log}"
 
 
 rule write_report:
     input:
         page_sources(REPORTED),
     output:
-        f"{OUT}/report.html",
+        page=update(REPORT),
+        stamp=touch(STAMPS[1]),
     log:
-        f"{LOGS}/report.log",
+        f"{LOGS}/report{PAGE}.log",
     params:
         study=STUDY,
         papers=" ".join(REPORTED),
         sources=stage_digest("report"),
     shell:
-        "python -m dpd report {params.study} {params.papers} -o {output} 2>&1 | tee {log}"
+        "python -m dpd report {params.study} {params.papers} -o {output.page} 2>&1 | tee {log}"

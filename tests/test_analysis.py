@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.signal import lfilter
+from scipy.special import stdtrit
 
 from dpd import files
 from dpd.analysis import verdicts
@@ -12,12 +13,15 @@ from dpd.analysis.composition import bulk_fraction, chi_and_error, composition, 
 from dpd.analysis.interfaces import slabs
 from dpd.analysis.statistics import (
     block_mean_and_error,
+    by_window,
     correlation_time,
+    independent_mean_and_error,
+    jackknife_error,
     linear_fit,
     mean_and_error,
     over_replicas,
     trend,
-    windowed_correlation_time,
+    widening,
 )
 from dpd.analysis.verdicts import Measured, judge
 from dpd.digest import stage_digest
@@ -36,50 +40,25 @@ def correlated(rng, runs, length, memory=MEMORY):
 
 
 def test_correlation_time_of_a_known_series():
-    """An AR(1) series has tau = (1 + m) / (1 - m) / 2 = 9.5; the largest over averages is above."""
+    """An AR(1) series has tau = (1 + m) / (1 - m) / 2 = 9.5."""
     rng = np.random.default_rng(1)
     runs, known = correlated(rng, 50, 4000), 0.5 * (1 + MEMORY) / (1 - MEMORY)
-    assert np.mean([windowed_correlation_time(x) for x in runs]) == pytest.approx(known, rel=0.1)
-    assert known < np.mean([correlation_time(x) for x in runs]) < 1.4 * known
+    assert 0.95 * known < np.mean([correlation_time(x) for x in runs]) < 1.25 * known
+    times = by_window(runs.T).times
+    assert np.mean(4000 / times) == pytest.approx(known, rel=0.1)
+
+
+def test_widening_is_students_t():
+    """The table against SciPy, between its entries too; normal intervals for many degrees."""
+    degrees = np.linspace(1, 60, 500)
+    np.testing.assert_allclose(1.96 * widening(degrees), stdtrit(degrees, 0.975), rtol=5e-3)
+    assert widening(1e9) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("series", [[2.0] * 300, [1.0, -1.0] * 150, [1.0, 2.0, 4.0]])
 def test_correlation_time_where_nothing_correlates(series):
     """Constants, what constants average to, and three samples: 1/2, without a warning."""
-    assert correlation_time(series) == 0.5
-
-
-def test_a_slow_part_under_noise_counts():
-    """White noise with a tenth of its variance over 1/30 of the run: one window misses that.
-
-    The error of the mean is mostly the slow part's. Thirty of its times are few, so that the
-    intervals of 400 runs cover a little less than 95 %.
-    """
-    rng, n = np.random.default_rng(7), 3000
-    slow = correlated(rng, 400, n, memory=1 - 30 / n)
-    runs = rng.normal(size=(400, n)) + 0.3 * slow
-    mean, error = np.array([mean_and_error(x)[:2] for x in runs]).T
-    assert 0.89 < np.mean(np.abs(mean) < 1.96 * error) < 0.985
-    window = np.array([windowed_correlation_time(x) for x in runs])
-    assert np.mean(np.abs(mean) < 1.96 * np.sqrt(2 * window / n * runs.var(axis=1))) < 0.6
-
-
-@pytest.mark.parametrize("estimate", ["series", "blocks"])
-def test_intervals_cover_as_often_as_they_say(estimate):
-    """Of 400 runs 95 % of the intervals hold the true mean; a white-noise error would not.
-
-    The count is binomial: 380 +- 4.4; estimated errors cover a little less, hence 0.91.
-    """
-    runs = correlated(np.random.default_rng(2), 400, 2000)
-    if estimate == "series":
-        found = [mean_and_error(x)[:2] for x in runs]
-    else:
-        found = [block_mean_and_error(x.reshape(50, -1).mean(axis=1)) for x in runs]
-    mean, error = np.array(found).T
-    covered = np.mean(np.abs(mean) < 1.96 * error)
-    assert 0.91 < covered < 0.985
-    naive = runs.std(axis=1) / np.sqrt(runs.shape[1])
-    assert np.mean(np.abs(mean) < 1.96 * naive) < 0.5
+    assert correlation_time(series) == pytest.approx(0.5, rel=0.02)
 
 
 @pytest.mark.parametrize("memory", [0.0, MEMORY])
@@ -143,7 +122,35 @@ def test_short_series_do_not_claim_an_error():
     """One sample has a mean and no error; a constant has error 0."""
     assert np.isnan(mean_and_error([3.0])[1])
     assert mean_and_error([3.0] * 10)[:2] == (3.0, 0.0)
+    assert mean_and_error([3.0] * 1000)[:2] == (3.0, 0.0)
     assert np.isnan(block_mean_and_error([[1.0, 2.0]])[1]).all()
+    assert np.isnan(independent_mean_and_error([1.0])[1])
+
+
+def test_a_run_of_few_correlation_times_has_a_value_and_no_error():
+    """A drift across the whole run says so; the column beside it is not touched."""
+    drift, noise = np.random.default_rng(8).normal(size=(2, 500))
+    drift += np.linspace(0, 10, 500)
+    blocks = np.stack([drift, noise], axis=1)
+    mean, error = block_mean_and_error(blocks)
+    assert np.isfinite(mean).all() and np.isnan(error[0])
+    assert error[1] == pytest.approx(1 / np.sqrt(500), rel=0.5)
+    assert mean_and_error(drift)[0] == pytest.approx(mean[0])
+
+
+def test_a_run_that_blew_up_has_no_error():
+    """Samples that are missing give neither mean nor error, and no warning."""
+    series = np.where(np.arange(300) > 200, np.nan, 1.0)
+    assert np.isnan(mean_and_error(series)[:2]).all()
+
+
+def test_few_independent_values_take_students_t():
+    """Three values: 1.96 of the error is 4.303 of what their scatter gives."""
+    values = np.array([1.0, 2.0, 4.0])
+    scatter = values.std(ddof=1) / np.sqrt(3)
+    assert 1.96 * independent_mean_and_error(values)[1] == pytest.approx(4.3027 * scatter, rel=1e-3)
+    left_out = (values.sum() - values) / 2
+    assert 1.96 * jackknife_error(left_out) == pytest.approx(4.3027 * scatter, rel=1e-3)
 
 
 def test_replicas_average_their_errors():
@@ -169,6 +176,9 @@ def test_linear_fit_recovers_and_widens():
     np.testing.assert_allclose(scatter.errors, right.errors, rtol=0.35)
     with pytest.raises(ValueError, match="do not fix"):
         linear_fit(basis[:, :1], y[:1], [0.1])
+    for broken in (np.nan, 0.0, np.inf):
+        with pytest.raises(ValueError, match="1 of 40 points have no error"):
+            linear_fit(basis, y, np.append(np.full(39, 0.1), broken))
 
 
 def slab_profile(phi, blocks=40, bins=100, seed=4):

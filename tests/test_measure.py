@@ -19,6 +19,7 @@ from dpd.benchmark.workloads import workload
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.report.figures import joined_verdicts, load_module, make_figure
+from dpd.report.notation import typeset
 from dpd.report.page import write_page
 from dpd.schema import schema
 from dpd.study import read_paper
@@ -173,8 +174,8 @@ def test_without_lammps(monkeypatch, tmp_path):
     assert np.isfinite(data.own_rate).all() and np.isnan(data.lammps_rate).all()
     assert np.isfinite(data.rdf.sel(code="own")).all()
     assert np.isnan(data.rdf.sel(code="lammps")).all()
-    caption = (drawn(tmp_path, "lammps") / "lammps.md").read_text()
-    assert "**Warning.** LAMMPS is not installed" in caption and "nan" not in caption
+    caption = (drawn(tmp_path, "lammps") / "lammps.html").read_text()
+    assert "<strong>Warning.</strong> LAMMPS is not installed" in caption and "nan" not in caption
 
 
 def test_scaling(results):
@@ -242,9 +243,9 @@ def test_figures_are_made(results, name):
         k for k, v in numbers.data_vars.items() if v.dtype.kind == "f" and "units" not in v.attrs
     ]
     assert not lacking
-    caption = (folder / f"{name}.md").read_text()
-    assert made(results, name).attrs["description"] in caption
-    assert "\n| --- |" in caption
+    caption = (folder / f"{name}.html").read_text()
+    assert typeset(made(results, name).attrs["description"]) in caption
+    assert '<th scope="col">' in caption
 
 
 def test_numbers_of_figures_follow_from_turns(results):
@@ -273,4 +274,4 @@ def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
     assert page.count("data:image/png;base64,") == len(FIGURES)
     assert 'id="verdicts"' not in page and "momentum per bead" not in page
     assert "What the workflow took until this page was made: 3 runs in 2 s." in page
-    assert "<td>measurements</td>" in page and "first configurations" not in page
+    assert ">measurements</td>" in page and "first configurations" not in page

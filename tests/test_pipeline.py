@@ -13,6 +13,7 @@ import xarray as xr
 
 from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import ROOT
+from dpd.report.notation import typeset
 from dpd.starting import start_digest, start_is_shared
 from dpd.study import read_config, read_paper
 
@@ -162,7 +163,7 @@ def test_the_report_is_one_page(study):
     assert page.count("data:image/png;base64,") == figures
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", page)
     for word in (
-        "noise seeds",
+        "noise seed of each run",
         "replica",
         "momentum per bead",
         "numba",
@@ -171,7 +172,7 @@ def test_the_report_is_one_page(study):
     ):
         assert word in page
     for entry in (entry for paper in PAPERS for entry in published(paper).values()):
-        assert entry["quantity"].split("(")[0].replace(">", "&gt;").replace("<", "&lt;") in page
+        assert typeset(entry["quantity"]) in page
 
 
 @pytest.mark.parametrize("paper", PAPERS)

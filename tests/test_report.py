@@ -1,59 +1,207 @@
-"""Captions and numbers of the report."""
+"""The page of the report, and what it says of a workflow's cost."""
 
 import os
-from types import SimpleNamespace
+import re
+from html.parser import HTMLParser
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib import pyplot as plt
 
 from dpd import files
-from dpd.report import overhead
-from dpd.report.figures import caption
-from dpd.report.page import _html
-from dpd.report.text import with_error
+from dpd.analysis.verdicts import COLUMNS
+from dpd.report import overhead, style
+from dpd.report.judged import counts, judged_rows
+from dpd.report.page import write_page
+from dpd.study import Figure, Paper
 
-NUMBERS = [
-    (0.12345, 0.0067, "0.1235 ± 0.0067"),
-    (123.4, 5.6, "123.4 ± 5.6"),
-    (12345.0, 678.0, "12345 ± 678"),
-    (3.21e-6, 4.5e-8, "(3.210 ± 0.045)e-6"),
-    (2.5e8, 1.0e7, "(2.50 ± 0.10)e8"),
-    (0.0, 0.01, "0.000 ± 0.010"),
-    (1.5, np.nan, "1.5"),
-    (1.5, 0.0, "1.5"),
-    (np.nan, 1.0, "–"),
-]
+VERDICTS = {  # figure of the first paper, kind, verdict, value
+    "alpha": ("fig02_shapes", "simulated", "replicated", 0.1),
+    "beta < 2": ("fig02_shapes", "simulated", "deviates", 2.5),
+    "gamma": ("fig02_shapes", "closed form", "replicated", 1.0),
+    "kappa": ("drift", "simulated", "not reached at this scale", np.nan),
+    "lambda": ("drift", "check", "deviates", 3.0),
+}
 
 
-@pytest.mark.parametrize("value, error, text", NUMBERS, ids=[text for _, _, text in NUMBERS])
-def test_two_digits_of_the_error(value, error, text):
-    """And the value to the same place."""
-    assert with_error(value, error) == text
+def verdict_table(paper, figure, rows):
+    """As `dpd.analysis.verdicts.rows` makes it."""
+    table = [
+        {
+            "paper": paper, "figure": figure, "quantity": name, "where": "Sec. I", "kind": kind,
+            "limits": "ours", "published": "< 2", "published_error": np.nan, "rounding": 0.05,
+            "value": value, "error": 0.01, "deviation_sigma": np.nan, "resolution": 0.02,
+            "verdict": verdict, "note": "" if kind == "check" else "by eye",
+        }
+        for name, (kind, verdict, value) in rows.items()
+    ]  # fmt: skip
+    return pd.DataFrame(table, columns=COLUMNS)
 
 
-def test_warnings_and_table_of_a_figure():
-    """They follow the caption, and come out as HTML with nothing left to the browser's mercy."""
-    frame = pd.DataFrame([("a < b", "1 ± 2")], columns=["set", "rate / %"])
-    module = SimpleNamespace(
-        TITLE="Rates.", PAPER_SHOWS="None.", ERRORS="Bars.",
-        warnings=lambda numbers: [f"Box {float(numbers.room)} is small."],
-        table=lambda numbers: frame,
-    )  # fmt: skip
-    text = caption(module, {}, xr.Dataset({"room": 1.5}))
-    assert "**Warning.** Box 1.5 is small." in text
-    page = str(_html(text))
-    assert "<strong>Warning.</strong> Box 1.5 is small." in page
-    assert "<tr><th>set</th><th>rate / %</th></tr>" in page
-    assert "<tr><td>a &lt; b</td><td>1 ± 2</td></tr>" in page
-    assert "---" not in page
+def put_figure(folder, paper, figure, rows, seen=None):
+    """The files of a figure."""
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn, _ = style.panels()
+    drawn.savefig(folder / f"{figure}.png", dpi=30)
+    plt.close(drawn)
+    attributes = {"seconds": 1.0} | ({"seen": seen} if seen else {})
+    xr.Dataset(attrs=attributes).to_netcdf(folder / f"{figure}.nc", engine="netcdf4")
+    (folder / f"{figure}.html").write_text(f"<p>Caption of {paper} {figure}.</p>")
+    verdict_table(paper, figure, rows).to_csv(folder / f"{figure}.csv", index=False)
 
 
-def test_a_figure_without_either():
-    """Most have no warnings and no table."""
-    module = SimpleNamespace(TITLE="Rates.", PAPER_SHOWS="None.", ERRORS="Bars.")
-    assert caption(module, {}, xr.Dataset()) == "**Rates.** None.\n\nBars.\n"
+class Page(HTMLParser):
+    """What a page holds: ids, links, images, headings, and tags by name with attributes."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.inside, self.links = [], [], {}
+        self.feed(text)
+
+    def handle_starttag(self, tag, given):
+        given = dict(given)
+        self.tags.append((tag, given))
+        if tag in ("tr", "figure") and "id" in given:
+            self.inside.append((tag, given["id"]))
+        elif tag == "a" and self.inside:
+            self.links.setdefault(self.inside[-1][1], []).append(given["href"][1:])
+
+    def handle_endtag(self, tag):
+        if self.inside and self.inside[-1][0] == tag:
+            self.inside.pop()
+
+    def all(self, tag, key=None):
+        """Attributes of all tags of a name; or one attribute of each."""
+        found = [given for name, given in self.tags if name == tag]
+        return [given.get(key) for given in found] if key else found
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory):
+    """A page on two papers with figures of one name, and one with nothing at all."""
+    results = tmp_path_factory.mktemp("study")
+    figures = {"fig02_shapes": Figure((), ()), "drift": Figure((), ())}
+    one = Paper("one_1997", "One & other", "J. One 1", {}, (), figures)
+    two = Paper("two_2008", "Two", "J. Two 2", {}, (), {"fig02_shapes": Figure((), ())})
+    empty = Paper("three_2019", "Three", "J. Three 3", {}, (), {})
+    for figure in figures:
+        rows = {name: rest for name, (at, *rest) in VERDICTS.items() if at == figure}
+        put_figure(results / one.name / "figures", one.name, figure, rows, 'A "line" <rises>.')
+    rows = {"delta": ("simulated", "replicated", 1.0)}
+    put_figure(results / two.name / "figures", two.name, "fig02_shapes", rows)  # without `seen`
+    write_page("quick", "Short.", [one, two, empty], results, results / "report.html")
+    return (results / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    """The same, read."""
+    return Page(text)
+
+
+def test_ids_are_unique_and_links_lead_somewhere(page):
+    """Two papers have a figure of one name here."""
+    ids = [given["id"] for _, given in page.tags if "id" in given]
+    assert len(set(ids)) == len(ids)
+    assert {"one_1997-fig02_shapes", "two_2008-fig02_shapes"} <= set(ids)
+    targets = page.all("a", "href")
+    assert len(targets) > 10 and {target[1:] for target in targets} <= set(ids)
+
+
+def test_rows_and_figures_link_to_each_other(page):
+    """Each row to its figure, and that back to all of its rows."""
+    rows = [given["id"] for given in page.all("tr") if "id" in given]
+    assert len(rows) == len(VERDICTS) + 1
+    figures = page.all("figure", "id")
+    for row in rows:
+        (figure,) = page.links[row]
+        assert figure in figures and row in page.links[figure]
+    assert sum(len(page.links.get(figure, [])) for figure in figures) == len(rows)
+
+
+def test_figures_are_told_in_words(page):
+    """What is seen, escaped; the figure's name where its file says nothing; sizes for all."""
+    images = page.all("img")
+    assert [image["alt"] for image in images] == ['A "line" <rises>.'] * 2 + ["Figure 2"]
+    assert all(int(image["width"]) > 0 and int(image["height"]) > 0 for image in images)
+
+
+def test_only_simulated_numbers_are_counted(text):
+    """Formulas and checks of our own are counted apart."""
+    assert (
+        "Of 4 published numbers and claims that were held against simulation: "
+        "2 replicated, 1 deviates, 1 not reached at this scale." in text
+    )
+    for place, name, verdicts in (
+        ("closed-forms", "closed forms", "1 replicated, 0 deviate, 0 not reached"),
+        ("checks-of-our-own", "checks of our own", "0 replicated, 1 deviates, 0 not reached"),
+    ):
+        assert f'Counted apart: 1 <a href="#{place}">{name}</a> ({verdicts}' in text
+
+
+def test_counts_of_papers():
+    """Of each paper that has rows of a kind, then of all."""
+    table = verdict_table("p", "f", {name: rest for name, (_, *rest) in VERDICTS.items()})
+    found = counts(judged_rows(table), "simulated", ["o", "p"])
+    assert [(count.paper, count.total) for count in found] == [("p", 3), ("", 3)]
+    assert found[0].verdicts == {"replicated": 1, "deviates": 1, "not reached at this scale": 1}
+    (check, total) = counts(judged_rows(table), "check", ["o", "p"])
+    assert check.total == total.total == 1 and total.verdicts["deviates"] == 1
+
+
+def test_a_row_in_full(text):
+    """Every column; quantities in notation; nothing where there is nothing to say."""
+    row = text[text.index('<tr id="one_1997-fig02_shapes-2"') :]
+    row = row[: row.index("</tr>")]
+    for column, value in (
+        ("Where", "Sec.\xa0I"), ("Published", "&lt; 2"), ("Standard error", ""),
+        ("Rounding", "0.05"), ("Limits", "ours"), ("This work", "2.500 ± 0.010"), ("Deviation", ""),
+        ("Resolution", "0.02"), ("Verdict", "deviates"), ("Note", "by eye"),
+    ):  # fmt: skip
+        assert re.search(rf'<td data-label="{column}"[^>]*>{value}</td>', row), column
+    assert '<th scope="row">β &lt; 2</th>' in row
+    assert not re.search(r">\s*(nan|None)\s*<", text)
+
+
+def test_a_page_can_be_walked_through(page, text):
+    """Language, a way past the head, headings without gaps, and what each table and cell is."""
+    assert page.all("html", "lang") == ["en"]
+    assert page.all("a")[0]["href"] == "#content" and "content" in page.all("main", "id")
+    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h\d", tag)]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    assert len(page.all("table")) == len(page.all("caption")) >= 5
+    assert set(page.all("th", "scope")) == {"row", "col"}
+    assert any(given.get("name") == "description" for given in page.all("meta"))
+    assert "One &amp; other" in text and not re.search(r"""(src|href)=["']?(https?:)?//""", text)
+
+
+def test_a_page_on_nothing(tmp_path):
+    """A paper without figures, sweeps or published numbers."""
+    empty = Paper("three_2019", "Three", "J. Three 3", {}, (), {})
+    write_page("quick", "Short.", [empty], tmp_path, tmp_path / "report.html")
+    assert 'id="verdicts"' not in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def luminance(color):
+    """WCAG 2, relative luminance."""
+    parts = (int(color[at : at + 2], 16) / 255 for at in (1, 3, 5))
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return np.dot(linear, (0.2126, 0.7152, 0.0722))
+
+
+@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
+def test_contrast(text, scheme):
+    """WCAG AA: 4.5 for text, on the page and on the heads of tables."""
+    block = re.findall(r":root \{(.*?)\}", text, re.S)[scheme]
+    colors = dict(re.findall(r"--(\w+): (#\w{6})", block))
+    for ground in ("page", "band"):
+        for ink in ("text", "soft", "link", "good", "bad", "open"):
+            low, high = sorted(luminance(colors[name]) for name in (ground, ink))
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (ground, ink)
 
 
 def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import netCDF4
@@ -20,7 +21,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.files import check_room
 from dpd.observe import observables
-from dpd.plan import as_text, plan
+from dpd.plan import as_text, measured_speed, plan
 from dpd.scene import Scene
 from dpd.start import make_start, system_of
 from dpd.study import Paper, read_paper
@@ -222,4 +223,29 @@ def test_a_plan_adds_up():
         assert row["core_hours"] == pytest.approx(row["bead_steps"] / row["rate"] / 3600)
         assert 1e4 < row["rate"] < 1e9 and row["memory"] > 100 and row["disk"] > 0
     text = as_text(rows, 2)
-    assert len(text.splitlines()) == 4 and "on 2 cores" in text.splitlines()[-1]
+    lines = text.splitlines()
+    assert len(lines) in (4, 5) and "on 2 cores" in lines[3]  # the fifth: others run beside it
+
+
+def test_a_plan_on_a_busy_machine_says_so(monkeypatch):
+    """Hours are those of processor time; what they become at the share that was had is said."""
+    paper = read_paper("groot_warren_1997", "smoke")
+    some = Paper(paper.name, paper.title, paper.reference, {"fluid": paper.sweeps["fluid"]}, (), {})
+    clock = time.process_time
+    monkeypatch.setattr("dpd.plan.time.process_time", lambda: clock() / 3)
+    (row,) = plan([some], measure_seconds=0.1)
+    assert 0 < row["share"] < 0.4
+    assert "process got 0." in as_text([row], 2)
+    row |= {"core_hours": 6.0, "longest": 1.0, "share": 0.5}
+    assert "become 6.0." in as_text([row], 2)  # 3 hours on 2 cores, each of which is half there
+    assert "busy" not in as_text([row | {"share": 0.97}], 2)
+
+
+def test_a_plan_counts_what_observables_cost():
+    """Looking for bonds that pass through each other at every step costs more than to move."""
+    point = read_paper("nikunen_2007", "smoke", only=["passes"]).sweeps["passes"].points[0]
+    speed = measured_speed(point.scene, 0.3)
+    assert speed.sampling < 0.7 * speed.equilibrating
+    equilibrate, sample = point.scene.steps
+    expected = equilibrate / speed.equilibrating + sample / speed.sampling
+    assert speed.seconds(point.scene) == pytest.approx(point.scene.beads * expected)

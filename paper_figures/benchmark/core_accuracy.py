@@ -28,7 +28,7 @@ def compute(data):
         value, error = np.full(shape, np.nan), np.full(shape, np.nan)
         for place in np.ndindex(shape):
             at = found.isel(scheme=place[0], smooth=place[1], dt=slice(0, SMALLEST))
-            seen = np.isfinite(at[name].values)
+            seen = np.isfinite(at[name].values) & (at[f"{name}_error"].values > 0)
             if seen.sum() < 3:
                 continue
             dt = at.dt.values[seen]

@@ -161,7 +161,8 @@ def warnings(data):
     if (data.lost_step >= 0).any():
         lost = [label for label, at in zip(_labels(data), data.lost_step.values) if at >= 0]
         found.append(f"Blew up: {'; '.join(lost)}.")
-    quiet = data.dt.values[~_significant(data, "drift")]
+    known = np.isfinite(data.drift_error.values)
+    quiet = data.dt.values[known & ~_significant(data, "drift")]
     if len(quiet):
         text = ", ".join(f"{dt:g}" for dt in quiet)
         found.append(

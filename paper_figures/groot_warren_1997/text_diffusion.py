@@ -40,7 +40,11 @@ def of_sweep(runs):
         ends.append(at.time[-1])
         found.append(diffusion_constant(at, 3, min(AFTER, at.time[-1] / 4)))
     value, error = np.array(found).T
-    fit = linear_fit([np.ones_like(edges), 1 / edges], value, error)
+    use = np.isfinite(value) & (error > 0)
+    values, errors, quality = np.full(2, np.nan), np.full(2, np.nan), np.nan
+    if use.sum() >= 2:
+        terms = [np.ones_like(edges[use]), 1 / edges[use]]
+        values, errors, quality, _ = linear_fit(terms, value[use], error[use])
     # The centre of mass is at rest: <v^2> / 3 is too small by one over the number of beads.
     beads = runs.beads.values[:, 0]
     kT = np.average(runs.kT.values.mean(axis=1) * beads / (beads - 1), weights=beads)
@@ -49,10 +53,10 @@ def of_sweep(runs):
         {
             "diffusion": ("box", value, constant | {"long_name": "self-diffusion constant"}),
             "diffusion_error": ("box", error, constant | {"long_name": "standard error"}),
-            "infinite": ((), fit.values[0], constant | {"long_name": "in an infinite box"}),
-            "infinite_error": ((), fit.errors[0], constant | {"long_name": "standard error"}),
-            "slope": ((), fit.values[1], {"units": "r_c^3 / tau", "long_name": "over 1 / L"}),
-            "reduced_chi_square": ((), fit.reduced_chi_square, {"units": "1"}),
+            "infinite": ((), values[0], constant | {"long_name": "in an infinite box"}),
+            "infinite_error": ((), errors[0], constant | {"long_name": "standard error"}),
+            "slope": ((), values[1], {"units": "r_c^3 / tau", "long_name": "over 1 / L"}),
+            "reduced_chi_square": ((), quality, {"units": "1"}),
             "longest": ((), min(ends), {"units": "tau", "long_name": "longest time apart"}),
             "dt": ((), first_scene(runs).data["integrator"]["dt"], {"units": "tau"}),
             "kT": ((), kT, {"units": "kT", "long_name": "mean over boxes, centre of mass at rest"}),
@@ -94,7 +98,9 @@ def heating(data):
     In the same box, mean over boxes: straight lines to an infinite box would cost most of the
     precision.
     """
-    both = data.dropna("box", subset=["diffusion"])
+    both = data.dropna("box", subset=["diffusion", "diffusion_error"])
+    if not both.sizes["box"]:
+        return np.nan, np.nan
     value, error = both.diffusion.values, both.diffusion_error.values
     ratio = value[0] / value[1]
     fit = linear_fit([np.ones_like(ratio)], ratio, ratio * np.hypot(*(error / value)))

@@ -29,7 +29,8 @@ def compute(sweeps):
         data = found[["width", "width_error"]]
         data["chi"] = slope * found.excess.astype(float)
         data.chi.attrs = {"units": "1", "long_name": "by Eq. 24 from Delta a"}
-        fitted = ((found.settled == 1) & (data.chi > CRITICAL)).values
+        known = data.width_error > 0  # not where a run is too short for an error
+        fitted = ((found.settled == 1) & (data.chi > CRITICAL) & known).values
         data["fitted"] = ("excess", fitted)
         for kind, nu in EXPONENTS.items():
             for key, value in line(data.isel(excess=fitted), rho, nu).items():

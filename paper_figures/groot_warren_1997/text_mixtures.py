@@ -32,7 +32,7 @@ def compute(sweeps):
     mixing, mixing_error = p[:, ~pure] - reference, np.hypot(error[:, ~pure], reference_error)
     x = runs.fraction.values.astype(float)
     excess = runs.excess.values[~pure].astype(float)
-    fits = [linear_fit([x * (1 - x)], y, e) for y, e in zip(mixing.T, mixing_error.T)]
+    slopes = np.array([slope(x * (1 - x), y, e) for y, e in zip(mixing.T, mixing_error.T)])
     scale = density**2 * excess
     pressure, prefactor = {"units": "kT / r_c^3"}, {"units": "r_c^4"}
     along = ("fraction", "excess")
@@ -41,11 +41,11 @@ def compute(sweeps):
             "mixing": (along, mixing, pressure | {"long_name": "excess pressure of mixing"}),
             "mixing_error": (along, mixing_error, pressure | {"long_name": "standard error"}),
             "prefactor": (
-                "excess", np.array([fit.values[0] for fit in fits]) / scale,
+                "excess", slopes[:, 0] / scale,
                 prefactor | {"long_name": "of x (1 - x), over rho^2 Delta a"},
             ),
             "prefactor_error": (
-                "excess", np.array([fit.errors[0] for fit in fits]) / scale,
+                "excess", slopes[:, 1] / scale,
                 prefactor | {"long_name": "standard error"},
             ),
         },
@@ -54,12 +54,20 @@ def compute(sweeps):
     )  # fmt: skip
 
 
+def slope(x, y, error):
+    """Slope of y over x through the origin, and its error; NaN where a point has no error."""
+    if not np.all(error > 0):
+        return np.nan, np.nan
+    fit = linear_fit([x], y, error)
+    return fit.values[0], fit.errors[0]
+
+
 def measured(data):
     """The shape in x, and what the prefactor does."""
     quarter, half = data.sel(fraction=0.25), data.sel(fraction=0.5)
     ratio = (quarter.mixing / half.mixing).values
     parts = (quarter.mixing_error / quarter.mixing, half.mixing_error / half.mixing)
-    shape = linear_fit([np.ones_like(ratio)], ratio, ratio * np.hypot(*parts))
+    shape, shape_error = slope(np.ones_like(ratio), ratio, ratio * np.hypot(*parts))
     low, high = data.isel(excess=0), data.isel(excess=-1)
     change = float(high.prefactor / low.prefactor)
     error = change * float(
@@ -68,7 +76,7 @@ def measured(data):
     direction = "falls" if change < 1 else "rises"
     return {
         "mixing_shape": Measured(
-            float(shape.values[0]), float(shape.errors[0]),
+            float(shape), float(shape_error),
             f"mean over Delta a {data.excess.values[0]:g} to {data.excess.values[-1]:g}",
         ),
         "mixing_prefactor": Measured(abs(change - 1), error, f"it {direction} with Delta a"),

@@ -4,7 +4,12 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import curve_fit
 
-from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
+from dpd.analysis.statistics import (
+    COVERAGE,
+    independent_mean_and_error,
+    linear_fit,
+    over_replicas,
+)
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
@@ -36,14 +41,13 @@ def compute(sweeps):
     times = np.array([
         [decay(steps, kT, end) for kT in replicas] for replicas, end in zip(series.values, ends)
     ])  # fmt: skip
-    count = times.shape[1]
-    error = times.std(axis=1, ddof=1) / np.sqrt(count) if count > 1 else np.full(len(times), np.nan)
+    relaxation_steps, error = independent_mean_and_error(times)
     at_lambda, lambda_error = over_replicas(factor.kT.values, factor.kT_error.values, -1)
     above_one = {"units": "kT", "long_name": "kT - 1"}
     standard_error = {"units": "kT", "long_name": "standard error"}
     return xr.Dataset(
         {
-            "relaxation_steps": ("sigma", times.mean(axis=1), {"units": "steps"}),
+            "relaxation_steps": ("sigma", relaxation_steps, {"units": "steps"}),
             "relaxation_error": ("sigma", error, {"units": "steps"}),
             "relaxation_end": ("sigma", ends, {"units": "kT", "long_name": "kT in equilibrium"}),
             "kT_series": (("sigma", "step"), series.mean("replica").values, {"units": "kT"}),
@@ -96,15 +100,18 @@ def best_lambda(data):
     -------
     value, error : float
     coefficients : (3,) array
-        Of 1, x and x^2, x = lambda - 0.6.
+        Of 1, x and x^2, x = lambda - 0.6; all NaN with fewer than three runs that have an error.
     """
-    x, y = data["lambda"].values - 0.6, data.at_lambda.values
-    fit = linear_fit([x**power for power in range(3)], y, data.at_lambda_error.values)
+    known = data.dropna("lambda", subset=["at_lambda_error"])
+    if known.sizes["lambda"] < 3:
+        return np.nan, np.nan, np.full(3, np.nan)
+    x, y = known["lambda"].values - 0.6, known.at_lambda.values
+    fit = linear_fit([x**power for power in range(3)], y, known.at_lambda_error.values)
     a, b, c = fit.values
     root = (-b - np.sqrt(max(0.0, b * b - 4 * a * c))) / (2 * c) if c else -a / b
     near = np.argmin(np.abs(x - root))  # the fit is as good there as the nearest point, or better
     slope = b + 2 * c * root
-    return 0.6 + root, abs(float(data.at_lambda_error[near]) / slope), fit.values
+    return 0.6 + root, abs(float(known.at_lambda_error[near]) / slope), fit.values
 
 
 def measured(data):
@@ -112,13 +119,10 @@ def measured(data):
     found = {}
     for sigma in data.sigma.values:
         at = data.sel(sigma=sigma)
-        alone = not np.isfinite(float(at.relaxation_error))
         found[f"relaxation_sigma_{sigma:g}"] = Measured(
-            float(at.relaxation_steps),
-            0.0 if alone else float(at.relaxation_error),
-            "exponential from kT 10 to kT in equilibrium"
-            + ("; one replica, no error" if alone else ""),
-        )
+            float(at.relaxation_steps), float(at.relaxation_error),
+            "exponential from kT 10 to kT in equilibrium, error from replicas",
+        )  # fmt: skip
     found["relaxation_ratio"] = relaxation_ratio(data)
     ratio, error = steepening(data, END_OF_SLOW)
     sooner = steepening(data, END_OF_SLOW - 1)[0]

@@ -50,7 +50,7 @@ def compute(sweeps):
 
 def _fits(at):
     """kappa, chi-square of the parabola, exponent and relative slope for dense systems."""
-    at = at.dropna("density").where(at.density > DENSE, drop=True)
+    at = at.dropna("density", subset=["excess"]).where(at.density > DENSE, drop=True)
     rho, p, error = at.density.values, at.excess.values, at.excess_error.values
     if len(rho) < 3:
         return (np.nan,) * 7
@@ -58,11 +58,12 @@ def _fits(at):
     # the thinnest system would decide where the parabola lies.
     parabola = linear_fit([REPULSION * rho**2], p)
     off = (p - parabola.values[0] * REPULSION * rho**2) / error
+    off = off[np.isfinite(off)]  # points without an error count in the fit, not in its quality
     power = linear_fit([np.ones_like(rho), np.log(rho)], np.log(p))
     flat = p / rho**2
     line = linear_fit([np.ones_like(rho), rho - rho.mean()], flat)
     return (
-        parabola.values[0], parabola.errors[0], off @ off / (len(rho) - 1),
+        parabola.values[0], parabola.errors[0], off @ off / max(len(off) - 1, 1),
         power.values[1], power.errors[1],
         line.values[1] / line.values[0], line.errors[1] / line.values[0],
     )  # fmt: skip
@@ -95,7 +96,7 @@ def draw(data):
     end = float(data.density.max()) * 1.03
     rho = np.linspace(DENSE, end, 100)
     for radius in data.r_s.values:
-        at = data.sel(r_s=radius).dropna("density")
+        at = data.sel(r_s=radius).dropna("density", subset=["excess"])
         color = COLORS.get(float(radius), ORANGE)
         exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
         label = rf"$r_s$ = {radius:g}, n = {exponent:.2f} ± {error:.2f}"

@@ -4,10 +4,10 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import COVERAGE, block_mean_and_error, over_replicas
+from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.analysis.structure import blocks_of, contact, radial_distribution, rise
 from dpd.analysis.verdicts import AGREE, Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
 
 TITLE = "Core force and bond stiffness (melts of N = 20, r_s 0.15, rest length 0.25)."
 PAPER_SHOWS = (
@@ -137,8 +137,11 @@ def draw(data):
                 at = at.sel(force=SET[0], method="nearest")
             x, y = at[at[name].dims[0]], at[name]
             y = y.where(y > 0) if scale == "log" else y
-            error = COVERAGE * at[f"{name}_error"] if f"{name}_error" in at else None
-            panel.errorbar(x, y, error, fmt="o-", color=color, label=f"C = {stiffness:g}")
+            label = f"C = {stiffness:g}"
+            if f"{name}_error" in at:
+                points(panel, x, y, at[f"{name}_error"], label, color, linestyle="-")
+            else:
+                panel.plot(x, y, "o-", color=color, label=label)
             if name == "longest_of_block":
                 panel.plot(x, at.longest, "o", color=color, markerfacecolor="white")
         panel.set(ylabel=label, yscale=scale, xlabel=r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)")

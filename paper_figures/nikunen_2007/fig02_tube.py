@@ -5,14 +5,18 @@ import xarray as xr
 
 from dpd.report.style import BLACK, panels
 
-TITLE = "Ten configurations of one chain at times 100 tau apart, projected."
+TITLE = "Ten configurations of one chain at times 100 apart (in DPD time units), projected."
 PAPER_SHOWS = (
     "The paper shows a chain of N = 256: (a) a 25, k 50, a cloud; (b) a 100, k 200, a tube. Gray:"
-    " the first 500 tau, black: the second. Here: the first chain of the box, or of the longest "
-    "chains that this study has; seen along the axis in which it is least extended."
+    " times up to 500, black: from 500 to 1000. Here: the first chain of the box, seen along the "
+    "axis in which it is least extended. A tube can be seen only of chains that are much longer "
+    "than an entanglement, for which the published crossover between N = 40 and 60 stands, and "
+    "only within less than their relaxation time."
 )
 ERRORS = "Without error bars: one chain each."
-NAMES = {"a25": "(a) a 25, k 50", "a100": "(b) a 100, k 200"}
+NAMES = {"a25": "a = 25, k = 50", "a100": "a = 100, k = 200"}
+ENTANGLED = (40, 60)  # chain lengths of the published crossover
+MUCH_LONGER = 3  # of these lengths
 
 
 def compute(sweeps):
@@ -29,7 +33,7 @@ def compute(sweeps):
     return xr.Dataset(
         {
             "place": (("set", "moment", "side", "monomer"), places, {"units": "r_c"}),
-            "time": ("moment", time.values, {"units": "tau"}),
+            "time": ("moment", time.values, {"units": "tau_0"}),
         },
         {"set": runs.set},
     )
@@ -38,6 +42,35 @@ def compute(sweeps):
 def measured(data):
     """None: a picture."""
     return {}
+
+
+def warnings(data):
+    """Chains too short for a tube."""
+    n = data.sizes["monomer"]
+    if n >= MUCH_LONGER * ENTANGLED[1]:
+        return []
+    return [
+        f"N = {n} shows no tube, with any parameters: it is not much longer than the {ENTANGLED[0]}"
+        f" to {ENTANGLED[1]} beads of the published crossover, and moves its own size within the "
+        "time shown. So the two panels look alike here, which says nothing about the paper's "
+        "figure; the study `paper` has N = 256."
+    ]
+
+
+def describe(data):
+    """What is seen: how far the second half of each set strays from the first."""
+    n = data.sizes["monomer"]
+    seen = [
+        f"{NAMES.get(str(name), name)}: rms displacement of a bead between neighbouring times "
+        f"{_step(data.place.sel(set=name).values):.1f} r_c"
+        for name in data.set.values
+    ]
+    return f"Ten superposed configurations of a chain of {n} for each set; {'; '.join(seen)}."
+
+
+def _step(places):
+    """Root mean square displacement of beads from one configuration to the next."""
+    return float(np.sqrt((np.diff(places, axis=0) ** 2).sum(axis=1).mean()))
 
 
 def draw(data):

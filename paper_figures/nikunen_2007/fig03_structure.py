@@ -1,112 +1,174 @@
 """Figure 3: g(r) and bond lengths of the parameter sets, and the criterion that they decide."""
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error
-from dpd.analysis.structure import blocks_of, criterion, radial_distribution, rise
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.statistics import jackknife
+from dpd.analysis.structure import (
+    blocks_of,
+    criterion,
+    neighbours,
+    peak,
+    radial_distribution,
+    unbonded,
+)
+from dpd.analysis.verdicts import Measured, published
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels
+from dpd.report.text import with_error
 
 TITLE = "Radial distribution function (a) and bond lengths (b) for the parameter sets, k = 2 a."
 PAPER_SHOWS = (
     "The paper shows both for N = 256 and four sets, takes r_min where g(r) = 0.05 and l_max "
     "where the bond length density, normalised to unit area, falls to 0.05, and holds that bonds "
-    "cannot cross if sqrt(2) r_min > l_max. Insets: the ends of the curves; dots: r_min and "
-    "l_max. Its control a 25, k 50 has no published numbers. Here: the longest chains of this "
-    "study."
+    "cannot cross if sqrt(2) r_min > l_max. Insets: the ends of the curves; dots: our r_min and "
+    "l_max; ticks above: those of Table II. The control a 25, k 50 has no published numbers. Here: "
+    "the longest chains of this study; what their length changes is in the figure of Table II. "
+    "Table: the criterion, and the first shell of g(r), of which bonds are a part; the peak of "
+    "the pairs that no bond connects is given beside it."
 )
 ERRORS = (
-    "Errors of g(r) and of densities are smaller than the lines; those of r_min and l_max by "
-    "leaving out blocks."
+    "Errors of g(r) and of densities are smaller than the lines; those of numbers by leaving out "
+    "blocks."
 )
 COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 LEVEL = 0.05
+SHELL = "a100"  # the set that the text's numbers on the first shell are held against
 
 
 def compute(sweeps):
     """Curves and numbers of the longest chains, for each set."""
     every = sweeps["statics"]
     runs = every.sel(length=every.length.max())
-    r = runs.r.values
+    n = int(runs.length)
     rows, curves = [], []
     for name in runs.set.values:
         at = runs.sel(set=name)
-        g, _, _ = radial_distribution(at)
-        bonds = blocks_of(at.bond_density)
-        closest, longest = criterion(at)
-        mean, mean_error = block_mean_and_error(blocks_of(at.bond_mean))
-        deviation = at.bond_mean_square - at.bond_mean**2
-        rms, rms_error = block_mean_and_error(np.sqrt(blocks_of(deviation)))
-        rows.append((*closest, *longest, mean, mean_error, rms, rms_error, float(at.kT.mean())))
-        curves.append((g, bonds.mean(axis=0)))
+        rows.append([*_criterion_ratio(at), *_shell(at, n)])
+        curves.append((radial_distribution(at)[0], blocks_of(at.bond_density).mean(axis=0)))
     data = xr.Dataset(
         {
             "g": (("set", "r"), [g for g, _ in curves], {"units": "1"}),
             "density": (("set", "bond_length"), [d for _, d in curves], {"units": "1 / r_c"}),
         },
         {"set": runs.set, "r": runs.r, "bond_length": runs.bond_length},
-        {"length": int(runs.length)},
+        {"length": n},
     )
-    names = (
-        "r_min", "r_min_error", "l_max", "l_max_error", "mean_bond", "mean_bond_error", "rms",
-        "rms_error", "kT",
-    )  # fmt: skip
-    for name, column in zip(names, np.array(rows).T):
-        data[name] = ("set", column, {"units": "kT" if name == "kT" else "r_c"})
-    shorter = [
-        [
-            rise(r, radial_distribution(every.sel(set=name, length=n))[0], LEVEL)
-            for n in every.length.values
-        ]
-        for name in runs.set.values
-    ]
-    data["r_min_of"] = (("set", "chain"), shorter, {"units": "r_c", "long_name": "r_min over N"})
-    data = data.assign_coords(chain=every.length.values)
-    data["margin"] = (np.sqrt(2) * data.r_min - data.l_max).assign_attrs(units="r_c")
+    names = ("r_min", "l_max", "ratio", "first_peak", "unbonded_peak", "coordination")
+    for name, column in zip(names, np.moveaxis(np.array(rows), 1, 0)):
+        units = "1" if name in ("ratio", "coordination") else "r_c"
+        data[name] = ("set", column[:, 0], {"units": units, "long_name": name.replace("_", " ")})
+        data[f"{name}_error"] = ("set", column[:, 1], {"units": units})
     return data
 
 
+def _criterion_ratio(at):
+    """r_min, l_max and sqrt(2) r_min / l_max, each with its standard error."""
+    (near, near_error), (far, far_error) = criterion(at)
+    ratio = np.sqrt(2) * near / far
+    return (
+        (near, near_error),
+        (far, far_error),
+        (ratio, ratio * np.hypot(near_error / near, far_error / far)),
+    )
+
+
+def _shell(at, n):
+    """Peak of g(r), peak of the pairs without a bond, and neighbours in the first shell."""
+    r, length = at.r.values, at.bond_length.values
+    bonds, density = blocks_of(at.bond_density).mean(axis=0), float(at.number_density.mean())
+
+    def free_peak(g):
+        return peak(r, unbonded(r, g, length, bonds, 2 * (n - 1) / n, density))
+
+    blocks = blocks_of(at.rdf)
+    return (
+        jackknife(blocks, lambda g: peak(r, g)),
+        jackknife(blocks, free_peak),
+        jackknife(blocks, lambda g: neighbours(r, g, density)),
+    )
+
+
 def measured(data):
-    """Table II, and the bond lengths of the text."""
+    """The criterion for each set, and the first shell."""
     found = {}
-    for name in ("a50", "a100", "a150", "a200"):
-        for quantity in ("r_min", "l_max", "mean_bond", "rms"):
-            if name not in data.set.values:
-                found[f"{quantity}_{name}"] = Measured(np.nan, np.nan)
-                continue
-            at = data.sel(set=name)
-            note = f"N {data.attrs['length']}, kT {float(at.kT):.3f} at the paper's dt"
-            if quantity == "r_min" and data.sizes["chain"] > 1:
-                trend = ", ".join(f"{value:.4f}" for value in at.r_min_of.values[:-1])
-                lengths = ", ".join(str(n) for n in data.chain.values[:-1])
-                note += f"; {trend} at N {lengths}"
-            found[f"{quantity}_{name}"] = Measured(
-                float(at[quantity]), float(at[f"{quantity}_error"]), note
-            )
+    for name in ("a25", "a50", "a100", "a150", "a200"):
+        found[f"criterion_{name}"] = _measured(data, name, "ratio")
+    others = (
+        f"a {str(name)[1:]}: {float(data.coordination.sel(set=name)):.1f}"
+        for name in data.set.values
+    )
+    found["coordination"] = _measured(data, SHELL, "coordination", "; ".join(others))
+    note = ""
+    if SHELL in data.set.values:
+        note = f"of all pairs: {float(data.first_peak.sel(set=SHELL)):.3f}"
+    found["first_peak"] = _measured(data, SHELL, "unbonded_peak", note)
     return found
+
+
+def _measured(data, name, quantity, note=""):
+    if name not in data.set.values:
+        return Measured(np.nan, np.nan)
+    at = data.sel(set=name)
+    length = f"N {data.attrs['length']}"
+    return Measured(
+        float(at[quantity]), float(at[f"{quantity}_error"]), "; ".join(filter(None, (length, note)))
+    )
+
+
+def table(data):
+    """The criterion and the first shell of each set."""
+    rows = [
+        (
+            f"a {str(name)[1:]}",
+            *(
+                with_error(float(data[q].sel(set=name)), float(data[f"{q}_error"].sel(set=name)))
+                for q in ("ratio", "first_peak", "unbonded_peak", "coordination")
+            ),
+        )
+        for name in data.set.values
+    ]
+    return pd.DataFrame(rows, columns=[
+        "set", "sqrt(2) r_min / l_max", "peak of g(r) / r_c", "the same, pairs without a bond",
+        "neighbours in the first shell",
+    ])  # fmt: skip
+
+
+def describe(data):
+    """What is seen."""
+    meets = [f"a {str(name)[1:]}" for name in data.set.values if data.ratio.sel(set=name) > 1]
+    return (
+        "Peaks of g(r) near 0.96 and of bond lengths grow higher and narrower with a; r_min rises "
+        f"from {float(data.r_min.min()):.3f} to {float(data.r_min.max()):.3f} and l_max falls from "
+        f"{float(data.l_max.max()):.3f} to {float(data.l_max.min()):.3f}. The criterion is met by "
+        f"{', '.join(meets) or 'none'}."
+    )
 
 
 def draw(data):
     """Two panels with insets."""
-    figure, (left, right) = panels(2)
-    inner = left.inset_axes([0.55, 0.5, 0.42, 0.45])
-    outer = right.inset_axes([0.58, 0.42, 0.39, 0.45])
+    figure, (left, right) = panels(2, height=3.0)
+    inner = left.inset_axes([0.52, 0.5, 0.46, 0.47])
+    outer = right.inset_axes([0.56, 0.36, 0.42, 0.47])
+    printed = published("nikunen_2007")
     for name in data.set.values:
         at, color = data.sel(set=name), COLORS.get(str(name), BLACK)
         for axes in (left, inner):
             axes.plot(data.r, at.g, color=color, label=f"a = {str(name)[1:]}")
         for axes in (right, outer):
             axes.plot(data.bond_length, at.density, color=color, label=f"a = {str(name)[1:]}")
-        inner.plot(at.r_min, LEVEL, "o", color=color)
-        outer.plot(at.l_max, LEVEL, "o", color=color)
+        for axes, quantity in ((inner, "r_min"), (outer, "l_max")):
+            axes.plot(at[quantity], LEVEL, "o", color=color)
+            if f"{quantity}_{name}" in printed:
+                value = printed[f"{quantity}_{name}"]["value"]
+                axes.plot([value] * 2, [1.6 * LEVEL, 2.4 * LEVEL], color=color, linewidth=1.4)
     for axes in (inner, outer):
         axes.axhline(LEVEL, color=BLACK, linewidth=0.5)
-        axes.tick_params(labelsize=5)
-    inner.set(xlim=(0.3, 0.9), ylim=(0, 0.2))
-    outer.set(xlim=(1.0, 1.5), ylim=(0, 0.5))
-    left.set(xlim=(0, 3), ylim=(0, 3.3), xlabel="distance r / $r_c$", ylabel="g(r)", title="(a)")
-    right.set(xlim=(0.6, 1.6), ylim=(0, None), xlabel="bond length / $r_c$",
-              ylabel="probability density / $r_c^{-1}$", title="(b)")  # fmt: skip
-    right.legend(loc="upper left")
+        axes.tick_params(labelsize=7)
+    inner.set(xlim=(0.35, 0.85), ylim=(0, 0.2))
+    outer.set(xlim=(1.05, 1.45), ylim=(0, 0.3))
+    left.set(xlim=(0, 3), ylim=(0, 3.3), xlabel="distance r / $r_c$", ylabel="g(r)")
+    right.set(xlim=(0.6, 1.8), ylim=(0, None), xlabel="bond length / $r_c$",
+              ylabel="probability density / $r_c^{-1}$")  # fmt: skip
+    left.legend(loc="upper left", handlelength=1.2)
     return figure

@@ -3,18 +3,26 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.collect import padded
-from dpd.analysis.relaxation import TAIL, chain_dynamics, end_to_end, power
+from dpd.analysis.chain_length import power
+from dpd.analysis.collect import first_scene, padded
+from dpd.analysis.relaxation import chain_dynamics, end_to_end, in_tail
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, panels, points
+from dpd.report.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PURPLE, RED, SKY, panels, points
 
-TITLE = "Radius of gyration (a), and autocorrelation of the end-to-end vector for a 100 (b)."
+TITLE = (
+    "Radius of gyration over N^(1/2) (a), and autocorrelation of the end-to-end vector for a 100, "
+    "k 200 (b)."
+)
 PAPER_SHOWS = (
-    "The paper shows (a) R_g over N for every set, which follows N^(1/2), and (b) the correlation"
-    " <R(t) . R(0)>, whose exponential tail gives tau. Line in (a): N^(1/2). Thick in (b): the "
-    "part between 0.6 and 0.15 that tau is fitted to; lags reach up to a tenth of the run."
+    "The paper shows (a) R_g over N for every set, which follows N^(1/2), level here, and (b) the "
+    "correlation <R(t) . R(0)>, whose exponential tail gives the relaxation time tau. Hollow in "
+    "(a): equilibrated for less than two tau of a 100 (its longest known tau / N^2 beyond the runs"
+    " that have one), left out of exponents; sets stand side by side. Time in (b) is in units tau_0"
+    " = (m r_c^2 / kT)^(1/2), over N^2, so that Rouse chains fall on one curve; dashed: exp(-t / "
+    "tau) through the part between 0.6 and 0.15 that it is fitted to; lags reach up to a tenth of "
+    "the run."
 )
 ERRORS = (
     "Bars and bands: 95 % intervals; sizes from blocks of the run, correlations from the larger "
@@ -22,115 +30,237 @@ ERRORS = (
 )
 COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, SKY, BLACK)
-SHORTEST = 16  # beads from which on a chain counts as long for the exponent
+MAIN = "a100"  # the set of the runs in (b)
+OTHERS = ("a50", "a150", "a200")
+LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
+SHORT = 8  # from which on exponents of sets are compared
+BOX = 16  # length of the chains in the small box
+SETTLED = 2.0  # relaxation times: of a wrong R^2 at the start exp(-4) is left, 2 %
 ROOM = 1.75  # box over end-to-end distance that the paper asks for
+PUBLISHED_CHAINS, PUBLISHED_LENGTH = 128, 256
 
 
 def compute(sweeps):
     """Sizes over N for each set; correlations over time for each N."""
     statics, runs = sweeps["statics"], sweeps["dynamics"]
-    size = np.full((statics.sizes["set"], statics.sizes["length"], 2), np.nan)
-    room = np.full(size.shape[:2], np.nan)
-    for place in np.ndindex(size.shape[:2]):
-        at = statics.isel(set=place[0], length=place[1])
-        blocks = np.sqrt(blocks_of(at.gyration_square.isel(kind=0)))
-        size[place] = block_mean_and_error(blocks)
-        edge = float(np.cbrt(at.beads / at.number_density).mean())
-        room[place] = edge / np.sqrt(float(at.end_to_end_square.mean()))
-    length = statics.length.values.astype(float)
+    dynamics = chain_dynamics(runs)
+    rows = [_size(runs.sel(length=n), MAIN, n, dynamics) for n in runs.length.values]
+    for name in statics.set.values:
+        if name != MAIN:  # whose runs in (b) are longer
+            rows += [
+                _size(statics.sel(set=name, length=n), name, n, dynamics)
+                for n in statics.length.values
+            ]
+    box = [_size(sweeps["box_size"], MAIN, BOX, dynamics)]
+    if MAIN in statics.set.values and BOX in statics.length.values:
+        box.append(_size(statics.sel(set=MAIN, length=BOX), MAIN, BOX, dynamics))
     curves = []
     for n in runs.length.values:
         found, square = end_to_end(runs.sel(length=n))
-        value, error = found.derived(lambda c, square=square: c / square)
-        curves.append(np.array([found.time, value, error]))
-    table = np.stack(padded(curves), axis=1)
-    exponents = [power(length, *size[k].T, SHORTEST, np.inf) for k in range(len(size))]
-    dynamics = chain_dynamics(runs)
-    return xr.Dataset(
+        curves.append(np.array([found.time, *found.derived(lambda c, square=square: c / square)]))
+    curves = np.stack(padded(curves), axis=1)
+    data = xr.Dataset(
         {
-            "gyration": (("set", "length"), size[..., 0], {"units": "r_c"}),
-            "gyration_error": (("set", "length"), size[..., 1], {"units": "r_c"}),
-            "room": (("set", "length"), room, {"units": "1", "long_name": "box over R"}),
-            "exponent": ("set", [x for x, _ in exponents], {"units": "1"}),
-            "exponent_error": ("set", [e for _, e in exponents], {"units": "1"}),
-            "time": (("chain", "end_lag"), table[0], {"units": "tau"}),
-            "correlation": (("chain", "end_lag"), table[1], {"units": "1"}),
-            "correlation_error": (("chain", "end_lag"), table[2], {"units": "1"}),
-            "tau": ("chain", dynamics.tau.values, {"units": "tau"}),
+            "time": (("chain", "end_lag"), curves[0], {"units": "tau_0"}),
+            "correlation": (("chain", "end_lag"), curves[1], {"units": "1"}),
+            "correlation_error": (("chain", "end_lag"), curves[2], {"units": "1"}),
+            "tau": ("chain", dynamics.tau.values, {"units": "tau_0"}),
             "long_enough": ("chain", dynamics.long_enough.values, {"units": "1"}),
         },
-        {"set": statics.set, "length": length, "chain": runs.length.values.astype(float)},
+        {"chain": runs.length.values.astype(float)},
     )
+    for dimension, table in (("point", rows), ("box", box)):
+        names = [f"{dimension}_{name}" if dimension == "box" else name for name in table[0]]
+        for name, column in zip(names, zip(*(row.values() for row in table))):
+            data[name] = (dimension, list(column))
+    return data
+
+
+def _size(at, name, n, dynamics):
+    """R_g and R of one point, with errors, and what its box and its equilibration are worth."""
+    row = {"set": str(name), "length": float(n)}
+    for quantity in ("gyration", "end_to_end"):
+        blocks = blocks_of(at[f"{quantity}_square"].isel(kind=0))
+        square, error = block_mean_and_error(blocks)
+        row[quantity], row[f"{quantity}_error"] = np.sqrt(square), error / (2 * np.sqrt(square))
+    scene = first_scene(at)
+    equilibrated = scene.steps[0] * scene.data["integrator"]["dt"]
+    row["settled"] = float(equilibrated >= SETTLED * _relaxation_time(n, dynamics))
+    row["room"] = min(scene.box) / row["end_to_end"]
+    return row
+
+
+def _relaxation_time(n, dynamics):
+    """tau at a length, with tau / N^2 between those that are known; inf if none is."""
+    good = dynamics.long_enough.values > 0
+    if not good.any():
+        return np.inf
+    known, tau = dynamics.length.values[good], dynamics.tau.values[good]
+    return n**2 * np.exp(np.interp(np.log(n), np.log(known), np.log(tau / known**2)))
+
+
+def _sizes(data, name, quantity, settled=True):
+    """N, value and error of one set, by N."""
+    use = (data.set.values == name) & ((data.settled.values > 0) == settled)
+    chosen = data.isel(point=np.flatnonzero(use)).sortby("length")
+    return chosen.length.values, chosen[quantity].values, chosen[f"{quantity}_error"].values
 
 
 def measured(data):
-    """The exponent of R_g."""
-    chosen = data.sel(set="a100") if "a100" in data.set.values else data.isel(set=0)
-    others = ", ".join(
-        f"{name}: {float(data.exponent.sel(set=name)):.3f}" for name in data.set.values
+    """Exponents of R_g and R, and what set and box change."""
+    found = {}
+    for quantity in ("gyration", "end_to_end"):
+        found[f"{quantity}_exponent"] = _exponent(data, quantity)
+        found[f"box_{quantity}"] = _box_effect(data, quantity)
+    for name in OTHERS:
+        found[f"gyration_exponent_{name}"] = _exponent_beside(data, name)
+    found["box_rule"] = _box_rule(data)
+    return found
+
+
+def _exponent(data, quantity):
+    """Exponent of a size for long chains of a 100."""
+    n, size, error = _sizes(data, MAIN, quantity)
+    found = power(n, size, error, LONG, np.inf)
+    fitted = ", ".join(f"{length:g}" for length in n[n >= LONG])
+    if np.isfinite(found.exponent):
+        return Measured(found.exponent, found.error, f"N {fitted}")
+    note = ""
+    if len(n) > 1:
+        slope = np.log(size[-1] / size[-2]) / np.log(n[-1] / n[-2])
+        spread = np.hypot(*(error[-2:] / size[-2:])) / np.log(n[-1] / n[-2])
+        note = f"slope {slope:.3f} ± {spread:.3f} from N {n[-2]:g} to {n[-1]:g}"
+    return Measured(np.nan, np.nan, note, f"fewer than three lengths from N {LONG} on")
+
+
+def _exponent_beside(data, name):
+    """Exponent of R_g of a set less that of a 100, over the lengths that both have."""
+    n, size, error = _sizes(data, name, "gyration")
+    main, main_size, main_error = _sizes(data, MAIN, "gyration")
+    common, at, at_main = np.intersect1d(n, main, return_indices=True)
+    found = power(common, size[at], error[at], SHORT, np.inf)
+    beside = power(common, main_size[at_main], main_error[at_main], SHORT, np.inf)
+    if not np.isfinite(found.exponent):
+        few = "fewer than three lengths that both sets have and that are equilibrated"
+        return Measured(np.nan, np.nan, "", few)
+    used = ", ".join(f"{length:g}" for length in common[common >= SHORT])
+    note = f"N {used}: {found.exponent:.3f}, a 100: {beside.exponent:.3f}"
+    return Measured(
+        found.exponent - beside.exponent, float(np.hypot(found.error, beside.error)), note
     )
-    tight = int((data.room < ROOM).sum())
-    note = (
-        f"N from {SHORTEST} on, a 100; {others}; box below {ROOM} R in {tight} of {data.room.size}"
-    )
-    return {
-        "gyration_exponent": Measured(
-            float(chosen.exponent), float(chosen.exponent_error), note,
-            "" if np.isfinite(chosen.exponent) else f"fewer than two lengths from {SHORTEST} on",
-        )
-    }  # fmt: skip
+
+
+def _box_effect(data, quantity):
+    """Relative change of a size in the small box."""
+    value, error = data[f"box_{quantity}"].values, data[f"box_{quantity}_error"].values
+    if len(value) < 2:
+        return Measured(np.nan, np.nan)
+    room = " and ".join(f"{ratio:.2f}" for ratio in data.box_room.values)
+    change = value[0] / value[1] - 1
+    return Measured(
+        float(change), float(value[0] / value[1] * np.hypot(*(error / value))),
+        f"N {BOX} in boxes of {room} R",
+    )  # fmt: skip
+
+
+def _box_rule(data):
+    """Edge over end-to-end distance of the paper's own system, from the longest chains."""
+    n, size, error = _sizes(data, MAIN, "end_to_end")
+    if not len(n):
+        return Measured(np.nan, np.nan, "", "no run is equilibrated")
+    edge = np.cbrt(PUBLISHED_CHAINS * PUBLISHED_LENGTH)
+    grown = size[-1] * np.sqrt((PUBLISHED_LENGTH - 1) / (n[-1] - 1))
+    room, spread = edge / grown, edge / grown * error[-1] / size[-1]
+    note = f"from R of N {n[-1]:g} by R^2 ~ N - 1"
+    if n[-1] >= PUBLISHED_LENGTH:
+        return Measured(float(room), float(spread), note)
+    # R^2 / (N - 1) still grows, so this is an upper bound, which can miss the rule but not meet it.
+    note += "; an upper bound, as R^2 / (N - 1) still grows"
+    blind = f"chains of {n[-1]:g} leave it open" if room > ROOM else ""
+    return Measured(float(room), float(spread), note, blind)
 
 
 def warnings(data):
-    """Boxes that the paper's rule calls too small."""
+    """Boxes that the paper's rule calls too small, and chains that remember their start."""
     found = []
-    for name in data.set.values:
-        room = data.room.sel(set=name)
-        tight = [
-            f"N = {n:g} ({float(room.sel(length=n)):.2f})"
-            for n in data.length.values
-            if room.sel(length=n) < ROOM
-        ]
+    for name in dict.fromkeys(data.set.values):
+        at = data.isel(point=np.flatnonzero(data.set.values == name)).sortby("length")
+        small = at.isel(point=np.flatnonzero(at.room.values < ROOM))
+        tight = [f"N = {n:g} ({r:.2f})" for n, r in zip(small.length.values, small.room.values)]
         if tight:
             found.append(
-                f"Box below {ROOM} end-to-end distances, the paper's rule, for a {str(name)[1:]}: "
+                f"Box below {ROOM} end-to-end distances, the paper's rule, for a {name[1:]}: "
                 f"{', '.join(tight)}."
+            )
+        young = [f"{n:g}" for n in at.length.values[at.settled.values == 0]]
+        if young:
+            found.append(
+                f"Equilibrated for less than {SETTLED:g} relaxation times, a {name[1:]}: N = "
+                f"{', '.join(young)}."
             )
     return found
 
 
+def describe(data):
+    """What is seen."""
+    n, size, _ = _sizes(data, MAIN, "gyration")
+    if len(n) < 2:
+        return TITLE
+    level = size / np.sqrt(n)
+    return (
+        f"R_g over the square root of N rises slowly, for a 100 from {level[0]:.3f} at N = {n[0]:g}"
+        f" to {level[-1]:.3f} at N = {n[-1]:g}, and alike for all sets. Correlations over t/N^2 "
+        "fall on straight lines in a semi-logarithmic plot."
+    )
+
+
 def draw(data):
     """Sizes and correlations."""
-    figure, (left, right) = panels(2)
-    for name in data.set.values:
-        at = data.sel(set=name)
-        points(left, data.length, at.gyration, at.gyration_error, f"a = {str(name)[1:]}",
-               COLORS.get(str(name), BLACK))  # fmt: skip
-    n = np.array([float(data.length.min()), float(data.length.max())])
-    anchor = float(data.gyration.mean("set")[-1])
-    left.plot(n, anchor * np.sqrt(n / n[-1]), color=BLACK, linewidth=0.8, label="$N^{1/2}$")
-    left.set(
-        xscale="log", yscale="log", xlabel="chain length N", ylabel="$R_g$ / $r_c$", title="(a)"
-    )
-    left.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
-    low, high = left.get_ylim()
-    sizes = [size for size in (0.5, 0.7, 1, 1.5, 2, 3, 4, 6, 8) if low <= size <= high]
-    left.set_yticks(sizes, [f"{size:g}" for size in sizes])
-    left.minorticks_off()
-    left.legend(loc="upper left")
+    figure, (left, right) = panels(2, height=3.0)
+    _draw_sizes(left, data)
+    top = 0.0
     for chain, color in zip(data.chain.values, SERIES):
         at = data.sel(chain=chain).dropna("end_lag", subset=["time"])
-        low = np.maximum(at.correlation - COVERAGE * at.correlation_error, 1e-3)
-        right.fill_between(at.time, low, at.correlation + COVERAGE * at.correlation_error,
-                           color=color, alpha=0.25, linewidth=0)  # fmt: skip
-        seen = at.correlation > 0
-        flag = "" if at.long_enough else " (run < 10 $\\tau$)"
-        right.plot(at.time[seen], at.correlation[seen], color=color, linewidth=0.8,
-                   label=f"N = {chain:g}{flag}")  # fmt: skip
-        tail = (at.correlation < TAIL[1]) & (at.correlation > TAIL[0])
-        right.plot(at.time[tail], at.correlation[tail], color=color, linewidth=2)
-    right.set(yscale="log", xscale="log", ylim=(0.05, 1.1), xlabel=r"time t / $\tau$",
-              ylabel=r"$\langle R(t) \cdot R(0) \rangle / \langle R^2 \rangle$",
-              title="(b)")  # fmt: skip
+        top = max(top, _draw_correlation(right, at, chain, color))
+    right.set(yscale="log", xlim=(0, 1.1 * top or None), ylim=(0.08, 1.1),
+              xlabel=r"time $t$ / ($N^2$ $\tau_0$)",
+              ylabel=r"$\langle R(t) \cdot R(0) \rangle / \langle R^2 \rangle$")  # fmt: skip
+    right.set_yticks([0.1, 0.2, 0.5, 1], ["0.1", "0.2", "0.5", "1"])
+    right.set_yticks([], minor=True)
     right.legend(loc="lower left")
     return figure
+
+
+def _draw_sizes(panel, data):
+    """R_g over N^(1/2), the sets a little aside of each other."""
+    present = [name for name in COLORS if name in data.set.values]
+    for k, name in enumerate(present):
+        aside = 1.03 ** (k - 0.5 * (len(present) - 1))
+        for settled in (True, False):
+            n, size, error = _sizes(data, name, "gyration", settled)
+            label = f"a = {name[1:]}" if settled else None
+            points(panel, n * aside, size / np.sqrt(n), error / np.sqrt(n), label, COLORS[name],
+                   MARKERS[k], filled=settled)  # fmt: skip
+    lengths = np.unique(data.length.values)
+    panel.set(xscale="log", xlabel="chain length N", ylabel="$R_g$ / ($N^{1/2}$ $r_c$)")
+    panel.set_xticks(lengths, [f"{n:g}" for n in lengths])
+    panel.set_xticks([], minor=True)
+    panel.legend(loc="lower right")
+
+
+def _draw_correlation(panel, at, chain, color):
+    """One length over t / N^2, with its fit; where it ends."""
+    time = at.time.values / chain**2
+    value, error = at.correlation.values, at.correlation_error.values
+    low = np.maximum(value - COVERAGE * error, 1e-3)
+    panel.fill_between(time, low, value + COVERAGE * error, color=color, alpha=0.25, linewidth=0)
+    flag = "" if at.long_enough else r" (run < 10 $\tau$)"
+    panel.plot(time, np.where(value > 0, value, np.nan), color=color, label=f"N = {chain:g}{flag}")
+    tail = in_tail(value)
+    tau = float(at.tau) / chain**2
+    if tail.sum() < 4 or not np.isfinite(tau):
+        return 0.0
+    height = np.mean(np.log(value[tail]) + time[tail] / tau)
+    line = np.array([0, 2.5 * tau])
+    panel.plot(line, np.exp(height - line / tau), "--", color=color, linewidth=0.7)
+    return time[tail][-1]

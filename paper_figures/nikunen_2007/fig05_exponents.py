@@ -2,132 +2,185 @@
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
-from dpd.analysis.relaxation import chain_dynamics, power
+from dpd.analysis.chain_length import meeting, power
+from dpd.analysis.relaxation import chain_dynamics
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, panels, points
+from dpd.report.style import BLACK, BLUE, ORANGE, panels, points
 from dpd.report.text import with_error
 
-TITLE = "Relaxation time (a) and diffusion constant of chains (b) over chain length, a 100, k 200."
+TITLE = "Relaxation time (a) and diffusion constant of chains (b) over chain length."
 PAPER_SHOWS = (
-    "The paper shows tau ~ N^2 crossing to N^3 and D ~ 1/N crossing to N^-2, with the crossover "
-    "between N = 40 and 60 (shaded). Below, tau / N^2 and D N, which are level for Rouse chains "
-    "whatever the crossover. Only runs of ten tau or more count; others are drawn open and left "
-    "out of the fits, N from 8 to 40 and from 60 on. Dashed: the published laws, through the "
-    "longest of the chains fitted."
+    "The paper shows tau ~ N^2 crossing to N^3 and D ~ 1/N crossing to N^-2 for a 100, k 200, with "
+    "the crossover between N = 40 and 60 (shaded). (c), (d): tau / N^2 and D N, which are level for"
+    " Rouse chains wherever the crossover is. Only runs of ten relaxation times or more count; "
+    "shorter ones are drawn hollow and left out of the fits, over N from 8 to 40 and from 60 on. "
+    "Dashed and dotted: laws with the published exponents, fitted to the points of a 100 in each "
+    "range. The control a 25, k 50, whose bonds pass through each other, should be Rouse-like at "
+    "any length. tau is the relaxation time, tau_0 = (m r_c^2 / kT)^(1/2) the unit of time."
 )
 ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
     " out tenths of the run."
 )
-ROUSE, REPTATION = (8, 40), (60, np.inf)
-ROUSE_LAW = {"tau": 2, "diffusion": -1}
+MAIN, CONTROL = "a100", "a25"
+STYLES = {MAIN: ("a = 100", BLUE, "o"), CONTROL: ("a = 25, control", ORANGE, "s")}
+REGIMES = {"rouse": (8, 40), "reptation": (60, np.inf)}
+LAWS = {"tau": {"rouse": 2, "reptation": 3}, "diffusion": {"rouse": -1, "reptation": -2}}
 
 
 def compute(sweeps):
-    """tau and D over N."""
-    data = chain_dynamics(sweeps["dynamics"])
-    n = data.length.values
-    good = data.long_enough.values > 0
-    for name in ("tau", "diffusion"):
-        value = np.where(good, data[name].values, np.nan)
-        for regime, limits in (("rouse", ROUSE), ("reptation", REPTATION)):
-            found = power(n, value, data[f"{name}_error"].values, *limits)
-            data[f"{name}_{regime}"] = ((), found[0], {"units": "1"})
-            data[f"{name}_{regime}_error"] = ((), found[1], {"units": "1"})
-    return data
+    """tau and D over N, of both sets; exponents in both regimes, and where the laws meet."""
+    runs = {MAIN: sweeps["dynamics"], CONTROL: sweeps["dynamics_control"]}
+    data = xr.concat([chain_dynamics(run) for run in runs.values()], "set", join="outer")
+    data = data.assign_coords(set=list(runs))
+    for quantity in LAWS:
+        for regime, limits in REGIMES.items():
+            found = [power(*_counted(data, name, quantity), *limits) for name in runs]
+            data[f"{quantity}_{regime}"] = ("set", [fit.exponent for fit in found], {"units": "1"})
+            data[f"{quantity}_{regime}_error"] = ("set", [fit.error for fit in found])
+        counted, ranges = _counted(data, MAIN, quantity), tuple(REGIMES.values())
+        free = meeting(*counted, ranges)
+        fixed = meeting(*counted, ranges, tuple(LAWS[quantity].values()))
+        data[f"{quantity}_crossover"] = ("of", [*free, *fixed], {"units": "1"})
+    return data.assign_coords(of=["fitted", "fitted error", "published", "published error"])
+
+
+def _counted(data, name, quantity):
+    """N, value and error of the runs of ten relaxation times or more."""
+    at = data.sel(set=name)
+    use = at.long_enough.values > 0
+    return (
+        at.length.values[use], at[quantity].values[use], at[f"{quantity}_error"].values[use]
+    )  # fmt: skip
 
 
 def measured(data):
-    """Exponents in both regimes, and the crossover."""
-    good = data.length.values[data.long_enough.values > 0]
-    note = f"N {', '.join(f'{n:g}' for n in good)} ran ten tau or more"
+    """Exponents in both regimes, of the control, and the crossover."""
     found = {}
-    for name in ("tau", "diffusion"):
-        for regime in ("rouse", "reptation"):
-            value = float(data[f"{name}_{regime}"])
-            limits = ROUSE if regime == "rouse" else REPTATION
-            missing = f"fewer than two lengths between {limits[0]} and {limits[1]} ran ten tau"
-            found[f"{name}_{regime}"] = Measured(
-                value, float(data[f"{name}_{regime}_error"]), note,
-                "" if np.isfinite(value) else missing,
-            )  # fmt: skip
-    found["crossover"] = _crossover(data)
+    for quantity in LAWS:
+        for regime in REGIMES:
+            found[f"{quantity}_{regime}"] = _exponent(data, MAIN, quantity, regime)
+        found[f"{quantity}_control"] = _exponent(data, CONTROL, quantity, "reptation")
+        found[f"crossover_{quantity}"] = _crossover(data, quantity)
     return found
 
 
-def _crossover(data):
-    """Where the lines of both regimes meet in tau."""
-    use = (data.long_enough.values > 0) & np.isfinite(data.tau.values)
-    n, tau = np.log(data.length.values[use]), np.log(data.tau.values[use])
-    error = data.tau_error.values[use] / data.tau.values[use]
-    low, high = n < np.log(ROUSE[1]), n > np.log(REPTATION[0])
-    if low.sum() < 2 or high.sum() < 2:
-        return Measured(np.nan, np.nan, "", "needs two lengths in each regime")
-    a, b = (np.polyfit(n[part], tau[part], 1, w=1 / error[part]) for part in (low, high))
-    crossing = np.exp((a[1] - b[1]) / (b[0] - a[0]))
-    spread = []
-    rng = np.random.default_rng(0)
-    for _ in range(200):
-        noisy = tau + error * rng.normal(size=len(tau))
-        c, d = (np.polyfit(n[part], noisy[part], 1, w=1 / error[part]) for part in (low, high))
-        spread.append(np.exp((c[1] - d[1]) / (d[0] - c[0])))
-    return Measured(float(crossing), float(np.std(spread)), "lines of both regimes in tau")
+def _exponent(data, name, quantity, regime):
+    """Of one set in one range of lengths."""
+    at = data.sel(set=name)
+    low, high = REGIMES[regime]
+    n = _counted(data, name, quantity)[0]
+    inside = ", ".join(f"{length:g}" for length in n if low <= length <= high)
+    value, error = float(at[f"{quantity}_{regime}"]), float(at[f"{quantity}_{regime}_error"])
+    if np.isfinite(value):
+        return Measured(value, error, f"N {inside}")
+    between = f"from {low} on" if np.isinf(high) else f"from {low} to {high}"
+    return Measured(np.nan, np.nan, "", f"fewer than three lengths {between} ran ten tau")
+
+
+def _crossover(data, quantity):
+    """Where the laws of both regimes meet."""
+    free, free_error, fixed, fixed_error = data[f"{quantity}_crossover"].values
+    published = "–"
+    if np.isfinite(fixed):
+        published = with_error(fixed, fixed_error)
+    if np.isfinite(free):
+        note = f"both exponents fitted; with the published ones {published}"
+        return Measured(float(free), float(free_error), note)
+    note = f"with the published exponents {published}" if np.isfinite(fixed) else ""
+    return Measured(np.nan, np.nan, note, "needs three lengths in each regime")
+
+
+def warnings(data):
+    """Runs that are too short."""
+    short = [
+        f"{STYLES[name][0]}, N = {n:g}"
+        for name in data.set.values
+        for n in data.length.values
+        if data.long_enough.sel(set=name, length=n) == 0
+    ]
+    if not short:
+        return []
+    return [f"Shorter than ten relaxation times, so without a D: {'; '.join(short)}."]
 
 
 def table(data):
     """tau and D of each chain length, with how long its run was."""
     rows = []
-    for n in data.length.values:
-        at = data.sel(length=n)
-        fitted = "yes" if at.long_enough else "no: shorter than ten tau"
-        rows.append((
-            f"{n:g}", with_error(float(at.tau), float(at.tau_error)),
-            with_error(float(at.diffusion), float(at.diffusion_error)),
-            with_error(float(at.diffusion) * n, float(at.diffusion_error) * n),
-            f"{float(at.duration):.4g}", fitted,
-        ))  # fmt: skip
-    return pd.DataFrame(rows, columns=["N", "tau", "D", "D N", "run / tau", "counts"])
+    for name in data.set.values:
+        for n in data.length.values:
+            at = data.sel(set=name, length=n)
+            if not np.isfinite(at.duration):
+                continue
+            rows.append((
+                STYLES[name][0], f"{n:g}", with_error(float(at.tau), float(at.tau_error)),
+                with_error(float(at.tau) / n**2, float(at.tau_error) / n**2),
+                with_error(float(at.diffusion), float(at.diffusion_error)),
+                with_error(float(at.diffusion) * n, float(at.diffusion_error) * n),
+                f"{float(at.duration):.4g}",
+                "yes" if at.long_enough else "no: shorter than ten tau",
+            ))  # fmt: skip
+    return pd.DataFrame(rows, columns=[
+        "set", "N", "tau / tau_0", "tau / N^2", "D", "D N", "run / tau_0", "counts",
+    ])  # fmt: skip
+
+
+def describe(data):
+    """What is seen."""
+    n, tau, _ = _counted(data, MAIN, "tau")
+    if not len(n):
+        return "No run lasts for ten relaxation times."
+    constant = _counted(data, MAIN, "diffusion")[1]
+    return (
+        f"From N = {n[0]:g} to {n[-1]:g}, tau / N^2 of a 100 goes from {tau[0] / n[0] ** 2:.2f} to "
+        f"{tau[-1] / n[-1] ** 2:.2f} and D N from {constant[0] * n[0]:.2f} to "
+        f"{constant[-1] * n[-1]:.2f}."
+    )
 
 
 def draw(data):
     """tau and D, and below both with Rouse's law taken out."""
-    figure, axes = panels(2, rows=2)
-    n, good = data.length, data.long_enough > 0
-    shown = (
-        ("tau", 2, r"$\tau$ / $\tau_0$", r"$\tau / N^2$ / $\tau_0$", (2, 3)),
-        ("diffusion", -1, r"$D \tau_0$ / $r_c^2$", r"$D N \tau_0$ / $r_c^2$", (-1, -2)),
-    )
-    for column, (name, power_taken, label, reduced, laws) in zip(axes.T, shown):
-        for panel, taken in zip(column, (0, power_taken)):
-            value, error = data[name] / n**taken, data[f"{name}_error"] / n**taken
-            points(panel, n[good], value[good], error[good], "ten relaxation times or more", BLUE)
-            if (~good).any() and np.isfinite(value[~good]).any():
-                points(panel, n[~good], value[~good], error[~good], "shorter, not fitted", BLUE,
-                       filled=False)  # fmt: skip
-            for law, style in zip(laws, ("--", ":")):
-                _draw_law(panel, data, name, law, taken, style)
+    figure, axes = panels(2, rows=2, height=2.4)
+    labels = {
+        "tau": (r"$\tau$ / $\tau_0$", r"$\tau / N^2$ / $\tau_0$"),
+        "diffusion": (r"$D$ / ($r_c^2 / \tau_0$)", r"$D N$ / ($r_c^2 / \tau_0$)"),
+    }
+    for column, (quantity, texts) in zip(axes.T, labels.items()):
+        for panel, taken, text in zip(column, (0, LAWS[quantity]["rouse"]), texts):
+            for name in data.set.values:
+                _draw_set(panel, data.sel(set=name), quantity, taken, *STYLES[name])
+            for regime, line in (("rouse", "--"), ("reptation", ":")):
+                _draw_law(panel, data, quantity, regime, taken, line)
             panel.axvspan(40, 60, color=BLACK, alpha=0.1, linewidth=0, label="published crossover")
             panel.set(xscale="log", yscale="linear" if taken else "log", xlabel="chain length N",
-                      ylabel=reduced if taken else label)  # fmt: skip
-            panel.set_xticks(n.values, [f"{length:g}" for length in n.values])
+                      ylabel=text)  # fmt: skip
+            panel.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
             panel.set_xticks([], minor=True)
-    for panel, title in zip(axes.flat, "abcd"):
-        panel.set_title(f"({title})")
     axes[0, 0].legend(loc="upper left")
     axes[0, 1].legend(loc="lower left")
     return figure
 
 
-def _draw_law(panel, data, name, law, taken, style):
-    """N^law, through the longest chain below the crossover that was fitted, or above it."""
-    n = data.length.values
-    use = (data.long_enough.values > 0) & np.isfinite(data[name].values)
-    rouse = abs(law) == abs(ROUSE_LAW[name])
-    use &= (n <= ROUSE[1]) if rouse else (n >= REPTATION[0])
-    if not use.any():
+def _draw_set(panel, at, quantity, taken, label, color, marker):
+    """Points of one set over N^taken, hollow where the run was too short."""
+    n, counts = at.length.values, at.long_enough.values > 0
+    value, error = at[quantity].values / n ** float(taken), at[f"{quantity}_error"].values
+    error = error / n ** float(taken)
+    points(panel, n[counts], value[counts], error[counts], label, color, marker)
+    rest = ~counts & np.isfinite(value)
+    if rest.any():
+        points(panel, n[rest], value[rest], error[rest], f"{label}, run too short", color, marker,
+               filled=False)  # fmt: skip
+
+
+def _draw_law(panel, data, quantity, regime, taken, line):
+    """The published law, with the height that fits the points of its regime."""
+    law, (low, high) = LAWS[quantity][regime], REGIMES[regime]
+    fit = power(*_counted(data, MAIN, quantity), low, high, exponent=law)
+    if not np.isfinite(fit.height):
         return
-    last = np.flatnonzero(use)[-1]
-    x = np.array([n[0], ROUSE[1]]) if rouse else np.array([REPTATION[0], n[-1]])
-    y = float(data[name].values[last]) * (x / n[last]) ** law
-    panel.plot(x, y / x**taken, color=BLACK, linestyle=style, linewidth=0.8, label=f"$N^{{{law}}}$")
+    x = np.geomspace(low, min(high, data.length.values.max()), 50)
+    panel.plot(x, np.exp(fit.height) * x ** (law - taken), color=BLACK, linestyle=line,
+               linewidth=0.9, label=f"$N^{{{law}}}$")  # fmt: skip

@@ -13,7 +13,8 @@ TITLE = "Kinetic temperature (a) and variance of the bond length (b) over the ti
 PAPER_SHOWS = (
     "Not a figure of the paper. Chains of 8 with each parameter set; filled: at the paper's time "
     "step (0.03 for its control, which has none). The variance is drawn relative to that at the "
-    "smallest step. Runs that blow up or heat by more than a half are left out."
+    "smallest step. Runs that blow up or heat by more than a half are left out. tau_0 = (m r_c^2 / "
+    "kT)^(1/2) is the unit of time."
 )
 COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 PAPER_STEP = {"a25": 0.03, "a50": 0.03, "a100": 0.02, "a150": 0.015, "a200": 0.0125}
@@ -69,11 +70,24 @@ def table(data):
     return pd.DataFrame(rows, columns=["set", "dt", "kT - 1 / %", "variance of bonds, change / %"])
 
 
+def describe(data):
+    """What is seen."""
+    own = [data.sel(set=name, dt=step) for name, step in PAPER_STEP.items()
+           if name in data.set.values and step in data.dt.values]  # fmt: skip
+    if not own:
+        return TITLE
+    heat, change = ([abs(100 * float(at[part])) for at in own] for part in ("heat", "change"))
+    return (
+        "Both rise with the time step and with a; at the paper's steps kT is up to "
+        f"{np.nanmax(heat):.1f} % and the variance of bonds up to {np.nanmax(change):.1f} % off."
+    )
+
+
 def draw(data):
     """Two panels over dt."""
     figure, axes = panels(2)
     shown = (("heat", r"$k_BT - 1$ / %"), ("change", "change of bond variance / %"))
-    for panel, (name, label), title in zip(axes, shown, ("(a)", "(b)")):
+    for panel, (name, label) in zip(axes, shown):
         for key in data.set.values:
             at, color = data.sel(set=key), COLORS[str(key)]
             value, error = 100 * at[name], 100 * at[f"{name}_error"]
@@ -82,6 +96,6 @@ def draw(data):
             own = at.dt == PAPER_STEP[str(key)]
             panel.plot(at.dt[own], value[own], "o", color=color, zorder=3)
         panel.axhline(0, color="0.6", linewidth=0.6, zorder=0)
-        panel.set(xlabel=r"time step dt / $\tau$", ylabel=label, title=title)
+        panel.set(xlabel=r"time step dt / $\tau_0$", ylabel=label)
     axes[0].legend(loc="upper left")
     return figure

@@ -23,6 +23,8 @@ def main(arguments=None):
     except KeyboardInterrupt:
         print("error: interrupted", file=sys.stderr)
         return 130
+    except BrokenPipeError:  # as with `| head`, which has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
@@ -67,18 +69,28 @@ def _parser():
     )
     _add_threads(simulate)
     stage("collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc")
-    stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
+    figure = stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
+    figure.add_argument(
+        "--traceback", type=Path, metavar="FILE",
+        help="where to keep the whole traceback if the figure's file raises something",
+    )  # fmt: skip
     stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
     stage("report", _report, "write the report", "study", "papers", output="report.html")
     plan = stage("plan", _plan, "say what a study costs before it runs, from measured rates")
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
+    show = stage("show", _show, "say which values a study runs, and which file each comes from")
+    show.add_argument("study")
+    show.add_argument("paper")
+    show.add_argument("sweep", nargs="?", help="without it: what the study replaces in the paper")
     stage(
         "schemes", _schemes, "write config/schemes.yaml, for scheme auto, from the benchmark",
         "study", output="schemes.yaml",
     )  # fmt: skip
     stage("document", _document, "write config/README.md from the schemas", output="README.md")
+    stage("archive", _archive, "keep a study's verdict table in git, for README.md", "study")
+    stage("readme", _readme, "fill the marked tables of README.md from the archive", output="file")
     return parser
 
 
@@ -110,8 +122,8 @@ def _run(options):
     if options.output.is_dir():
         raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
     scene = Scene.read(options.scene)
-    if scene.chosen:
-        print(scene.chosen)
+    for sentence in scene.notes:
+        print(sentence)
     checkpoint = checkpoint_path(options.output)
     begun = time.perf_counter()
     if checkpoint.exists():
@@ -219,6 +231,7 @@ def _collect(options):
 
 
 def _figure(options):
+    from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
     from dpd.study import read_paper
 
@@ -233,7 +246,13 @@ def _figure(options):
     folder, figure = RESULTS / options.study / options.paper, paper.figures[options.figure]
     sources = {name: folder / "sweeps" / f"{name}.nc" for name in figure.sweeps}
     sources |= {name: folder / "measurements" / f"{name}.nc" for name in figure.measurements}
-    make_figure(options.paper, options.figure, sources, options.output)
+    try:
+        make_figure(options.paper, options.figure, sources, options.output)
+    except BrokenFigure as problem:
+        if options.traceback is None:
+            raise UserError(f"{problem}; --traceback FILE keeps the whole traceback") from None
+        options.traceback.write_text(problem.whole_traceback())
+        raise UserError(f"{problem}; the whole traceback is in {options.traceback}") from None
 
 
 def _verdicts(options):
@@ -275,6 +294,15 @@ def _plan(options):
     print(as_text(rows, options.cores))
 
 
+def _show(options):
+    from dpd.overlay import overview, sweep_in_force
+
+    if options.sweep is None:
+        print(overview(options.study, options.paper))
+    else:
+        print(sweep_in_force(options.study, options.paper, options.sweep))
+
+
 def _schemes(options):
     from dpd.files import replace_whole
     from dpd.report.accuracy import recommendations
@@ -288,3 +316,20 @@ def _document(options):
     from dpd.report.document import config_readme
 
     replace_whole(options.output, lambda draft: draft.write_text(config_readme()))
+
+
+def _archive(options):
+    from dpd.report.readme import archive
+
+    kept = archive(options.study, RESULTS / options.study)
+    print(f"kept in {kept}; now: python -m dpd readme -o README.md")
+
+
+def _readme(options):
+    from dpd.files import replace_whole
+    from dpd.report.readme import filled
+
+    if not options.output.is_file():
+        raise UserError(f"{options.output}: there is no such file, with tables to fill")
+    text = filled(options.output.read_text())
+    replace_whole(options.output, lambda draft: draft.write_text(text))

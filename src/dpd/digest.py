@@ -21,10 +21,19 @@ _STAGES = {
     "start": _START,
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
-    "figure": ("analysis", "theory", "report/style.py", "report/text.py", "report/figures.py"),
+    "figure": (
+        "analysis",
+        "theory",
+        "report/style.py",
+        "report/text.py",
+        "report/figure_file.py",
+        "report/figures.py",
+        "report/captions.py",
+        "report/notation.py",
+    ),
     "report": ("report", "analysis/verdicts.py"),
     "measure": (*_SIMULATION, "benchmark"),
-}
+}  # fmt: skip
 
 
 def cache_folder(name):

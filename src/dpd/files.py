@@ -108,7 +108,9 @@ def read(path):
             variables = {name: variable[...] for name, variable in file.variables.items()}
             return variables, {name: file.getncattr(name) for name in file.ncattrs()}
     except OSError:
-        raise UserError(f"{path}: not a whole NetCDF file; delete it and run again") from None
+        raise UserError(
+            f"{path}: not a whole NetCDF file; if it should be one, make it again"
+        ) from None
 
 
 def attribute(path, name):

@@ -1,11 +1,15 @@
 """What a study will cost, before anything of it runs."""
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
 from dpd.compiling import quick_to_start
+from dpd.digest import value_digest
+from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
+from dpd.errors import LostTrack
 from dpd.observe import observables
 from dpd.start import make_start, system_of
 
@@ -13,19 +17,45 @@ WARM = 50  # steps before the clock starts, in which kernels compile
 LEAST_SECONDS = 1.0  # that a rate is measured over
 BASE_MEMORY = 200.0  # MiB of a process that has imported all and compiled nothing
 COPIES = 4  # of the state while it moves: its own, those sorted, those of a checkpoint
+BUSY = 0.9  # of a core: a process that gets less has others beside it
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Of one scene, with one thread.
+
+    Attributes
+    ----------
+    equilibrating, sampling : float
+        Bead-steps per second of processor time, without and with the scene's observables; NaN
+        for a run that blew up at once.
+    share : float
+        Processor time over wall clock: how much of a core the measurement got.
+    """
+
+    equilibrating: float
+    sampling: float
+    share: float
+
+    def seconds(self, scene):
+        """Of processor time that a run of a scene of this kind takes."""
+        equilibrate, sample = scene.steps
+        return scene.beads * (equilibrate / self.equilibrating + sample / self.sampling)
 
 
 def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
     """Cost of every sweep of some papers.
 
-    A sweep's rate is measured here and now on its middle point, from random positions and
-    with one core; growing the melts of a sweep and starting its jobs is not in it.
+    A sweep's speed is measured here and now on its middle point, from random positions, with one
+    core, and with its observables as the run samples them; points that differ in those have a
+    middle each. It is counted in processor time, which is that of a core left alone. Growing the
+    melts of a sweep and starting its jobs is not in it.
 
     Parameters
     ----------
     papers : list of dpd.study.Paper
     measure_seconds : float
-        Wall clock for each rate.
+        Wall clock for each of two rates a sweep.
     progress : callable or None
         Called with the number of sweeps done.
 
@@ -34,14 +64,16 @@ def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
     list of dict
         One per sweep: ``paper``, ``sweep``, ``runs``, ``beads`` of the largest, ``bead_steps``
         of all, ``rate`` in bead-steps per second, ``core_hours``, ``longest`` hours of one
-        run, ``memory`` MiB of the largest job, ``disk`` MiB of all results at most.
+        run, ``memory`` MiB of the largest job, ``disk`` MiB of all results at most, ``share`` of
+        a core that its measurement got.
     """
     rows = []
     for paper in papers:
         for sweep in paper.sweeps.values():
             scenes = [point.scene for point in sweep.points]
             work = np.array([scene.work for scene in scenes], dtype=float)
-            rate = measured_rate(scenes[len(scenes) // 2], measure_seconds)
+            speeds = _speeds(scenes, measure_seconds)
+            seconds = np.array([speeds[_watched(scene)].seconds(scene) for scene in scenes])
             sizes = [sizes_of(scene) for scene in scenes]
             rows.append({
                 "paper": paper.name,
@@ -49,33 +81,72 @@ def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
                 "runs": len(scenes),
                 "beads": max(scene.beads for scene in scenes),
                 "bead_steps": work.sum(),
-                "rate": rate,
-                "core_hours": work.sum() / rate / 3600,
-                "longest": work.max() / rate / 3600,
+                "rate": work.sum() / seconds.sum(),
+                "core_hours": seconds.sum() / 3600,
+                "longest": seconds.max() / 3600,
                 "memory": BASE_MEMORY + max(COPIES * state + kept for state, kept in sizes),
                 "disk": sum(state + kept for state, kept in sizes),
+                "share": np.mean([speed.share for speed in speeds.values()]),
             })  # fmt: skip
             if progress is not None:
                 progress(len(rows))
     return rows
 
 
-def measured_rate(scene, seconds):
-    """Bead-steps per second of a scene without its observables, one thread."""
+def _speeds(scenes, seconds):
+    """`Speed` of the middle one of all scenes that have the same observables, by those."""
+    alike = {}
+    for scene in scenes:
+        alike.setdefault(_watched(scene), []).append(scene)
+    return {
+        watched: measured_speed(some[len(some) // 2], seconds) for watched, some in alike.items()
+    }
+
+
+def _watched(scene):
+    """What a scene says of its observables, as a key."""
+    return value_digest(scene.data["observe"])
+
+
+def measured_speed(scene, seconds):
+    """The `Speed` of a scene, measured for some seconds without its observables and with them."""
     simulation = Simulation(system_of(scene), make_start(quick_to_start(scene, grow=False)))
-    steps, spent, done = WARM, 0.0, 0
+    system, most = system_of(scene), scene.steps[1]
+    for observer in observables(scene, system):  # kernels of the observables compile
+        observer.sample(simulation, simulation.measure())
+    observers = observables(scene, system)
+
+    def watched(steps):
+        run(simulation, (begun, min(simulation.state.step - begun + steps, most)), observers)
+
+    clocks = []
+    for advance, limit in ((simulation.advance, np.inf), (watched, most)):
+        begun = simulation.state.step
+        clocks.append(_timed(simulation, advance, seconds, limit))
+    rates = [scene.beads * steps / processor if steps else np.nan for steps, processor, _ in clocks]
+    processor, wall = (sum(clock[i] for clock in clocks) for i in (1, 2))
+    return Speed(*rates, processor / wall if wall else 1.0)
+
+
+def _timed(simulation, advance, seconds, limit):
+    """Steps that were done within some seconds, their processor time and wall clock.
+
+    As many steps as the sampling of a run at most; none if the run blows up at once.
+    """
+    steps, done, processor, wall = WARM, 0, 0.0, 0.0
     try:
-        simulation.advance(WARM)
-        while spent < seconds:
-            begun = time.perf_counter()
-            simulation.advance(steps)
-            spent += time.perf_counter() - begun
-            done += steps
+        if limit == np.inf:
+            advance(WARM)  # kernels compile
+        while wall < seconds and done < limit:
+            before, cpu, clock = simulation.state.step, time.process_time(), time.perf_counter()
+            advance(steps)
+            wall += time.perf_counter() - clock
+            processor += time.process_time() - cpu
+            done += simulation.state.step - before
             steps = min(4 * steps, 2000)
-    except Unstable:  # as a stability map's runs may
-        if not done:
-            return np.nan
-    return scene.beads * done / spent
+    except (Unstable, LostTrack):  # as a stability map's runs may
+        pass
+    return done, min(processor, wall), wall
 
 
 def sizes_of(scene):
@@ -111,9 +182,17 @@ def as_text(rows, cores):
     hours = np.nansum([row["core_hours"] for row in rows])
     disk = sum(row["disk"] for row in rows)
     longest = np.nanmax([0.0, *(row["longest"] for row in rows)])
+    best = max(hours / cores, longest)
     lines.append(
         f"{sum(row['runs'] for row in rows)} runs: {hours:.1f} core-hours, "
-        f"{max(hours / cores, longest):.1f} hours on {cores} cores at best; "
-        f"{disk:.0f} MiB of results at most"
+        f"{best:.1f} hours on {cores} cores at best; {disk:.0f} MiB of results at most"
     )
+    share = np.mean([row["share"] for row in rows]) if rows else 1.0
+    if share < BUSY:
+        lines.append(
+            f"This machine is busy: while its speed was measured this process got {share:.2f} of a "
+            "core. The table counts processor time, as on a machine left alone; if it stays as "
+            f"busy, the {best:.1f} hours become {best / share:.1f}. Others also take memory "
+            "bandwidth, which no such count shows: measure again when they are gone."
+        )
     return "\n".join(lines)

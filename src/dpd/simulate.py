@@ -17,7 +17,10 @@ from dpd.start import make_start_and_record, system_of
 from dpd.start.polymerize import RECORD
 from dpd.starting import start_description, start_digest
 
-RERUN = "let snakemake make it again, or delete it"
+ANOTHER = (
+    "let snakemake make it again; for a run of your own name a file for --start that is not there "
+    "yet: the first configuration is made and kept in it"
+)
 
 
 def write_start(scene, path, progress=None):
@@ -66,8 +69,19 @@ def read_start(scene, path):
         If the file belongs to another system or other sources.
     """
     variables, attributes = files.read(path)
-    files.check_digest(path, attributes, "start_sources", stage_digest("start"), RERUN)
-    files.check_digest(path, attributes, "start_digest", start_digest(scene), RERUN)
+    if "start_digest" not in attributes:
+        what = "the result of a run" if "scene_digest" in attributes else "some other NetCDF file"
+        raise UserError(
+            f"{path}: this is {what}, not a first configuration. --start wants a file that an "
+            "earlier --start or `python -m dpd start` wrote, or a name that is not there yet: the "
+            "first configuration is then made and kept in it"
+        )
+    if attributes["start_digest"] != start_digest(scene):
+        raise UserError(
+            f"{path}: the first configuration of another scene than {scene.where} (start_digest "
+            f"{attributes['start_digest']}, now {start_digest(scene)}); {ANOTHER}"
+        )
+    files.check_digest(path, attributes, "start_sources", stage_digest("start"), ANOTHER)
     identity = np.arange(variables["position"].shape[1], dtype=np.uint32)
     species = variables.get("species")
     return State(variables["position"], variables["velocity"], None, identity, species, 0)

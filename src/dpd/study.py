@@ -33,11 +33,15 @@ class Axis:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A family of runs; the last axis is always ``replica``."""
+    """A family of runs; the last axis is always ``replica``.
+
+    ``series`` names the time series that are kept whole where all runs share one time axis.
+    """
 
     name: str
     axes: tuple
     points: tuple
+    series: tuple = ("kT",)
 
     def point(self, name):
         """A point by name.
@@ -96,10 +100,31 @@ def read_config(overrides=None):
     return config
 
 
+def page_suffix(papers, all_papers):
+    """What the names of report and verdict table end in: each set of papers has its own.
+
+    Parameters
+    ----------
+    papers : list of str
+        Those asked for.
+    all_papers : list of str
+        Those of config/config.yaml.
+
+    Returns
+    -------
+    str
+        Nothing for all papers, in any order; for others "-" and their names, as in
+        ``report-liu_2008+mine.html``.
+    """
+    return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
+
+
 def read_study(name):
     """A study by name."""
     _known("study", name, "studies")
     where = f"config/studies/{name}.yaml"
+    if name == "archive":
+        raise UserError(f"{where}: results/archive is not for a study; give it another name")
     study = read_yaml(CONFIG / "studies" / f"{name}.yaml")
     validate(study, "study", where)
     for paper in study.get("papers", {}):
@@ -136,6 +161,7 @@ def read_paper(name, study, only=None):
                 f"config/studies/{study}.yaml: papers.{name}: no sweep {sweep!r}; "
                 f"{suggestion(sweep, paper['sweeps'])}"
             )
+    _check_seeds(paper["sweeps"], f"{where}: sweeps")
     measurements = tuple(paper.get("measurements", ()))
     for measurement in measurements:
         if measurement in paper["sweeps"]:
@@ -156,6 +182,20 @@ def read_paper(name, study, only=None):
         if only is None or sweep in only
     }
     return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures)
+
+
+def _check_seeds(sweeps, key):
+    """Refuse two sweeps with the same seeds: their noise would be the same."""
+    users = {}
+    for sweep, given in sweeps.items():
+        seeds = given.get("seeds", sweep)
+        if seeds in users:
+            raise UserError(
+                f"{key}.{sweep}.seeds: {seeds!r} gives it the noise of the sweep {users[seeds]!r}, "
+                "and what comes of both would not be independent; allowed: the former name of a "
+                "sweep that was renamed"
+            )
+        users[seeds] = sweep
 
 
 def _feeds(given, sweeps, measurements, key):
@@ -198,9 +238,9 @@ def _unfold(paper, name, given, changes, where, study):
         for axis, label in zip(axes[:-1], labels):
             scene = merge(scene, _changes(described[axis.name], label))
         scene = _sampled(scene, changes.get("sampling", 1))
-        scene = _with_seeds(scene, f"{paper}/{name}", at, labels[-1])
+        scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
         points.append(Point(at, labels, Scene(scene, f"{key} ({at})")))
-    return Sweep(name, tuple(axes), tuple(points))
+    return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]))
 
 
 def _axis(name, rule, key):

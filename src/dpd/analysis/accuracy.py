@@ -113,7 +113,7 @@ def limit(data, name, along="gamma"):
     Returns
     -------
     value, error : float
-        NaN with too few runs.
+        NaN with too few runs that have an error.
     """
     small = data.isel(dt=slice(0, max(2, int(np.ceil(HALF * data.sizes["dt"])))))
     small = small.sel(scheme=[name for name in SECOND_ORDER if name in data.scheme.values])
@@ -122,7 +122,7 @@ def limit(data, name, along="gamma"):
     flat = small[[name, f"{name}_error"]].stack(group=("scheme", along))
     for group in range(groups):
         at = flat.isel(group=group)
-        seen = np.isfinite(at[name].values)
+        seen = np.isfinite(at[name].values) & (at[f"{name}_error"].values > 0)
         dt += list(at.dt.values[seen])
         value += list(at[name].values[seen])
         error += list(at[f"{name}_error"].values[seen])
@@ -179,7 +179,8 @@ def rdf_deviation(runs, seen):
     """Largest deviation of g(r) from that of the best runs, and its standard error.
 
     Of many bins the one that noise moves most would be found, so what counts is the largest
-    deviation d less what noise s there explains: sqrt(max(0, d^2 - 2 ln(bins) s^2)).
+    deviation d less what noise s there explains: sqrt(max(0, d^2 - 2 ln(bins) s^2)). NaN where the
+    run is too short for an error there.
     """
     dims = runs.kT.dims[:-1]
     mean, error = {}, {}
@@ -199,7 +200,7 @@ def rdf_deviation(runs, seen):
         apart, noise = g - reference, np.hypot(error[place], spread)
         at = int(np.argmax(np.abs(apart)))
         excess = apart[at] ** 2 - 2 * np.log(len(g)) * noise[at] ** 2
-        value[place] = np.sqrt(max(0.0, excess)) / reference.max()
+        value[place] = np.sqrt(np.maximum(0.0, excess)) / reference.max()
         sigma[place] = noise[at] / reference.max()
     attrs = {"units": "1", "long_name": f"relative error of {LABELS['rdf']}"}
     return xr.DataArray(value, seen.coords, dims, attrs=attrs), (dims, sigma)

@@ -31,7 +31,8 @@ def collect(sweep, paths):
     A series becomes its mean, ``_error`` (standard error), ``_correlation_time`` in tau,
     ``_trend`` per tau with ``_trend_error``, and ``_spread`` (standard deviation about the
     trend). Blocks and tables are kept whole, filled up with NaN where runs have fewer
-    molecules or lags than others; the kT series too where all runs share one time axis.
+    molecules or lags than others; so are the series that the sweep names (kT if it names none),
+    where all runs share one time axis. An error is NaN where a run is too short for it.
 
     Parameters
     ----------
@@ -97,7 +98,14 @@ def collect(sweep, paths):
             )
     if len({run.time.values.tobytes() for run in runs}) == 1:
         data = data.assign_coords(time=("time", runs[0].time.values, runs[0].time.attrs))
-        put("kT_series", [run.kT.values for run in runs], "kT", runs[0].kT.long_name, ("time",))
+        for name in sweep.series:
+            if name not in runs[0]:
+                raise UserError(
+                    f"sweep {sweep.name}: series: its runs have no {name!r}; let them "
+                    "observe it, or remove the name"
+                )
+            units, long_name = (runs[0][name].attrs[key] for key in ("units", "long_name"))
+            put(f"{name}_series", [run[name].values for run in runs], units, long_name, ("time",))
     first = runs[0].attrs
     data.attrs |= {key: first[key] for key in ("sources", "numpy", "numba")}
     data.attrs["collect_sources"] = stage_digest("collect")
@@ -142,7 +150,8 @@ def _read(path, scene):
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it")
     run = xr.load_dataset(path, engine="netcdf4")
-    remedy = "let snakemake make it again, or delete it"
+    # Snakemake keeps no record of a file that was moved or copied, and would leave it as it is.
+    remedy = f"make it again: snakemake --cores 2 --forcerun '{Path(path).parents[1]}'/*/run.nc"
     files.check_digest(path, run.attrs, "sources", stage_digest("simulate"), remedy)
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:

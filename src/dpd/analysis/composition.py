@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.interfaces import interface_width, slabs
-from dpd.analysis.statistics import block_mean_and_error, jackknife, mean_and_error
+from dpd.analysis.statistics import jackknife, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
@@ -72,14 +72,13 @@ def composition(seen, slice_volume):
     Returns
     -------
     Composition
-        The error is that of an average over the bulk, by blocking or from the correlation
-        time, or that of the fit, by leaving out groups of blocks in turn: the largest.
+        The error is that of an average over the bulk, or that of the fit, by leaving out groups
+        of blocks in turn: the larger. NaN, and so not settled, where the run is too short for it.
     """
     bulk = in_bulk(seen.distance)
     minority = seen.density[:, 0, bulk].sum(axis=1)
     series = minority / seen.total[:, bulk].sum(axis=1)
     mean, error, tau = mean_and_error(series)
-    error = max(error, float(block_mean_and_error(series)[1]))
     width = interface_width(seen)[0]
     widest = DECAY[1] if np.isnan(width) else np.clip(width / 2, 2 * DECAY[0], DECAY[1])
     fraction, fitted = jackknife(
@@ -88,9 +87,9 @@ def composition(seen, slice_volume):
     # Each half's mean has sqrt(2) times the error of the whole run's, their difference twice.
     half = len(series) // 2
     change = series[half:].mean() - series[:half].mean()
-    drift = float(change / (2 * error)) if error > 0 else 0.0
+    drift = float(change / (2 * error)) if error != 0 else 0.0
     relative = error / mean if mean > 0 else 0.0
-    error = max(relative * fraction, fitted)
+    error = float(np.maximum(relative * fraction, fitted))
     samples = len(series) / (2 * tau)
     counted = 4 * float(minority.mean()) * slice_volume  # on both sides of two interfaces
     return Composition(fraction, error, drift, samples, counted)

@@ -94,6 +94,8 @@ def excluded(value, error):
     """What an exponent says of the two theories, in words."""
     if not np.isfinite(value):
         return "no exponent: fewer than four lags in the window"
+    if not np.isfinite(error):
+        return "no error: the run is too short for one"
     parts = []
     for name, theory in (("8/15", SEMENOV_JOHNER), ("1/2", ROUSE)):
         apart = (value - theory) / error

@@ -53,7 +53,7 @@ def excess_pressure(sweeps, axis="repulsion"):
 def dense(data, above=2.0):
     """Flat arrays (repulsion, density, scaled, scaled_error) of the runs denser than that."""
     flat = data[["scaled", "scaled_error"]].stack(point=("repulsion", "density"))
-    flat = flat.dropna("point").where(flat.density > above, drop=True)
+    flat = flat.dropna("point", subset=["scaled"]).where(flat.density > above, drop=True)
     return tuple(
         np.asarray(flat[name].values, dtype=float)
         for name in ("repulsion", "density", "scaled", "scaled_error")
@@ -77,7 +77,7 @@ def compressibility(data, density, reach=1.0):
         Slope of a polynomial through p there, at most a cubic; NaN with fewer than two densities.
     """
     near = data.where(np.abs(data.density - density) <= reach, drop=True)
-    near = near.dropna("density", subset=["excess"])
+    near = near.dropna("density", subset=["excess", "excess_error"])
     if near.sizes["density"] < 2:
         return np.nan, np.nan
     away = near.density.values - density

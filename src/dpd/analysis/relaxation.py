@@ -5,7 +5,6 @@ import xarray as xr
 
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.resampling import part_length, resampled
-from dpd.analysis.statistics import linear_fit
 
 TAIL = (0.15, 0.6)  # of C(t) / C(0), where its slowest mode alone is left
 TEN = 10.0  # relaxation times that a run has to last
@@ -32,6 +31,16 @@ def end_to_end(runs):
     return found, float(runs.end_square.mean())
 
 
+def in_tail(share):
+    """Whether each lag lies in the tail, given C(t) / C(0) by increasing lag."""
+    inside = (share < TAIL[1]) & (share > TAIL[0])
+    # The first lag below the tail ends it, whatever noise does later.
+    ended = np.flatnonzero(share <= TAIL[0])
+    if len(ended):
+        inside[ended[0] :] = False
+    return inside
+
+
 def relaxation_time(found, square):
     """tau of exp(-t / tau) from the straight part of ln C(t).
 
@@ -45,12 +54,7 @@ def relaxation_time(found, square):
     value, error : float
         In tau; NaN where C(t) has fewer than four lags in the tail.
     """
-    share = found.value / square
-    inside = (share < TAIL[1]) & (share > TAIL[0])
-    # The first lag below the tail ends it, whatever noise does later.
-    ended = np.flatnonzero(share <= TAIL[0])
-    if len(ended):
-        inside[ended[0] :] = False
+    inside = in_tail(found.value / square)
     if inside.sum() < 4:
         return np.nan, np.nan
     time = found.time[inside]
@@ -92,19 +96,3 @@ def chain_dynamics(sweep):
     for name, unit, column in zip(names, units, np.array(rows).T):
         data[name] = ("length", column, {"units": unit, "long_name": name.replace("_", " ")})
     return data
-
-
-def power(length, value, error, low, high):
-    """Exponent of value ~ N^x for low <= N <= high.
-
-    Returns
-    -------
-    exponent, error : float
-        NaN with fewer than two points.
-    """
-    use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
-    if use.sum() < 2:
-        return np.nan, np.nan
-    x = np.log(length[use])
-    fit = linear_fit([np.ones_like(x), x], np.log(value[use]), error[use] / value[use])
-    return float(fit.values[1]), float(fit.errors[1])

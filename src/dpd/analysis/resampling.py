@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import jackknife_error
+from dpd.analysis.statistics import jackknife_error, serial_jackknife_error
 
 GROUPS = 20  # of molecules, left out in turn
 
@@ -32,7 +32,8 @@ class Resampled(NamedTuple):
     def derived(self, function):
         """A quantity with its standard error.
 
-        The larger of two jackknife errors: over molecules, and over parts of the runs.
+        The larger of two jackknife errors: over molecules, which count as independent, and over
+        parts of the runs, which are correlated as blocks are. NaN where either is.
 
         Parameters
         ----------
@@ -43,10 +44,9 @@ class Resampled(NamedTuple):
         -------
         value, error
         """
-        errors = []
-        for left_out in (self.without_molecules, self.without_part):
-            errors.append(jackknife_error(np.array([function(row) for row in left_out])))
-        return function(self.value), np.maximum(*errors)
+        molecules = jackknife_error([function(row) for row in self.without_molecules])
+        parts = serial_jackknife_error([function(row) for row in self.without_part])
+        return function(self.value), np.maximum(molecules, parts)
 
 
 def part_length(runs):

@@ -22,7 +22,8 @@ class Outcome(NamedTuple):
         `STABLE`, `OFF`, `FAR` or `LOST`: kT at most 2 % from 1, at most 10 %, further, or the
         run blew up.
     sure : array of bool
-        Whether kT is further than two standard errors from both limits.
+        Whether kT is further than two standard errors from both limits; not so where the run is
+        too short for an error.
     excess, error : arrays
         kT - 1 and its standard error; NaN for what blew up.
     lost : array
@@ -121,9 +122,9 @@ def crossing(dt, excess, error):
     width = np.log(dt[above] / dt[below])
     if not np.isfinite(away[above]):
         return float(np.sqrt(dt[above] * dt[below])), width / np.sqrt(12.0)
-    # What is lost in noise is taken for as large as the noise.
-    y = np.log(np.maximum(away[[below, above]], error[[below, above]]) / FAR_FROM)
-    spread = (error / np.maximum(away, error))[[below, above]]
+    # What is lost in noise is taken for as large as the noise; without an error the step has none.
+    y = np.log(np.fmax(away[[below, above]], error[[below, above]]) / FAR_FROM)
+    spread = (error / np.fmax(away, error))[[below, above]]
     rise = y[1] - y[0]
     value = dt[below] * np.exp(-width * y[0] / rise)
     noise = width / rise**2 * np.hypot(y[1] * spread[0], y[0] * spread[1])
@@ -200,6 +201,7 @@ def falling(x, limit, error):
     Power
     """
     limit, error = np.asarray(limit), np.asarray(error)
+    limit = np.where(np.isfinite(error), limit, np.nan)  # one without an error bounds nothing
     if not np.isfinite(limit).any():
         return NO_POWER
     largest = np.nanargmax(limit)

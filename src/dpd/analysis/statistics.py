@@ -4,19 +4,164 @@ from typing import NamedTuple
 
 import numpy as np
 
-GROUPS = 10  # of blocks, left out in turn
-BLOCKS = 50  # samples that a window needs to sum an autocorrelation
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
+GROUPS = 50  # of blocks, left out in turn
+BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many samples make one
+WINDOW = 5.0  # correlation times that an autocorrelation is summed up to
+SURE = 0.5  # standard errors by which averages have to say more than the samples do
+FEW = 25  # values below which their own correlation cannot be told
+PARTS = 4  # that so few are joined to
+# Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
+# the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
+TOO_SHORT = 10.0
+ROUNDING = 1e-12  # of the largest value: what scatters less is constant
+# Student's t at 97.5 %; SciPy has it too, but takes longer to import than to collect a sweep.
+DEGREES = np.array([np.inf, 100, 50, 30, 20, 15, 10, 7, 5, 4, 3, 2.5, 2, 1.5, 1.2, 1])
+STUDENT = np.array([
+    1.9600, 1.9840, 2.0086, 2.0423, 2.0860, 2.1314, 2.2281, 2.3646, 2.5706, 2.7764, 3.1824,
+    3.5747, 4.3027, 6.0167, 8.6488, 12.7062,
+])  # fmt: skip
+
+
+def widening(degrees):
+    """Student's t over 1.96: what makes 1.96 standard errors a 95 % interval.
+
+    Every error here is a standard error, widened by Student's t, so that 1.96 of it make a 95 %
+    interval also where few degrees of freedom have fixed it.
+
+    Parameters
+    ----------
+    degrees : float or array
+        Degrees of freedom, at least 1; interpolated from a table, within 0.5 %.
+    """
+    return np.exp(np.interp(1 / degrees, 1 / DEGREES, np.log(STUDENT))) / COVERAGE
+
+
+class Spread(NamedTuple):
+    """What a correlated series says of the error of its mean.
+
+    Attributes
+    ----------
+    variance : (...) array
+        Of the mean.
+    degrees : (...) array
+        Degrees of freedom that fix the variance: 2 over its squared relative error.
+    times : (...) array
+        Length of the series in integrated autocorrelation times: of the samples, or, where a
+        slow part below noise decides, of their averages, which show that part's own time.
+    """
+
+    variance: np.ndarray
+    degrees: np.ndarray
+    times: np.ndarray
+
+
+def by_window(x):
+    """Variance of the mean of a series by its autocorrelation up to one window.
+
+    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches five
+    times tau (Sokal's self-consistent window), times 1 + (2 W + 1) / n for what subtracting
+    the sample's own mean has cost (Wolff 2004, Eq. 49), and at least 1/2. The variance of the
+    mean is 2 tau / n times that of the samples. tau^2 has a variance of 4 (W + 1/2 - tau) / n
+    tau^2 (his Eq. 42), so that the variance of the mean has n / (2 W + 1) degrees of freedom; half
+    a one less as W is found with it (by calibration), and n - 1 where nothing correlates.
+
+    Parameters
+    ----------
+    x : (n, ...) array
+        n of 2 or more.
+
+    Returns
+    -------
+    Spread
+    """
+    n = len(x)
+    x = x - x.mean(axis=0)
+    size = 1 << (2 * n - 1).bit_length()
+    power = np.abs(np.fft.rfft(x, size, axis=0)) ** 2
+    covariance = np.fft.irfft(power, size, axis=0)[:n]
+    variance = (x**2).mean(axis=0)
+    scale = np.where(variance == 0, 1, variance) * n
+    tau = 0.5 + np.cumsum(covariance[1:] / scale, axis=0)
+    lag = np.arange(1, n).reshape(-1, *[1] * (x.ndim - 1))
+    beyond = lag >= WINDOW * np.maximum(tau, 0.5)
+    beyond[-1] = True
+    last = beyond.argmax(axis=0)
+    window = last + 1
+    tau = np.take_along_axis(tau, last[None], axis=0)[0] * (1 + (2 * window + 1) / n)
+    tau = np.maximum(tau, 0.5)
+    degrees = np.where(tau > 0.5, np.clip(n / (2 * window + 1) - 0.5, 1, n - 1), n - 1)
+    return Spread(2 * tau * variance / (n - 1), degrees, n / tau)
+
+
+def spread_of_mean(x):
+    """Variance of the mean of a correlated series.
+
+    By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
+    which count where they say more than chance would: noise from one sample to the next fades in
+    them, and a slow part below it, at which a window on the samples closes too early, comes out.
+    Fewer than 25 values cannot tell their correlation: they are joined to four parts that count
+    as independent.
+
+    Parameters
+    ----------
+    x : (n, ...) array
+        n of 2 or more.
+
+    Returns
+    -------
+    Spread
+        Of fewer than 25 values with infinite ``times``: nothing is known.
+    """
+    n = len(x)
+    if n < FEW:
+        parts = np.array([part.mean(axis=0) for part in np.array_split(x, min(PARTS, n))])
+        degrees = np.full(parts.shape[1:], len(parts) - 1.0)
+        return Spread(
+            parts.var(axis=0, ddof=1) / len(parts), degrees, np.full(degrees.shape, np.inf)
+        )
+    fine = by_window(x)
+    count = min(BLOCKS, n // LEAST)
+    if count < FEW:
+        return fine
+    coarse = by_window(averaged(x, n // count))
+    slow = coarse.variance > fine.variance * (1 + SURE * np.sqrt(2 / coarse.degrees))
+    return Spread(*(np.where(slow, *pair) for pair in zip(coarse, fine)))
+
+
+def averaged(x, size):
+    """Means of so many consecutive values along the first axis; the first few are left out."""
+    count = len(x) // size
+    return x[len(x) - count * size :].reshape(count, size, *x.shape[1:]).mean(axis=1)
+
+
+def block_mean_and_error(blocks):
+    """Mean over the first axis, in which time runs, and its standard error.
+
+    Parameters
+    ----------
+    blocks : (n, ...) array
+
+    Returns
+    -------
+    mean, error : (...) arrays
+        A standard error, widened by Student's t, so that 1.96 of it make a 95 % interval. NaN for
+        a single block, and where the run is too short for an error: shorter than 20 of the
+        correlation times defined at `Spread`, as far as the run itself can tell (`TOO_SHORT`).
+    """
+    x = np.asarray(blocks, dtype=float)
+    mean = x.mean(axis=0)
+    if len(x) < 2:
+        return mean, np.full(mean.shape, np.nan)
+    found = spread_of_mean(x)
+    error = np.sqrt(found.variance) * widening(found.degrees)
+    error = np.where(found.times < TOO_SHORT, np.nan, error)
+    return mean, np.where(x.std(axis=0) <= ROUNDING * np.abs(x).max(axis=0), 0.0, error)
 
 
 def correlation_time(series):
     """Integrated autocorrelation time in samples, at least 1/2.
 
-    The largest of `windowed_correlation_time` of the series and of the series averaged in pairs,
-    in pairs of pairs and so on, as long as fifty remain. Noise from one sample to the next fades
-    in averages, and a slow part below it, at which a window on the series itself would close too
-    early, comes out. On white noise the largest is a fifth too large, and the error 8 %.
-
     Parameters
     ----------
     series : (n,) array
@@ -24,55 +169,17 @@ def correlation_time(series):
     Returns
     -------
     float
-        The variance of the mean is 2 tau / n times the variance.
+        The variance of the mean is 2 tau / n times the variance; see `spread_of_mean`. 1/2 for
+        fewer than 25 samples, or if all are the same.
     """
     x = np.asarray(series, dtype=float)
-    variance, length = x.var(), 1
-    tau = windowed_correlation_time(x)
-    while len(x) >= 2 * BLOCKS and variance > 0:
-        x, length = joined_in_pairs(x), 2 * length
-        tau = max(tau, length * windowed_correlation_time(x) * x.var() / variance)
-    return tau
-
-
-def windowed_correlation_time(series, window=5.0):
-    """Integrated autocorrelation time in samples, by one window.
-
-    tau = 1/2 + sum of the normalised autocorrelation up to the first lag that exceeds
-    ``window`` times tau (Sokal's self-consistent window), times 1 + (2 lags + 1) / n for
-    the autocorrelation that subtracting the sample's own mean has cost (Wolff 2004).
-
-    Parameters
-    ----------
-    series : (n,) array
-    window : float
-
-    Returns
-    -------
-    float
-        1/2 of fewer than four samples, or if all are the same.
-    """
-    x = series - series.mean()
-    n = len(x)
-    if n < 4 or not np.any(x):
+    if len(x) < FEW or not x.var() > 0:
         return 0.5
-    size = 1 << (2 * n - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(x, size)) ** 2
-    covariance = np.fft.irfft(spectrum, size)[:n]
-    tau = 0.5 + np.cumsum(covariance[1:] / covariance[0])
-    beyond = np.arange(1, n) >= window * tau
-    last = np.argmax(beyond) if beyond.any() else n - 2
-    return max(0.5, float(tau[last]) * (1 + (2 * last + 3) / n))
-
-
-def joined_in_pairs(x):
-    """Means of neighbours along the first axis; an odd last one is left out."""
-    even = len(x) // 2 * 2
-    return 0.5 * (x[0:even:2] + x[1:even:2])
+    return max(0.5, float(spread_of_mean(x).variance) * len(x) / (2 * x.var(ddof=1)))
 
 
 def mean_and_error(series):
-    """Mean of a correlated series and its standard error.
+    """Mean of a correlated series, its standard error and its correlation time.
 
     Parameters
     ----------
@@ -81,13 +188,26 @@ def mean_and_error(series):
     Returns
     -------
     mean, error, tau : float
-        tau from `correlation_time`; the error of a single sample is NaN.
+        Mean and error as from `block_mean_and_error`, tau from `correlation_time`.
     """
-    x = np.asarray(series, dtype=float)
-    tau = correlation_time(x)
-    if len(x) < 2:
-        return float(x.mean()), np.nan, tau
-    return float(x.mean()), float(np.sqrt(2 * tau / len(x) * x.var(ddof=1))), tau
+    mean, error = block_mean_and_error(series)
+    return float(mean), float(error), correlation_time(series)
+
+
+def independent_mean_and_error(samples):
+    """Mean of independent values along the last axis, as of replicas, and its standard error.
+
+    Returns
+    -------
+    mean, error : (...) arrays
+        The error is widened by Student's t, so that 1.96 of it make a 95 % interval; NaN for a
+        single value.
+    """
+    x = np.asarray(samples, dtype=float)
+    n, mean = x.shape[-1], x.mean(axis=-1)
+    if n < 2:
+        return mean, np.full(mean.shape, np.nan)
+    return mean, x.std(axis=-1, ddof=1) / np.sqrt(n) * widening(n - 1)
 
 
 class Trend(NamedTuple):
@@ -101,8 +221,8 @@ class Trend(NamedTuple):
 def trend(time, series):
     """Linear trend of a correlated series.
 
-    The error takes the correlation of what is left from the line into account as
-    `mean_and_error` does: it holds where that is short beside the series.
+    The error takes the correlation of what is left from the line into account, and is widened,
+    as that of `mean_and_error`; NaN as there where the series is too short.
 
     Parameters
     ----------
@@ -112,7 +232,7 @@ def trend(time, series):
     -------
     Trend
         In the units of the series, per unit of time; NaN for fewer than three samples, or where
-        one is missing.
+        one is missing. What is left of an exact line is rounding, and counts as nothing.
     """
     t, x = np.asarray(time, dtype=float), np.asarray(series, dtype=float)
     if len(x) < 3 or not np.isfinite(x).all():
@@ -121,34 +241,14 @@ def trend(time, series):
     slope = t @ x / (t @ t)
     rest = x - x.mean() - slope * t
     spread = np.sqrt(rest @ rest / (len(x) - 2))
-    error = spread * np.sqrt(2 * correlation_time(rest) / (t @ t))
-    return Trend(float(slope), float(error), float(spread))
-
-
-def block_mean_and_error(blocks):
-    """Mean over the first axis and its standard error, by blocking.
-
-    Blocks are joined two by two as long as ten remain, and the largest error counts
-    (Flyvbjerg and Petersen 1989): errors grow with block length until blocks are
-    independent.
-
-    Parameters
-    ----------
-    blocks : (n, ...) array
-
-    Returns
-    -------
-    mean, error : (...) arrays
-    """
-    x = np.asarray(blocks, dtype=float)
-    mean = x.mean(axis=0)
-    error = np.full(mean.shape, np.nan) if len(x) < 2 else np.zeros(mean.shape)
-    while len(x) >= 2:
-        error = np.maximum(error, x.std(axis=0, ddof=1) / np.sqrt(len(x)))
-        if len(x) < 20:
-            break
-        x = joined_in_pairs(x)
-    return mean, error
+    if spread <= ROUNDING * np.abs(x).max():
+        return Trend(float(slope), 0.0, float(spread))
+    error = spread / np.sqrt(t @ t)
+    if len(x) < FEW:
+        return Trend(float(slope), float(error * widening(len(x) - 2)), float(spread))
+    found = spread_of_mean(rest)
+    error *= np.sqrt(found.variance * len(x) / rest.var(ddof=1)) * widening(found.degrees)
+    return Trend(float(slope), float(error) if found.times >= TOO_SHORT else np.nan, float(spread))
 
 
 def middle_and_range(turns):
@@ -172,23 +272,46 @@ def jackknife(blocks, function):
     Parameters
     ----------
     blocks : (n, ...) array
+        In the order of time.
     function : callable
         Of a (...) array.
 
     Returns
     -------
     value, error : float
+        The error as from `serial_jackknife_error`.
     """
-    count = min(GROUPS, len(blocks))
-    groups = np.array_split(np.arange(len(blocks)), count)
+    groups = np.array_split(np.arange(len(blocks)), min(GROUPS, len(blocks)))
+    value = float(function(blocks.mean(axis=0)))
+    if len(groups) < 2:
+        return value, np.nan
     left_out = np.array(
         [function(np.delete(blocks, group, axis=0).mean(axis=0)) for group in groups]
     )
-    return float(function(blocks.mean(axis=0))), float(jackknife_error(left_out))
+    return value, float(serial_jackknife_error(left_out))
+
+
+def serial_jackknife_error(left_out):
+    """Standard error of what was found leaving out one part of a run after the other.
+
+    Parts that follow each other are correlated as blocks are: the error is that of the mean of
+    -(n - 1) times what was found, Tukey's pseudo-values but for a constant.
+
+    Parameters
+    ----------
+    left_out : (parts, ...) array
+        In the order of time.
+
+    Returns
+    -------
+    (...) array
+        As from `block_mean_and_error`.
+    """
+    return block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))[1]
 
 
 def jackknife_error(left_out):
-    """Standard error of what was found leaving out one group after the other.
+    """Standard error of what was found leaving out one of several independent groups.
 
     Parameters
     ----------
@@ -197,13 +320,17 @@ def jackknife_error(left_out):
     Returns
     -------
     (...) array
+        As from `independent_mean_and_error`.
     """
-    n = len(left_out)
-    return np.sqrt((n - 1) / n * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
+    values = -(len(left_out) - 1) * np.asarray(left_out)
+    return independent_mean_and_error(np.moveaxis(values, 0, -1))[1]
 
 
 def over_replicas(values, errors, axis):
-    """Mean over independent replicas, and its standard error from theirs."""
+    """Mean over independent replicas, and its standard error from theirs.
+
+    NaN where one of them has none: then the mean has none either.
+    """
     count = values.shape[axis]
     return values.mean(axis=axis), np.sqrt((errors**2).sum(axis=axis)) / count
 
@@ -247,9 +374,17 @@ def linear_fit(basis, y, error=None):
     Raises
     ------
     ValueError
-        With fewer points than terms.
+        With fewer points than terms, or with a point that has no error, which the caller has to
+        leave out.
     """
     basis, y = np.atleast_2d(basis), np.asarray(y)
+    if error is not None:
+        known = np.isfinite(error) & (np.asarray(error) > 0)
+        if not known.all():
+            raise ValueError(
+                f"{np.sum(~known)} of {len(y)} points have no error > 0, and so no weight: leave "
+                "them out before the fit"
+            )
     least = 0.0 if error is None else 1.0
     error = np.ones(len(y)) if error is None else np.asarray(error)
     terms, n = basis.shape

@@ -4,6 +4,7 @@ import numpy as np
 
 from dpd.analysis.statistics import block_mean_and_error, jackknife
 
+FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of the highest bin, for the cubic through a peak
 
 
@@ -20,6 +21,44 @@ def peak(r, g):
     return highest - slope / (square - np.sqrt(square**2 - 3 * cubic * slope))
 
 
+def trough(r, g):
+    """Distance of the first minimum of g(r): the lowest between its peak and twice that.
+
+    By a cubic, as for `peak`.
+    """
+    first = peak(r, g)
+    between = (r > first + AROUND) & (r < 2 * first)
+    return peak(r[between], -g[between])
+
+
+def neighbours(r, g, density):
+    """Beads in the first shell of another: 4 pi rho times the integral of r^2 g to `trough`."""
+    end, width = trough(r, g), r[1] - r[0]
+    inside = np.clip((end - r) / width + 0.5, 0, 1)  # share of each bin below the end
+    return float(4 * np.pi * density * (inside * r**2 * g).sum() * width)
+
+
+def unbonded(r, g, length, bonds, per_bead, density):
+    """g(r) of the pairs that no bond connects.
+
+    Parameters
+    ----------
+    r, g : (bins,) arrays
+    length, bonds : (m,) arrays
+        Density of bond lengths, normalised to 1.
+    per_bead : float
+        Bonded neighbours of a bead, 2 (N - 1) / N.
+    density : float
+        Number density in three dimensions.
+
+    Returns
+    -------
+    (bins,) array
+    """
+    bonded = np.interp(r, length, bonds, right=0.0)
+    return g - per_bead * bonded / (4 * np.pi * density * r**2)
+
+
 def contact(r, g):
     """Lower edge of the first bin of g(r) that is not empty; NaN if all are."""
     seen = np.flatnonzero(g > 0)
@@ -27,33 +66,52 @@ def contact(r, g):
 
 
 def rise(r, g, level=0.05):
-    """Distance at which g(r) first reaches a level, between bins by `crossing`."""
+    """Distance at which g(r) first reaches a level, by `on_flank`."""
     above = int(np.argmax(g >= level))
     if above == 0:
         return float(r[0])
-    return crossing(r[above - 1], g[above - 1], r[above], g[above], level)
+    return on_flank(r, g, above - 1, above, level)
 
 
 def fall(length, density, level=0.05):
-    """Length at which a density last falls to a level, between bins by `crossing`.
+    """Length at which a density last falls to a level, by `on_flank`.
 
     NaN where it does not fall within the bins.
     """
     last = int(np.flatnonzero(density >= level)[-1])
     if last + 1 == len(density):
         return np.nan
-    return crossing(length[last], density[last], length[last + 1], density[last + 1], level)
+    return on_flank(length, density, last, last + 1, level)
 
 
-def crossing(x0, y0, x1, y1, level):
-    """Where a flank between two bins has a level.
+def on_flank(x, y, left, right, level):
+    """Where a flank has a level, given the bins on either side of it.
 
-    Flanks of g(r) and of bond lengths are Boltzmann factors, so ln y is taken as straight: y
-    as straight would be off by a few 1e-4 r_c. Where one bin is empty, y is.
+    Flanks of g(r) and of bond lengths are Boltzmann factors of forces that are linear, so ln y is
+    fitted with a parabola, over the bins on that flank whose y is within a factor `FLANK` of the
+    level, weighted by y, as counts are. With fewer than five of them ln y is taken as straight
+    between the two bins, and where one of those is empty, y is.
     """
+    near = (y > level / FLANK) & (y < level * FLANK)
+    # The stretch about the level, without what lies within the factor elsewhere.
+    low, high = left, right
+    while low >= 0 and near[low]:
+        low -= 1
+    while high < len(y) and near[high]:
+        high += 1
+    part = slice(low + 1, high)
+    if high - low - 1 >= 5:
+        middle = 0.5 * (x[left] + x[right])
+        c, b, a = np.polyfit(
+            x[part] - middle, np.log(y[part] / level), 2, w=np.sqrt(y[part] / level)
+        )
+        root = b**2 - 4 * c * a
+        if b != 0 and root > 0:
+            return float(middle - 2 * a / (b + np.copysign(np.sqrt(root), b)))
+    y0, y1 = y[left], y[right]
     if min(y0, y1) > 0:
         y0, y1, level = np.log([y0, y1, level])
-    return float(x0 + (level - y0) / (y1 - y0) * (x1 - x0))
+    return float(x[left] + (level - y0) / (y1 - y0) * (x[right] - x[left]))
 
 
 def criterion(at):
@@ -94,7 +152,7 @@ def contact_over_sampling(r, blocks, samples):
     (m,) array
         `contact` of so many blocks, mean over all that there are without overlap.
     (m,) array
-        Its standard error; NaN where there is only one.
+        Its standard error; NaN where there is only one, or few that are correlated.
     """
     counts, means, errors = [], [], []
     size = 1
@@ -103,10 +161,28 @@ def contact_over_sampling(r, blocks, samples):
         parts = blocks[: together * size].reshape(together, size, -1).mean(axis=1)
         found = np.array([contact(r, part) for part in parts])
         counts.append(size * samples)
-        means.append(found.mean())
-        errors.append(found.std(ddof=1) / np.sqrt(together) if together > 1 else np.nan)
+        mean, error = block_mean_and_error(found)
+        means.append(float(mean))
+        errors.append(float(error))
         size *= 2
     return np.array(counts), np.array(means), np.array(errors)
+
+
+def bond_statistics(at):
+    """Mean bond length and rms deviation of bonds, each with its standard error.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        One point of a collected sweep with ``bonds``.
+
+    Returns
+    -------
+    (mean, error), (rms, error)
+        In r_c, by blocking.
+    """
+    spread = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
+    return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)
 
 
 def radial_distribution(runs):

@@ -53,7 +53,8 @@ def shows(beads):
         "quantities against their limit for dt to 0 (written in), taken from Shardlow's scheme and "
         "ABOBA. Lowe-Andersen has another dynamics by design, so its diffusion has another limit. "
         "Hollow: an error that noise hides, drawn where it is below with 97.5 % confidence. Grey: "
-        "the front, on which no scheme is both faster and surely more accurate. Runs that blew up, "
+        "the front, on which no scheme is both faster and surely more accurate. Crosses: runs too "
+        "short for an error, found as drawn. Runs that blew up, "
         "or with kT above 2, are left out."
     )
 
@@ -116,6 +117,8 @@ def _panel(axis, data, name):
         hidden = ~clear & np.isfinite(y)
         axis.plot(x[hidden], limit.sel(at).values[hidden], color=color, marker=marker,
                   markerfacecolor="white", linestyle="none")  # fmt: skip
+        unknown = np.isfinite(y) & ~np.isfinite(s)
+        axis.plot(x[unknown], y[unknown], "x", color=color)
     x, y = data.seconds.values.ravel(), limit.transpose("scheme", "dt").values.ravel()
     best = front(x, y)
     axis.step(x[best], y[best], where="post", color="0.75", linewidth=3, zorder=0)

@@ -12,8 +12,30 @@ edit those.
 - `studies/` changes sampling, sizes and axes of those sweeps.
 - `scenes/` holds systems to run alone: `python -m dpd run config/scenes/fluid.yaml -o run.nc`.
 
-To edit a sweep, change the `values` of an axis, in the paper's file or, if the study has
-values of its own, there. Only new points are run.
+## To edit a sweep
+
+Change the `values` of an axis in the paper's file or, if the study replaces them, in the study's.
+`python -m dpd show STUDY PAPER SWEEP` says which file each value comes from, and `snakemake` says
+it when you have edited, since the last commit, a value that its study replaces. Only new points are
+run.
+
+## To rename a sweep
+
+The seeds of a sweep follow from its name, so a sweep with another name has other noise: all its
+points run again. To keep the runs that you have:
+
+1. rename it in the paper's file, in the `sweeps` of its figures, in every study that names it and
+   in the figure files that read it, and give it its former name as `seeds: OLD_NAME`;
+2. `mv results/STUDY/PAPER/runs/OLD_NAME results/STUDY/PAPER/runs/NEW_NAME`, for each study.
+
+Then `snakemake` gathers the runs again and simulates nothing. It keeps no record of files that were
+moved; if the sweep is edited later, runs that no longer belong to it are refused, with the command
+that makes them again. Two sweeps of a paper must not have the same seeds.
+
+## Whole molecules
+
+A scene with a density gets the nearest whole number of molecules. If that misses the density by
+more than 1 % the scene is refused, with a box and a count that fit.
 """
 PARTS = ("config", "study", "paper", "scene")
 

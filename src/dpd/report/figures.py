@@ -1,50 +1,23 @@
 """From sweeps and measurements to a figure's files: picture, PDF, numbers, verdicts, caption."""
 
-import importlib.util
-import json
 import time
 
 import pandas as pd
 import xarray as xr
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 
 from dpd.analysis.collect import save
 from dpd.analysis.verdicts import COLUMNS, rows
-from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
-
-ERRORS = (
-    "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
-    "autocorrelation time into account, those of profiles come from blocks of the run, and both "
-    "are carried through to what is derived from them."
-)
-
-
-def load_module(paper, figure):
-    """The file of a figure: ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``.
-
-    It may also have ``warnings(numbers)``, sentences, and ``table(numbers)``, a data frame of
-    text; both go below its caption. ``describe(numbers)`` says in one or two sentences what is
-    seen, for those who cannot see the picture.
-
-    Raises
-    ------
-    UserError
-        If the file is missing.
-    """
-    path = ROOT / "paper_figures" / paper / f"{figure}.py"
-    if not path.is_file():
-        raise UserError(f"{path}: a figure named in config/papers/{paper}.yaml has no such file")
-    spec = importlib.util.spec_from_file_location(f"{paper}.{figure}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+from dpd.report.captions import caption, label
+from dpd.report.figure_file import blamed_on, load_module, wanted
 
 
 def make_figure(paper, figure, sources, folder):
-    """Write ``figure``.png, .pdf, .nc, .csv and .md to a folder.
+    """Write ``figure``.png, .pdf, .nc, .csv and .html, its caption, to a folder.
 
     Parameters
     ----------
@@ -52,28 +25,48 @@ def make_figure(paper, figure, sources, folder):
     sources : dict of str to path
         Collected sweeps and measurements.
     folder : path
+
+    Raises
+    ------
+    UserError
+        If a source is missing, or the figure's file is broken.
     """
     begun = time.perf_counter()
     module = load_module(paper, figure)
-    data = {name: xr.load_dataset(path, engine="netcdf4") for name, path in sources.items()}
-    numbers = module.compute(data)
-    table = rows(paper, figure, module.measured(numbers))
-    seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
+    data = {name: _load(path) for name, path in sources.items()}
+    with blamed_on(module, "compute"):
+        numbers = wanted(module, "compute", module.compute(data), xr.Dataset)
+    with blamed_on(module, "measured"):
+        table = rows(paper, figure, wanted(module, "measured", module.measured(numbers), dict))
+    with blamed_on(module, "describe"):
+        seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
     numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
-    drawn = module.draw(numbers)
+    with blamed_on(module, "draw"):
+        drawn = wanted(module, "draw", module.draw(numbers), Figure)
+    with blamed_on(module, "the caption"):
+        text = caption(figure, module, data, numbers)
 
     def path(kind):
         return folder / f"{figure}.{kind}"
 
     replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
-    replace_whole(path("md"), lambda draft: draft.write_text(caption(module, data, numbers)))
-    replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png"))
+    replace_whole(path("html"), lambda draft: draft.write_text(text))
+    title = f"{paper}, {label(figure)}: {module.TITLE}"
+    about = {"Title": title, "Description": seen}
+    replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png", metadata=about))
     drawn.set_layout_engine("none")  # what it has found for the one holds for the other
-    undated = {"CreationDate": None}
-    replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=undated))
+    about = {"Title": title, "Subject": seen, "CreationDate": None}
+    replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=about))
     plt.close(drawn)
     numbers.attrs["seconds"] = time.perf_counter() - begun
     save(numbers, path("nc"))
+
+
+def _load(path):
+    """A sweep or a measurement."""
+    if not path.is_file():
+        raise UserError(f"{path}: there is no such file; let snakemake make it")
+    return xr.load_dataset(path, engine="netcdf4")
 
 
 def joined_verdicts(papers, results):
@@ -88,70 +81,15 @@ def joined_verdicts(papers, results):
     Returns
     -------
     pandas.DataFrame
-        Without rows where no figure has a published number.
+        Without rows where no figure has a published number, or there is no figure.
     """
     tables = [
         pd.read_csv(results / paper.name / "figures" / f"{figure}.csv")
         for paper in papers
         for figure in paper.figures
     ]
+    # Without an empty one: it would turn numbers of the others into text.
     filled = [table for table in tables if len(table)]
-    return pd.concat(filled or tables, ignore_index=True)[COLUMNS]
-
-
-def caption(module, data, numbers):
-    """Title, what the paper shows, then system, parameters, samples, seeds, errors.
-
-    Below that what the figure warns of, and its table.
-    """
-    parts = [f"**{module.TITLE}** {module.PAPER_SHOWS}"]
-    parts += [f"*{name}*: {_line(source)}" for name, source in data.items()]
-    parts.append(getattr(module, "ERRORS", ERRORS))
-    if hasattr(module, "warnings"):
-        parts += [f"**Warning.** {sentence}" for sentence in module.warnings(numbers)]
-    if hasattr(module, "table"):
-        table = module.table(numbers)
-        rows = [table.columns, ["---"] * table.shape[1], *table.values]
-        parts.append("\n".join(f"| {' | '.join(map(str, row))} |" for row in rows))
-    return "\n\n".join(parts) + "\n"
-
-
-def _line(source):
-    """One sentence on a sweep or a measurement."""
-    return source.attrs["description"] if "description" in source.attrs else _sweep_line(source)
-
-
-def _sweep_line(sweep):
-    """One sentence on a sweep: system, integrator, points, samples, seeds."""
-    scene = json.loads(str(sweep.scene.values.ravel()[0]))
-    axes = [name for name in sweep.kT.dims if name != "replica"]
-    swept = "; ".join(f"{name} {_values(sweep[name].values)}" for name in axes)
-    low, high = (int(v) for v in (sweep.steps.min(), sweep.steps.max()))
-    steps = f"{low}" if low == high else f"{low} to {high}"
-    beads = f"{int(sweep.beads.min())}"
-    if sweep.beads.min() != sweep.beads.max():
-        beads += f" to {int(sweep.beads.max())}"
-    integrator, thermostat = scene["integrator"], scene["thermostat"]
-    edges = scene["box"] if isinstance(scene["box"], list) else [scene["box"]] * scene["dimension"]
-    text = (
-        f"{beads} beads in {' x '.join(f'{e:g}' for e in edges)} r_c, "
-        f"a {', '.join(f'{pair} {a:g}' for pair, a in scene['repulsion'].items())}, "
-        f"{'Langevin ' if thermostat['kind'] == 'langevin' else ''}gamma {thermostat['gamma']:g}, "
-        f"{thermostat['noise']} noise, {integrator['scheme']}, "
-        f"dt {integrator['dt']:g}"
-    )
-    if integrator["scheme"] != "euler":
-        text += f", lambda {integrator['lambda']:g}"
-    if "core" in scene:
-        text += f", core radius {scene['core']['radius']:g}, force {scene['core']['force']:g}"
-        if scene["core"]["smooth"]:
-            text += f", smoothed over {scene['core']['smooth']:g}"
-    if "bond" in scene:
-        text += f", bonds C {scene['bond']['stiffness']:g}, rest length {scene['bond']['length']:g}"
-    text += f", {steps} steps with equilibration, {sweep.sizes['replica']} replica(s)"
-    text += f", noise seeds {int(sweep.seed.min())} to {int(sweep.seed.max())}"
-    return text + (f"; first of the points over {swept}." if swept else ".")
-
-
-def _values(values):
-    return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values.tolist())
+    if not filled:
+        return pd.DataFrame(columns=COLUMNS)
+    return pd.concat(filled, ignore_index=True)[COLUMNS]

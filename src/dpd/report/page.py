@@ -1,8 +1,8 @@
 """The report: one self-contained page."""
 
 import base64
+import io
 import platform
-import re
 import subprocess
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -11,16 +11,20 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from jinja2 import Environment, FileSystemLoader
-from markupsafe import Markup, escape
+from markupsafe import Markup
+from PIL import Image
 
+from dpd.analysis.verdicts import KINDS
 from dpd.digest import ROOT, stage_digest
 from dpd.files import attribute, replace_whole
+from dpd.report.captions import label
 from dpd.report.figures import joined_verdicts
-from dpd.report.text import with_error
+from dpd.report.judged import MEANINGS, SECTIONS, counts, figure_id, judged_rows
 from dpd.starting import start_digest, start_is_shared
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
+PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
 
 
 def write_page(study, description, papers, results, path, overhead=""):
@@ -36,18 +40,21 @@ def write_page(study, description, papers, results, path, overhead=""):
     overhead : str
         What the workflow cost beside its simulations, see `dpd.report.overhead`.
     """
-    table = joined_verdicts(papers, results)
+    rows = judged_rows(joined_verdicts(papers, results))
+    names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
     )
-    environment.filters |= {"number": _number, "pulled": _pulled}
+    environment.filters["named"] = _named
     page = environment.get_template(TEMPLATE).render(
         study=study,
         description=description,
-        papers=[_paper(paper, results, paper.name in set(table.paper)) for paper in papers],
-        verdicts=table.to_dict("records"),
-        counts=table.verdict.value_counts().to_dict(),
+        papers=[_paper(paper, results, rows) for paper in papers],
+        rows=rows,
+        sections=SECTIONS,
+        meanings=MEANINGS,
+        counts={kind: counts(rows, kind, names) for kind in KINDS},
         checks=[row for rows in checks for row in rows],
         overhead=overhead,
         costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
@@ -59,56 +66,58 @@ def write_page(study, description, papers, results, path, overhead=""):
         commit=_commit(),
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
-    replace_whole(path, lambda draft: draft.write_text(page))
+    replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
 
 
-def _paper(paper, results, judged):
-    """A paper's figures, each with its picture and caption inside the page."""
+def _paper(paper, results, rows):
+    """A paper's figures, each with its picture, caption and verdicts inside the page."""
     folder = results / paper.name / "figures"
-    figures = []
-    for name in paper.figures:
-        picture = (folder / f"{name}.png").read_bytes()
-        figures.append(
-            {
-                "name": name,
-                "picture": f"data:image/png;base64,{base64.b64encode(picture).decode()}",
-                "width": _png_width(picture) // 2,  # so that text is of one size in all figures
-                "caption": _html((folder / f"{name}.md").read_text()),
-            }
-        )
     return {
         "key": paper.name,
-        "name": paper.name.replace("_", " ").title(),
-        "judged": judged,
+        "name": _named(paper.name),
         "title": paper.title,
         "reference": paper.reference,
-        "figures": figures,
+        "figures": [_figure(folder / name, figure_id(paper.name, name), rows)
+                    for name in paper.figures],
+    }  # fmt: skip
+
+
+def _figure(stem, name, rows):
+    """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
+    with Image.open(stem.with_suffix(".png")) as picture:
+        width, height = picture.size
+        data = base64.b64encode(_in_few_colors(picture)).decode()
+    return {
+        "id": name,
+        "label": label(stem.name),
+        "picture": f"data:image/png;base64,{data}",
+        "width": width // PIXELS,
+        "height": height // PIXELS,
+        "seen": _seen(stem),
+        "caption": Markup(stem.with_suffix(".html").read_text(encoding="utf-8")),
+        "rows": [row for row in rows if row.figure == name],
     }
 
 
-def _png_width(picture):
-    """Pixels, from the head of a PNG file."""
-    return int.from_bytes(picture[16:20], "big")
+def _seen(stem):
+    """What a figure shows, in words; its name where its file says nothing."""
+    try:
+        return attribute(stem.with_suffix(".nc"), "seen")
+    except AttributeError:
+        return label(stem.name)
 
 
-def _html(text):
-    """Paragraphs, **strong**, *emphasis* and | tables | of a caption as HTML; all else escaped."""
-    return Markup("".join(_block(part) for part in text.strip().split("\n\n")))
+def _named(paper):
+    """groot_warren_1997 as Groot Warren 1997."""
+    return paper.replace("_", " ").title()
 
 
-def _block(part):
-    """One paragraph or table."""
-    safe = str(escape(part))
-    if safe.startswith("|"):
-        head, _, *rows = [line.strip("| ").split(" | ") for line in safe.splitlines()]
-        lines = [_row("th", head), *(_row("td", row) for row in rows)]
-        return f'<div class="wide"><table>{"".join(lines)}</table></div>'
-    safe = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", safe)
-    return "<p>" + re.sub(r"(?<!\w)\*(\w+)\*", r"<em>\1</em>", safe) + "</p>"
-
-
-def _row(kind, cells):
-    return f"<tr>{''.join(f'<{kind}>{cell}</{kind}>' for cell in cells)}</tr>"
+def _in_few_colors(picture):
+    """A picture as a PNG with a palette, a third as large; the file beside the page has all."""
+    few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    data = io.BytesIO()
+    few.save(data, "png")
+    return data.getvalue()
 
 
 def _checks(paper, results):
@@ -118,6 +127,7 @@ def _checks(paper, results):
         path = results / paper.name / "sweeps" / f"{name}.nc"
         with xr.open_dataset(path, engine="netcdf4") as data:
             rows.append({
+                "paper": paper.name,
                 "sweep": name,
                 "runs": data.kT.size,
                 "beads": _span(data.beads, "{:.0f}"),
@@ -156,24 +166,6 @@ def _files(folder, names):
 def _span(values, pattern):
     low, high = (pattern.format(float(v)) for v in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
-
-
-def _number(value, error=None):
-    """A number, with its error where it has one; text as it is."""
-    return with_error(value, error) if isinstance(value, float | int) else value
-
-
-def _pulled(row):
-    """Published value as printed in the table: with its error or its rounding, if it has any."""
-    try:
-        text = f"{float(row['published']):g}"
-    except ValueError:
-        return row["published"]
-    if np.isfinite(row["published_error"]):
-        text += f" ± {row['published_error']:.2g}"
-    if np.isfinite(row["rounding"]):
-        text += f", rounded by {row['rounding']:.2g}"
-    return text
 
 
 def _commit():

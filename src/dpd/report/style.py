@@ -64,14 +64,27 @@ def panels(columns=1, rows=1, height=2.6, width=None, **options):
 
 
 def points(axes, x, y, error, label=None, color=BLUE, marker="o", filled=True, **options):
-    """Points with 95 % intervals from standard errors; points without a value are left out."""
+    """Points with 95 % intervals from standard errors.
+
+    Points without a value are left out; those whose error is NaN are hollow and have no bar.
+    """
     x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
-    seen = np.isfinite(y)
-    return axes.errorbar(
-        x[seen], y[seen], COVERAGE * np.nan_to_num(error[seen]), label=label, color=color,
-        marker=marker, linestyle=options.pop("linestyle", "none"), elinewidth=0.7, capsize=1.5,
-        capthick=0.7, markerfacecolor=color if filled else "white", markeredgewidth=0.8, **options,
+    seen, known = np.isfinite(y), np.isfinite(y) & np.isfinite(error)
+    face = color if filled else "white"
+    drawn = axes.errorbar(
+        x[seen], y[seen], COVERAGE * error[seen], label=label, color=color, marker=marker,
+        linestyle=options.pop("linestyle", "none"), elinewidth=0.7, capsize=1.5, capthick=0.7,
+        markerfacecolor=face if known.any() or not seen.any() else "white", markeredgewidth=0.8,
+        **options,
     )  # fmt: skip
+    if filled and known.any() and (seen & ~known).any():
+        unsure = seen & ~known
+        axes.plot(
+            x[unsure], y[unsure], color=color, marker=marker, linestyle="none",
+            markerfacecolor="white", markeredgewidth=0.8, zorder=drawn.lines[0].get_zorder() + 0.01,
+            **{key: options[key] for key in ("clip_on", "markersize") if key in options},
+        )  # fmt: skip
+    return drawn
 
 
 def published_line(axes, x, y, label):

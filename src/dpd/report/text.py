@@ -22,3 +22,16 @@ def with_range(middle, low, high):
     if not np.isfinite(middle):
         return "–"
     return f"{middle:.3g} ({low:.3g} to {high:.3g})"
+
+
+def published_text(row):
+    """Published value as printed in the table: with its error or its rounding, if it has any."""
+    try:
+        text = f"{float(row['published']):g}"
+    except ValueError:
+        return row["published"]
+    if np.isfinite(row["published_error"]):
+        text += f" ± {row['published_error']:.2g}"
+    if np.isfinite(row["rounding"]):
+        text += f", rounded by {row['rounding']:.2g}"
+    return text

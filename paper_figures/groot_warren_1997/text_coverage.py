@@ -1,0 +1,104 @@
+"""Our own check: how often 95 % intervals hold the truth, over the length of runs."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.coverage import Coverage, coverage_of_pieces, slow_time
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, GREEN, RED, panels, points
+
+TITLE = "Calibration of error bars: how often 95 % intervals hold the truth."
+PAPER_SHOWS = (
+    "Not a figure of the paper: a check of our own errors. One long run of a small melt (chains "
+    "of 4) is cut into many short ones. (a) Of these, the share whose 95 % interval holds the mean "
+    "of the long run, over their length in correlation times tau of the quantity: the integrated "
+    "autocorrelation time, in the long run, of averages over one such time of the samples, which "
+    "is that of the slow part where faster ones hide it. Shaded: the limits that we set, 0.93 to "
+    "0.97, from 20 tau on. Crosses: if samples are taken for independent. tau_0: the DPD time "
+    "unit. (b) Median width of the intervals over that of a perfect one (solid), and the share of "
+    "runs that are found too short for an error (dashed)."
+)
+ERRORS = (
+    "Bars: 95 % intervals of binomial counts. Short runs are part of the long one, which is taken "
+    "into account."
+)
+LENGTHS = (5, 10, 20, 50, 100, 200)  # correlation times
+JUDGED = (20, 100)
+LIMITS = (0.93, 0.97)
+SHOWN = {
+    "kT": (r"$k_BT$", BLUE, "o"),
+    "pressure": ("pressure", GREEN, "s"),
+    "bond_energy": ("bond energy", RED, "^"),
+}
+
+
+def compute(sweeps):
+    """Coverage over run length for each quantity; also if samples are taken for independent."""
+    run = sweeps["coverage"].isel(replica=0)
+    step = float(run.time[1] - run.time[0])
+    names, table, naive, times = list(SHOWN), [], [], []
+    for name in names:
+        series = run[f"{name}_series"].values
+        tau = slow_time(series)
+        sizes = [max(2, round(length * tau)) for length in LENGTHS]
+        table.append([coverage_of_pieces(series, size) for size in sizes])
+        naive.append([coverage_of_pieces(series, size, independent).share for size in sizes])
+        times.append(tau * step)
+    along = ("quantity", "length")
+    data = xr.Dataset(coords={"quantity": names, "length": np.array(LENGTHS, dtype=float)})
+    data.length.attrs = {"units": "1", "long_name": "length of the run in correlation times"}
+    for part, values in zip(Coverage._fields, np.moveaxis(np.array(table), 2, 0)):
+        data[part] = (along, values, {"units": "1", "long_name": part.replace("_", " ")})
+    data["independent"] = (along, naive, {"units": "1", "long_name": "share, as if independent"})
+    data["correlation_time"] = ("quantity", times, {"units": "tau"})
+    return data
+
+
+def independent(pieces):
+    """Mean and standard error of runs whose samples were independent."""
+    return pieces.mean(axis=0), pieces.std(axis=0, ddof=1) / np.sqrt(len(pieces))
+
+
+def measured(data):
+    """Shares that cover, of the shortest runs that have errors and of longer ones."""
+    found = {}
+    for name in SHOWN:
+        for length in JUDGED:
+            at = data.sel(quantity=name, length=length)
+            found[f"coverage_{name}_{length}"] = Measured(
+                float(at.share), float(at.error),
+                f"{int(at['count'])} runs of {length * float(at.correlation_time):.3g} time units; "
+                f"{float(at.too_short):.1%} too short for an error; "
+                f"{float(at.independent):.2f} if samples were taken for independent",
+            )  # fmt: skip
+    return found
+
+
+def draw(data):
+    """Shares that cover; widths and runs without an error."""
+    figure, (left, right) = panels(2, height=3.0)
+    left.axhline(0.95, color=BLACK, linewidth=0.6)
+    ends = np.array([JUDGED[0], 1.2 * LENGTHS[-1]])
+    left.fill_between(ends, *LIMITS, color=BLACK, alpha=0.12, linewidth=0)
+    for shift, (name, (label, color, marker)) in zip((0.94, 1, 1.06), SHOWN.items()):
+        at = data.sel(quantity=name)
+        x = at.length * shift  # beside each other
+        tau = rf"{label}, $\tau$ = {float(at.correlation_time):.2g} $\tau_0$"
+        points(left, x, at.share, at.error, tau, color, marker)
+        left.plot(x, at.independent, "x", color=color)
+        points(right, x, at.width, 0 * at.width, label, color, marker, linestyle="-")
+        right.plot(x, at.too_short, "--", color=color, marker=marker, markerfacecolor="white")
+    left.plot([], [], "x", color=BLACK, label="samples taken for independent")
+    right.plot([], [], "--", color=BLACK, label="share too short")
+    ticks = [f"{length:g}" for length in LENGTHS]
+    for axes in (left, right):
+        axes.set(xscale="log", xlim=(0.8 * LENGTHS[0], 1.2 * LENGTHS[-1]),
+                 xlabel=r"length of the run / correlation time $\tau$")  # fmt: skip
+        axes.set_xticks(LENGTHS, ticks)
+        axes.set_xticks([], minor=True)
+    left.set(ylim=(0, 1.04), ylabel="share of 95 % intervals that cover")
+    right.set(ylim=(0, 2), ylabel="width of intervals; share too short")
+    handles, labels = left.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    right.legend(loc="upper right")
+    return figure

@@ -1,0 +1,160 @@
+"""Table II and the mean bond lengths, over chain length: what the ends of chains change."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.chain_length import end_effect
+from dpd.analysis.structure import bond_statistics, criterion
+from dpd.analysis.verdicts import Measured, published
+from dpd.report.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, RED, panels, points
+
+TITLE = "Table II and mean bond lengths over the inverse chain length."
+PAPER_SHOWS = (
+    "The paper's Table II has (a) r_min and (b) l_max for N = 256, and its text has (c) the mean "
+    "bond length and (d) its rms deviation. Drawn: ours less the published value, so that "
+    "agreement is 0. Star, dashed lines: the published value at N = 256 and half of its last digit."
+    " Near the ends of a chain beads and bonds are distributed otherwise; each chain has two ends, "
+    "so means over bonds are linear in 1 / (N - 1) and means over beads in 1 / N. Lines: weighted "
+    "fits; hollow at N = 256: the fit there, where no run has that length. Points and lines of the "
+    "sets stand side by side for legibility."
+)
+ERRORS = "Bars: 95 % intervals; r_min and l_max by leaving out blocks, the others by blocking."
+COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
+PUBLISHED_LENGTH = 256
+QUANTITIES = {
+    "r_min": r"$r_{min}$",
+    "l_max": r"$l_{max}$",
+    "mean_bond": r"$\langle l \rangle$",
+    "rms": "rms",
+}
+HALF_DIGIT = 0.5  # thousandths of r_c: half of the last digit published
+CURVED = 0.01  # p-value below which a straight line is doubted
+
+
+def _share(quantity, length):
+    """What the quantity is linear in: ends per bead for g(r), per bond for the others."""
+    return 1.0 / (length if quantity == "r_min" else length - 1.0)
+
+
+def compute(sweeps):
+    """The four quantities of every set and length, and at N = 256 by a straight line."""
+    runs = sweeps["statics"].sortby("length")
+    shape = (runs.sizes["set"], runs.sizes["length"])
+    table = np.full((*shape, len(QUANTITIES), 2), np.nan)
+    for place in np.ndindex(shape):
+        at = runs.isel(set=place[0], length=place[1])
+        table[place] = [*criterion(at), *bond_statistics(at)]
+    length = runs.length.values.astype(float)
+    fits = np.array([
+        [
+            end_effect(_share(name, length), *table[k, :, q].T, _share(name, PUBLISHED_LENGTH))
+            for q, name in enumerate(QUANTITIES)
+        ]
+        for k in range(shape[0])
+    ])  # fmt: skip
+    along = ("set", "length", "quantity")
+    return xr.Dataset(
+        {
+            "value": (along, table[..., 0], {"units": "r_c"}),
+            "error": (along, table[..., 1], {"units": "r_c"}),
+            "fitted": (along[::2], fits[..., 0], {"units": "r_c", "long_name": "fit at N = 256"}),
+            "fitted_error": (along[::2], fits[..., 1], {"units": "r_c"}),
+            "slope": (along[::2], fits[..., 2], {"units": "r_c", "long_name": "per share of ends"}),
+            "slope_error": (along[::2], fits[..., 3], {"units": "r_c"}),
+            "p_value": (along[::2], fits[..., 4], {"units": "1", "long_name": "of the line"}),
+        },
+        {"set": runs.set, "length": length, "quantity": list(QUANTITIES)},
+    )
+
+
+def measured(data):
+    """Each number at N = 256: of runs, where the study has them, or by the line."""
+    found = {}
+    for name in ("a50", "a100", "a150", "a200"):
+        for quantity in QUANTITIES:
+            if name in data.set.values:
+                at = data.sel(set=name, quantity=quantity)
+                found[f"{quantity}_{name}"] = _at_published_length(at)
+            else:
+                found[f"{quantity}_{name}"] = Measured(np.nan, np.nan)
+    return found
+
+
+def _at_published_length(at):
+    """Value and error of one quantity of one set."""
+    lengths = ", ".join(f"{n:g}" for n in at.length.values)
+    line = (
+        f"line through N {lengths}: {float(at.fitted):.4f} ± {float(at.fitted_error):.4f}, "
+        f"p {float(at.p_value):.2f}"
+    )
+    if PUBLISHED_LENGTH in at.length.values:
+        run = at.sel(length=PUBLISHED_LENGTH)
+        return Measured(float(run.value), float(run.error), f"runs of N 256; {line}")
+    longest = at.isel(length=-1)
+    if not np.isfinite(at.fitted):
+        few = f"fewer than three lengths for a line to N 256; {float(longest.value):.4f} at N "
+        return Measured(np.nan, np.nan, "", f"{few}{float(longest.length):g}")
+    note = f"{line}; {float(longest.value):.4f} at N {float(longest.length):g}"
+    return Measured(float(at.fitted), float(at.fitted_error), note)
+
+
+def warnings(data):
+    """Lines that the points do not follow."""
+    p = data.p_value.to_series()
+    curved = [f"{quantity} of {name} (p {value:.1g})" for (name, quantity), value in p.items()
+              if value < CURVED]  # fmt: skip
+    if not curved:
+        return []
+    return [f"Points scatter more about the line than their errors allow: {', '.join(curved)}."]
+
+
+def describe(data):
+    """What is seen."""
+    change = data.slope * (1 / 256 - 1 / 8)
+    return (
+        "Four panels of points that lie on straight lines over 1/N and end near zero at N = 256; "
+        f"from N = 8 to 256 r_min rises by {_thousandths(change, 'r_min')}, l_max by "
+        f"{_thousandths(change, 'l_max')} thousandths of r_c."
+    )
+
+
+def _thousandths(change, quantity):
+    """Range over the published sets."""
+    values = 1e3 * change.sel(quantity=quantity).values
+    values = values[np.isfinite(values)]
+    return f"{values.min():.0f} to {values.max():.0f}" if len(values) else "an unknown number of"
+
+
+def draw(data):
+    """A panel per quantity, the published sets in each."""
+    figure, axes = panels(2, rows=2, height=2.3)
+    sets = [name for name in COLORS if name in data.set.values and name != "a25"]
+    for panel, (quantity, label) in zip(axes.flat, QUANTITIES.items()):
+        for k, name in enumerate(sets):
+            at = data.sel(set=name, quantity=quantity)
+            aside = 0.0012 * (k - 0.5 * (len(sets) - 1))
+            _draw_set(panel, at, published("nikunen_2007")[f"{quantity}_{name}"]["value"], aside,
+                      COLORS[name], MARKERS[k], f"a = {name[1:]}")  # fmt: skip
+        for level in (-HALF_DIGIT, HALF_DIGIT):
+            panel.axhline(level, color=BLACK, linestyle=(0, (4, 2)), linewidth=0.6, zorder=0)
+        panel.plot(_share(quantity, PUBLISHED_LENGTH), 0, "*", color=BLACK, markersize=8, zorder=4)
+        ends = "1 / N" if quantity == "r_min" else "1 / (N − 1)"
+        panel.set(xlim=(0, None), xlabel=ends, ylabel=f"{label} less published / $10^{{-3}}$ $r_c$")
+    axes[0, 0].legend(loc="lower left")
+    return figure
+
+
+def _draw_set(panel, at, printed, aside, color, marker, label):
+    """Points, line, and the line at N = 256."""
+    quantity = at["quantity"].item()
+    share, there = _share(quantity, at.length.values), _share(quantity, PUBLISHED_LENGTH)
+    above = 1e3 * (at.value - printed)
+    points(panel, share + aside, above, 1e3 * at.error, label, color, marker)
+    if not np.isfinite(at.fitted):
+        return
+    x = np.array([0, share.max()])
+    line = float(at.fitted) + float(at.slope) * (x - there) - printed
+    panel.plot(x + aside, 1e3 * line, color=color, linewidth=0.8)
+    if PUBLISHED_LENGTH not in at.length.values:
+        points(panel, [there + aside], [1e3 * (float(at.fitted) - printed)],
+               [1e3 * float(at.fitted_error)], None, color, marker, filled=False)  # fmt: skip

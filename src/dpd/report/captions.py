@@ -1,0 +1,294 @@
+"""A figure's caption as HTML: number, what the paper shows, a line a sweep, errors."""
+
+import json
+import re
+from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
+
+import numpy as np
+from markupsafe import Markup
+
+from dpd.report.notation import typeset
+from dpd.scene import Scene
+
+ERRORS = (
+    "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
+    "autocorrelation time into account, those of profiles come from blocks of the run, and both "
+    "are carried through to what is derived from them. They are widened by Student's t where few "
+    "independent samples have fixed them. Hollow, without a bar: the run is too short for an "
+    "error (fewer than about 20 correlation times)."
+)
+UNITS = (
+    "Units: length r_c, energy kT, time r_c sqrt(m/kT). Settings and noise seed of each run: "
+    "variables `scene` and `seed` of `sweeps/NAME.nc`, NAME being that of the sweep."
+)
+NUMBERED = re.compile(r"fig0*(\d+)_")
+PREDICTING = ("gw-vv", "verlet-no-acceleration")  # the schemes that have a lambda to choose
+NARROW_SPACE = "\N{NARROW NO-BREAK SPACE}"
+
+
+@dataclass(frozen=True)
+class SweepLine:
+    """What a caption says of a sweep: phrases in plain notation, empty if there is nothing to say.
+
+    Attributes
+    ----------
+    system : str
+        Beads, molecules, box, density.
+    forces : str
+        Repulsion, core, bonds.
+    dynamics : str
+        Thermostat, scheme, time step.
+    sampling : str
+        Steps, equilibration, replicas.
+    swept : str
+        Axes whose values the others do not show.
+    """
+
+    system: str
+    forces: str
+    dynamics: str
+    sampling: str
+    swept: str
+
+    def __str__(self):
+        phrases = (self.system, self.forces, self.dynamics, self.sampling, self.swept)
+        return "; ".join(phrase for phrase in phrases if phrase) + "."
+
+
+def label(figure):
+    """What a figure is called: ``Figure 4``, the paper's number, or its own name."""
+    numbered = NUMBERED.match(figure)
+    return f"Figure {numbered[1]}" if numbered else f"Own figure: {figure.replace('_', ' ')}"
+
+
+def caption(figure, module, sources, numbers):
+    """The caption of a figure.
+
+    Parameters
+    ----------
+    figure : str
+        Its name; ``fig04_...`` is Figure 4 of the paper, other names are figures of our own.
+    module : module
+        The file of the figure.
+    sources : dict of str to xarray.Dataset
+        Sweeps and measurements that it was made from.
+    numbers : xarray.Dataset
+        What is plotted.
+
+    Returns
+    -------
+    markupsafe.Markup
+        A fragment of HTML: paragraphs, warnings, and the figure's table, if it has one.
+    """
+    whose = f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure"
+    head = Markup("<strong>{}. {}</strong> {}").format(
+        whose, typeset(module.TITLE), typeset(module.PAPER_SHOWS)
+    )
+    parts = [head]
+    parts += [_source_line(name, source) for name, source in sources.items()]
+    if any("scene" in source for source in sources.values()):
+        parts.append(typeset(UNITS))
+    parts.append(typeset(getattr(module, "ERRORS", ERRORS)))
+    if hasattr(module, "warnings"):
+        warned = map(typeset, module.warnings(numbers))
+        parts += [Markup("<strong>Warning.</strong> {}").format(said) for said in warned]
+    body = Markup("\n").join(Markup("<p>{}</p>").format(part) for part in parts)
+    if hasattr(module, "table"):
+        body += Markup("\n") + _table(module.table(numbers), "Numbers of this figure")
+    return body + Markup("\n")
+
+
+def _source_line(name, source):
+    """One paragraph on a sweep or a measurement."""
+    said = source.attrs.get("description") or str(sweep_line(source))
+    return Markup("<em>{}</em>: {}").format(name, typeset(said))
+
+
+def _table(frame, title):
+    """A data frame of text as an HTML table."""
+    cell = '<td data-label="{}">{}</td>'
+    head = Markup("").join(
+        Markup('<th scope="col">{}</th>').format(typeset(name)) for name in frame.columns
+    )
+    rows = Markup("\n").join(
+        Markup("<tr>{}</tr>").format(
+            Markup("").join(
+                Markup(cell).format(name, typeset(value)) for name, value in zip(frame, row)
+            )
+        )
+        for row in frame.values
+    )
+    return Markup(
+        '<table class="cards"><caption>{}</caption>\n<thead><tr>{}</tr></thead>\n'
+        "<tbody>\n{}\n</tbody></table>"
+    ).format(typeset(title), head, rows)
+
+
+def sweep_line(sweep):
+    """What a caption says of a collected sweep.
+
+    A quantity that differs among the runs is given as a range with the number of its values.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        As `dpd.analysis.collect.collect` makes it.
+
+    Returns
+    -------
+    SweepLine
+    """
+    texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
+    scenes = [Scene(json.loads(text), "sweep") for text in texts]
+    line = SweepLine(
+        _system(scenes), _forces(scenes), _dynamics(scenes), _sampling(scenes, sweep), ""
+    )
+    axes = [sweep[name] for name in sweep.kT.dims if name != "replica"]
+    swept = ", ".join(_axis(axis) for axis in axes if not _shows(str(line), span(axis.values)))
+    return replace(line, swept=f"swept: {swept}" if swept else "")
+
+
+def _shows(text, values):
+    """Whether values stand in a text, not as a part of others."""
+    return re.search(rf"(?<![\w.]){re.escape(values)}(?![\w.])", text)
+
+
+def _axis(axis):
+    """Name, values and units of a swept parameter."""
+    units = axis.attrs.get("units", "1")
+    name = axis.attrs.get("long_name", axis.name.replace("_", " "))
+    return f"{name} {span(axis.values)}" + (f" {units}" if units != "1" else "")
+
+
+def span(values, counted=True):
+    """Values as text: all names, one or two numbers, or the range of more.
+
+    Parameters
+    ----------
+    values : array_like of number or str
+    counted : bool
+        Whether a range says how many values it has.
+    """
+    values = list(dict.fromkeys(np.ravel(values).tolist()))
+    if any(isinstance(value, str) for value in values):
+        return ", ".join(str(value).replace("_", " ") for value in values)
+    numbers = [_number(value) for value in sorted(values)]
+    if len(numbers) < 3:
+        return " and ".join(numbers)
+    return f"{numbers[0]} to {numbers[-1]}" + (f" ({len(numbers)} values)" if counted else "")
+
+
+def _number(value):
+    """Whole numbers in groups of three digits, others to four digits."""
+    if value == int(value) and abs(value) < 1e9:
+        return f"{int(value):,}".replace(",", NARROW_SPACE) if abs(value) >= 1e4 else f"{value:g}"
+    return f"{value:.4g}"
+
+
+def _system(scenes):
+    """Beads, molecules, box, density."""
+    beads = span([scene.beads for scene in scenes], counted=False)
+    density = span([round(scene.density, 2) for scene in scenes])
+    return f"{beads} beads, {_molecules(scenes)}, {_box(scenes)}, rho = {density}{_missed(scenes)}"
+
+
+def _missed(scenes):
+    """What whole molecules make of a density that they cannot meet; of the worst scene."""
+    missed = [density for scene in scenes for density in scene.missed_densities]
+    if not missed:
+        return ""
+    worst = max(missed, key=lambda density: density.share)
+    most = "at worst " if len(scenes) > 1 else ""
+    return f" ({most}density {worst.found:.4g} of whole molecules in place of {worst.asked:g})"
+
+
+def _molecules(scenes):
+    """Monomers, chains of a length, or architectures."""
+    kinds = {kind.beads: given["architecture"] for scene in scenes
+             for kind, given in zip(scene.molecules, scene.data["molecules"])}  # fmt: skip
+    species = sorted({name for beads in kinds for name in beads})
+    of = f" of {' and '.join(species)}" if len(species) > 1 else ""
+    if any(len(set(beads)) > 1 for beads in kinds):
+        return f"molecules {', '.join(kinds.values())}"
+    lengths = [len(beads) for beads in kinds]
+    return f"monomers{of}" if set(lengths) == {1} else f"chains{of}, N = {span(lengths)}"
+
+
+def _box(scenes):
+    """Edges of one box, or the range of the edge of several."""
+    boxes = list(dict.fromkeys(scene.box for scene in scenes))
+    dimension = len(boxes[0])
+    if len(boxes) > 1 and all(len(set(box)) == 1 for box in boxes):
+        shape = "cubic" if dimension == 3 else "square"
+        return f"{shape} boxes with edges of {span([box[0] for box in boxes])} r_c"
+    edges = [" x ".join(f"{edge:g}" for edge in box) for box in boxes]
+    return f"{'box' if len(boxes) == 1 else 'boxes'} {', '.join(edges)} r_c^{dimension}"
+
+
+def _forces(scenes):
+    """Repulsion, core, bonds."""
+    return "; ".join(part for part in (_repulsion(scenes), _core(scenes), _bond(scenes)) if part)
+
+
+def _repulsion(scenes):
+    """a_AA = a_BB = 25, a_AB = 37: pairs of species with the same values together."""
+    alike = {}
+    for i, j in combinations_with_replacement(range(len(scenes[0].species)), 2):
+        pair = f"a_{scenes[0].species[i]}{scenes[0].species[j]}"
+        alike.setdefault(span([scene.repulsion[i, j] for scene in scenes]), []).append(pair)
+    said = (f"{' = '.join(pairs)} = {values}" for values, pairs in alike.items())
+    return f"{', '.join(said)} kT/r_c"
+
+
+def _core(scenes):
+    cores = [scene.data.get("core", {"radius": 0, "force": 0, "smooth": 0}) for scene in scenes]
+    if not any(core["radius"] for core in cores):
+        return ""
+    radius = span([core["radius"] for core in cores])
+    force = span([core["force"] for core in cores if core["radius"]])
+    said = f"rigid core r_s = {radius} r_c, F_max = {force} kT/r_c"
+    if any(core["smooth"] for core in cores):
+        said += f", its edge {span([core['smooth'] for core in cores])} r_c wide"
+    return said
+
+
+def _bond(scenes):
+    bonds = [scene.data["bond"] for scene in scenes if "bond" in scene.data]
+    if not bonds:
+        return ""
+    stiffness, length = (span([bond[key] for bond in bonds]) for key in ("stiffness", "length"))
+    return f"bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
+
+
+def _dynamics(scenes):
+    """Thermostat, scheme, time step."""
+    integrators = [scene.data["integrator"] for scene in scenes]
+    scheme = span([integrator["scheme"] for integrator in integrators])
+    predicting = [each["lambda"] for each in integrators if each["scheme"] in PREDICTING]
+    prediction = f", lambda = {span(predicting)}" if predicting else ""
+    dt = span([integrator["dt"] for integrator in integrators])
+    return f"{_thermostat(scenes)}, scheme {scheme}{prediction}, dt = {dt}"
+
+
+def _thermostat(scenes):
+    """sigma^2 = 2 gamma kT; distribution of the noise."""
+    thermostats = [scene.data["thermostat"] for scene in scenes]
+    gamma = span([each["gamma"] for each in thermostats], counted=False)
+    if gamma == "0":
+        return "no thermostat"
+    sigma = span([round((2 * each["gamma"] * each["kT"]) ** 0.5, 3) for each in thermostats])
+    bath = "Langevin thermostat, " if thermostats[0]["kind"] == "langevin" else ""
+    noise = span([each["noise"] for each in thermostats])
+    return f"{bath}sigma = {sigma} (gamma = {gamma}), {noise} noise"
+
+
+def _sampling(scenes, sweep):
+    """Steps, equilibration, replicas."""
+    equilibration, sampled = (
+        span([scene.steps[part] for scene in scenes], counted=False) for part in (0, 1)
+    )
+    replicas = sweep.sizes["replica"]
+    each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
+    before = "without" if equilibration == "0" else f"after {equilibration} of"
+    return f"{sampled} steps {before} equilibration, {each}"

@@ -1,0 +1,116 @@
+"""The file of a figure, and sentences on what is wrong with it."""
+
+import importlib.util
+import linecache
+import traceback
+from contextlib import contextmanager
+from pathlib import Path
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+
+FUNCTIONS = {
+    "compute": "compute(data), from sweeps by name to the plotted numbers, an xarray.Dataset",
+    "draw": "draw(numbers), from those to a matplotlib figure",
+    "measured": "measured(numbers), from those to a dict of dpd.analysis.verdicts.Measured",
+}
+TEXTS = {
+    "TITLE": "TITLE, the first sentence of the caption",
+    "PAPER_SHOWS": "PAPER_SHOWS, what the paper's own figure shows",
+}
+
+
+class BrokenFigure(UserError):
+    """A figure file that raised something; the exception is its ``__cause__``."""
+
+    def whole_traceback(self):
+        """What a developer wants to see."""
+        return "".join(traceback.format_exception(self.__cause__))
+
+
+def figure_path(paper, figure):
+    """The file of a figure.
+
+    Raises
+    ------
+    UserError
+        If it is missing.
+    """
+    path = ROOT / "paper_figures" / paper / f"{figure}.py"
+    if not path.is_file():
+        raise UserError(
+            f"config/papers/{paper}.yaml: figures.{figure}: there is no file {_short(path)}; "
+            "write it, with the functions of one of its neighbours, or take the figure out"
+        )
+    return path
+
+
+def load_module(paper, figure):
+    """The module of a figure.
+
+    It has ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``, ``TITLE`` and
+    ``PAPER_SHOWS``. It may also have ``ERRORS``, ``warnings(numbers)``, sentences, and
+    ``table(numbers)``, a data frame of text; they go below its caption; and
+    ``describe(numbers)``, which says in one or two sentences what is seen, for those who cannot see
+    the picture.
+
+    Raises
+    ------
+    UserError
+        If the file is missing, lacks one of these, or cannot be read as Python.
+    """
+    path = figure_path(paper, figure)
+    spec = importlib.util.spec_from_file_location(f"{paper}.{figure}", path)
+    module = importlib.util.module_from_spec(spec)
+    with blamed_on(module, "the file, while it is read,"):
+        spec.loader.exec_module(module)
+    for name, meaning in (FUNCTIONS | TEXTS).items():
+        if not hasattr(module, name):
+            needed = "; ".join((FUNCTIONS | TEXTS).values())
+            raise UserError(
+                f"{_short(path)}: {name} is missing: {meaning}. A figure file needs {needed}"
+            )
+    return module
+
+
+@contextmanager
+def blamed_on(module, part):
+    """Turn what a part of a figure file raises into a sentence with the file's name and line."""
+    path = module.__file__
+    try:
+        yield
+    except UserError:
+        raise
+    except SyntaxError as fault:
+        said = f"this is not Python: {fault.msg}{_code(fault.text)}"
+        place = _short(fault.filename or path)
+        raise BrokenFigure(f"{place}: line {fault.lineno}: {said}") from fault
+    except Exception as fault:
+        said = f"{part} raised {type(fault).__name__}: {fault}"
+        frames = traceback.extract_tb(fault.__traceback__)
+        own = [frame for frame in frames if frame.filename == path]
+        if not own:
+            raise BrokenFigure(f"{_short(path)}: {said}") from fault
+        line = own[-1].lineno
+        code = _code(linecache.getline(path, line))
+        raise BrokenFigure(f"{_short(path)}: line {line}: {said}{code}") from fault
+
+
+def wanted(module, part, value, kind):
+    """A value that a part of a figure file returned, refused if it is not of the kind."""
+    if not isinstance(value, kind):
+        raise UserError(
+            f"{_short(module.__file__)}: {part} returned {type(value).__name__}, "
+            f"not {kind.__name__}; a figure file needs {FUNCTIONS[part]}"
+        )
+    return value
+
+
+def _code(line):
+    return f" (`{line.strip()}`)" if line and line.strip() else ""
+
+
+def _short(path):
+    """A path below the repository without the way there."""
+    path = Path(path)
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path

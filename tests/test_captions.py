@@ -1,0 +1,186 @@
+"""Numbers, notation and captions of figures."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from docutils.core import publish_parts
+from jinja2 import Environment
+
+from dpd.digest import ROOT
+from dpd.report.captions import caption, label, span, sweep_line
+from dpd.report.notation import typeset
+from dpd.report.text import with_error
+from dpd.scene import Scene
+
+NUMBERS = [
+    (0.12345, 0.0067, "0.1235 ± 0.0067"),
+    (123.4, 5.6, "123.4 ± 5.6"),
+    (12345.0, 678.0, "12345 ± 678"),
+    (3.21e-6, 4.5e-8, "(3.210 ± 0.045)e-6"),
+    (2.5e8, 1.0e7, "(2.50 ± 0.10)e8"),
+    (0.0, 0.01, "0.000 ± 0.010"),
+    (1.5, np.nan, "1.5"),
+    (1.5, 0.0, "1.5"),
+    (np.nan, 1.0, "–"),
+]
+
+
+@pytest.mark.parametrize("value, error, text", NUMBERS, ids=[text for _, _, text in NUMBERS])
+def test_two_digits_of_the_error(value, error, text):
+    """And the value to the same place."""
+    assert with_error(value, error) == text
+
+
+NOTATION = [
+    ("a_AA = 25 kT/r_c", "<i>a</i><sub>AA</sub> = 25 <i>kT</i>/<i>r</i><sub>c</sub>"),
+    ("rho = 3, sigma = 3", "ρ = 3, σ = 3"),
+    ("N = 10, C = 2", "<i>N</i> = 10, <i>C</i> = 2"),
+    ("F_max = 100", "<i>F</i><sub>max</sub> = 100"),
+    ("dt = 0.04", "Δ<i>t</i> = 0.04"),
+    ("10 x 10 x 10 r_c^3", "10 × 10 × 10 <i>r</i><sub>c</sub><sup>3</sup>"),
+    ("k = 2 a, exp(-t / tau)", "<i>k</i> = 2 <i>a</i>, exp(−<i>t</i> / τ)"),
+    ("R_g ~ N^(1/2)", "<i>R</i><sub>g</sub> ~ <i>N</i><sup>1/2</sup>"),
+    ("p - rho kT = alpha a rho^2", "<i>p</i> − ρ <i>kT</i> = α <i>a</i> ρ<sup>2</sup>"),
+    ("chi / Delta a >= -0.3 +- 0.1", "χ / Δ<i>a</i> ≥ −0.3 ± 0.1"),
+    ("(3.2 ± 0.4)e-06 and 1e+5", "(3.2 ± 0.4) × 10<sup>−6</sup> and 10<sup>5</sup>"),
+    ("4 <l^2> < g_i", "4 ⟨<i>l</i><sup>2</sup>⟩ &lt; <i>g</i><sub>i</sub>"),
+    ("(c) a fluid, Secs. I and V C, gw-vv-0.5", "(c) a fluid, Secs. I and V\xa0C, gw-vv-0.5"),
+    ("(k) x (1 - x)", "(k) <i>x</i> (1 − <i>x</i>)"),
+    ("the chain's own & <b>", "the chain&#39;s own &amp; ⟨b⟩"),
+    ("`rho = 1e5 - r_c`", "<code>rho = 1e5 - r_c</code>"),
+]
+
+
+@pytest.mark.parametrize("plain, html", NOTATION, ids=[plain for plain, _ in NOTATION])
+def test_notation(plain, html):
+    """As the field prints it; articles, panels, names and code stay as they are."""
+    assert typeset(plain) == html
+
+
+def test_values_as_text():
+    """Few numbers one by one, many as a range with their number, names all."""
+    assert span([25.0, 25.0]) == "25"
+    assert span([30.0, 25.0]) == "25 and 30"
+    assert span([0.1, 2, 5.5, 1]) == "0.1 to 5.5 (4 values)"
+    assert span([100_000]) == "100\N{NARROW NO-BREAK SPACE}000"
+    assert span(["uniform", "gaussian"]) == "uniform, gaussian"
+
+
+CHAINS = {
+    "dimension": 2,
+    "box": 10,
+    "molecules": [{"architecture": "A 10", "density": 2}],
+    "repulsion": {"A A": 25},
+    "core": {"radius": 0.15, "force": 100},
+    "bond": {"stiffness": 300, "length": 0.25},
+    "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.002},
+    "steps": {"equilibrate": 50, "sample": 400},
+}
+BLENDS = {
+    "dimension": 3,
+    "box": [8, 8, 20],
+    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
+    "repulsion": {"A A": 25, "B B": 25, "A B": 37},
+    "integrator": {"scheme": "dpd-vv", "dt": 0.04},
+    "steps": {"equilibrate": 0, "sample": 400},
+}
+
+
+def swept(scene, replicas=1, **axes):
+    """What a caption needs of a collected sweep: scenes over axes, some of them keys of a scene."""
+    (name, values), *_ = [*axes.items(), ("none", [0])]
+    scenes = []
+    for value in values:
+        changed = {"radius": {"core": scene.get("core", {}) | {"radius": value}}}.get(name, {})
+        scenes.append([json.dumps(Scene(scene | changed).data)] * replicas)
+    along = (name, "replica")
+    return xr.Dataset(
+        {"scene": (along, scenes), "kT": (along, np.ones((len(values), replicas)))}, {name: values}
+    )
+
+
+def test_a_line_for_a_sweep():
+    """System, forces, dynamics and samples; a swept radius as a range, once."""
+    line = str(sweep_line(swept(CHAINS, replicas=3, radius=[0.0, 0.15, 0.2])))
+    for phrase in (
+        "200 beads, chains, N = 10, box 10 x 10 r_c^2, rho = 2",
+        "a_AA = 25 kT/r_c",
+        "r_s = 0 to 0.2 (3 values) r_c, F_max = 100 kT/r_c",
+        "spring constant C = 300 kT/r_c^2, rest length 0.25 r_c",
+        "sigma = 3 (gamma = 4.5), uniform noise, scheme gw-vv, lambda = 0.65, dt = 0.002",
+        "400 steps after 50 of equilibration, 3 replicas",
+    ):
+        assert phrase in line
+    assert "swept" not in line and line.count("values") == 1
+
+
+def test_a_line_names_axes_that_do_not_show():
+    """Two species; an axis of names; a scheme whose lambda is not chosen."""
+    line = sweep_line(swept(BLENDS, set=["one", "other"]))
+    assert "3840 beads, monomers of A and B, box 8 x 8 x 20 r_c^3, rho = 3" in line.system
+    assert line.forces == "a_AA = a_BB = 25, a_AB = 37 kT/r_c"
+    assert "lambda" not in line.dynamics and line.sampling.endswith("one replica")
+    assert line.swept == "swept: set one, other"
+
+
+def test_a_line_on_a_run_without_friction_or_equilibration():
+    """What is not there is called so."""
+    line = sweep_line(swept(BLENDS | {"thermostat": {"gamma": 0}}))
+    assert line.dynamics.startswith("no thermostat, scheme dpd-vv")
+    assert line.sampling == "400 steps without equilibration, one replica"
+
+
+def figure_file(**more):
+    """A figure's file as a module."""
+    return SimpleNamespace(**{"TITLE": "Rates.", "PAPER_SHOWS": "None.", "ERRORS": "Bars."} | more)
+
+
+def test_a_caption():
+    """The paper's number, a line a sweep in the field's notation, where the seeds are, errors."""
+    said = caption("fig04_rates", figure_file(), {"two_slabs": swept(BLENDS)}, xr.Dataset())
+    assert said.startswith("<p><strong>Figure 4 of the paper. Rates.</strong> None.</p>")
+    assert "<em>two_slabs</em>: 3840 beads" in said
+    assert "<i>a</i><sub>AA</sub> = <i>a</i><sub>BB</sub> = 25" in said
+    assert "<code>seed</code>" in said and "<p>Bars.</p>" in said
+
+
+def test_warnings_and_table_of_a_figure():
+    """They follow the caption, and nothing is left to the browser's mercy."""
+    frame = pd.DataFrame([("one < two", "1 ± 2")], columns=["set", "rate / %"])
+    module = figure_file(
+        warnings=lambda numbers: [f"Box {float(numbers.room)} is small."],
+        table=lambda numbers: frame,
+    )
+    said = caption("rates", module, {}, xr.Dataset({"room": 1.5}))
+    assert "<strong>Our own figure. Rates.</strong>" in said
+    assert "<p><strong>Warning.</strong> Box 1.5 is small.</p>" in said
+    assert '<th scope="col">rate / %</th>' in said
+    assert '<td data-label="set">one &lt; two</td>' in said
+
+
+def test_a_figure_without_either():
+    """Most have no warnings and no table; a figure without runs has no seeds."""
+    said = caption("rates", figure_file(), {}, xr.Dataset())
+    assert said == "<p><strong>Our own figure. Rates.</strong> None.</p>\n<p>Bars.</p>\n"
+
+
+def test_the_caption_in_the_report_of_snakemake(tmp_path):
+    """Its template reads the caption that the rule wrote; docutils leaves the HTML alone."""
+    text = caption("fig04_rates", figure_file(), {"slabs": swept(BLENDS)}, xr.Dataset())
+    (tmp_path / "fig04_rates.html").write_text(text, encoding="utf-8")
+    template = (ROOT / "paper_figures" / "caption.rst").read_text(encoding="utf-8")
+    job = SimpleNamespace(output=SimpleNamespace(caption=tmp_path / "fig04_rates.html"))
+    result = SimpleNamespace(path=tmp_path / "fig04_rates.png")
+    rendered = Environment(trim_blocks=True, lstrip_blocks=True).from_string(template)
+    rst = rendered.render(snakemake=job, files=[result])
+    assert text.strip() in publish_parts(rst, writer="html")["body"]
+
+
+def test_labels_of_figures():
+    """The paper's number, or a name of our own."""
+    assert label("fig04_scaled_pressure") == "Figure 4"
+    assert label("bond_lengths") == "Own figure: bond lengths"

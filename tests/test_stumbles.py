@@ -1,0 +1,389 @@
+"""What a newcomer stumbles over: a sentence at the moment of the mistake, and nothing lost."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+import xarray as xr
+import yaml
+
+from dpd.errors import UserError
+from dpd.overlay import replaced_values
+from dpd.report.figures import _sweep_line
+from dpd.scene import Scene
+from dpd.study import _check_seeds, merge, read_paper
+from tests.test_cli import SCENE, dpd, write
+from tests.test_pipeline import copy_repository, edit, planned, snakemake
+
+CHAINS = merge(
+    SCENE,
+    {
+        "box": 10,
+        "molecules": {0: {"architecture": "A 9", "density": 3}},
+        "bond": {"stiffness": 4},
+        "observe": ["thermo"],
+    },
+)
+
+
+def test_a_density_that_chains_miss_by_little_is_noted(tmp_path):
+    """333 chains of 9 beads make 2.997 instead of 3; a density that is met gets no note."""
+    assert Scene(SCENE).notes == []
+    scene = Scene(CHAINS)
+    assert [density.found for density in scene.missed_densities] == [pytest.approx(2.997)]
+    done = dpd("run", write(tmp_path / "scene.yaml", CHAINS), "-o", "run.nc", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (
+        "333 molecules of 9 beads in a box of 10 x 10 x 10 make 2.997 instead of 3" in done.stdout
+    )
+
+
+@pytest.mark.parametrize("box", [4, [4, 4, 4.5]])
+def test_a_density_that_chains_miss_by_much_is_refused(box):
+    """With density, box and count; the box and the count that it proposes are allowed."""
+    chains = merge(CHAINS, {"box": 4, "molecules": {0: {"architecture": "A 20"}}}) | {"box": box}
+    with pytest.raises(
+        UserError, match=r"molecules\.0\.density: 3 is not met: 1\d molec"
+    ) as refused:
+        Scene(chains)
+    said = str(refused.value)
+    proposed = re.search(r"Write 'box: (.+)', in which (\d+) .* or 'count: (\d+)'", said)
+    edges, count, again = proposed.groups()
+    assert count == again and " beads in a box of 4 x 4 x" in said
+    edges = [float(edge) for edge in edges.strip("[]").split(", ")]
+    fitting = Scene(chains | {"box": edges if isinstance(box, list) else edges[0]})
+    assert fitting.density == pytest.approx(3, rel=1e-4)
+    assert fitting.molecules[0].count == int(count)
+    counted = Scene(chains | {"molecules": [{"architecture": "A 20", "count": int(count)}]})
+    assert counted.density == pytest.approx(3, rel=0.1)
+
+
+def test_captions_have_the_density_that_was_run():
+    """Where it is not the one asked for."""
+    chains = merge(CHAINS, {"seed": 1})
+    lines = {}
+    for name, data in (("missed", chains), ("met", SCENE | {"seed": 1})):
+        scene = Scene(data)
+        sweep = xr.Dataset(
+            {"kT": ("replica", [1.0]), "scene": ("replica", [json.dumps(scene.data)])}
+            | {
+                key: ("replica", [value])
+                for key, value in (("beads", 1), ("steps", 2), ("seed", 3))
+            }
+        )
+        lines[name] = _sweep_line(sweep)
+    assert "(density 2.997 of whole molecules in place of 3)" in lines["missed"]
+    assert "density" not in lines["met"]
+
+
+def test_a_result_given_as_a_start_is_called_so(tmp_path):
+    """The message says what the file is and what is wanted; it never says to delete it."""
+    scene = write(tmp_path / "scene.yaml", SCENE)
+    assert dpd("run", scene, "-o", "finished.nc", cwd=tmp_path).returncode == 0
+    before = (tmp_path / "finished.nc").read_bytes()
+    for given, what in (("finished.nc", "this is the result of a run"), ("scene.yaml", "NetCDF")):
+        done = dpd("run", scene, "--start", given, "-o", "new.nc", cwd=tmp_path)
+        assert done.returncode == 1 and "Traceback" not in done.stderr
+        assert f"error: {given}: " in done.stderr and what in done.stderr
+        assert "delete" not in done.stderr
+    assert (tmp_path / "finished.nc").read_bytes() == before
+    assert not (tmp_path / "new.nc").exists()
+
+
+MINE = """title: A paper of mine
+reference: nowhere
+sweeps: {}
+figures: FIGURES
+"""
+FIGURE = """import xarray as xr
+from matplotlib import pyplot as plt
+
+TITLE = "A line."
+PAPER_SHOWS = "Nothing."
+
+
+def compute(data):
+    return xr.Dataset({"y": ("x", [1.0, 2.0], {"units": "1"})})
+
+
+def draw(numbers):
+    figure, axes = plt.subplots()
+    axes.plot(numbers.y)
+    return figure
+
+
+def measured(numbers):
+    return {}
+"""
+ALONE = ("--config", "papers=[mine]")
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """A copy of the repository with a paper of one's own, and a shared report of before."""
+    folder = copy_repository(tmp_path / "copy")
+    (folder / "config" / "papers" / "mine.yaml").write_text(MINE.replace("FIGURES", "{}"))
+    results = folder / "results" / "quick"
+    results.mkdir(parents=True)
+    for name in ("report.html", "verdicts.csv"):
+        (results / name).write_text("of all papers")
+    return folder
+
+
+def give_figure(folder, text=FIGURE):
+    """Give the paper its one figure."""
+    paper = folder / "config" / "papers" / "mine.yaml"
+    paper.write_text(MINE.replace("FIGURES", "{line: {sweeps: []}}"))
+    pages = folder / "paper_figures" / "mine"
+    pages.mkdir(exist_ok=True)
+    (pages / "line.py").write_text(text)
+    return pages / "line.py"
+
+
+@pytest.mark.parametrize("figures", [0, 1])
+def test_some_papers_have_a_report_of_their_own(mine, figures):
+    """Even one without figures, verdicts and sweeps; the shared report stays as it is."""
+    if figures:
+        give_figure(mine)
+    done = snakemake(mine, *ALONE)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = mine / "results" / "quick"
+    assert "report: results/quick/report-mine.html" in done.stdout
+    page = (results / "report-mine.html").read_text()
+    assert "A paper of mine" in page and page.count("data:image/png") == figures
+    assert (results / "verdicts-mine.csv").read_text().startswith("paper,figure,")
+    for name in ("report.html", "verdicts.csv"):
+        assert (results / name).read_text() == "of all papers"
+    assert planned(mine, *ALONE) == {}
+
+
+def test_all_papers_in_another_order_share_one_report(mine):
+    """All of config/config.yaml make report.html; a subset has one name, whatever its order."""
+    edit(mine / "config" / "config.yaml", "papers: [", "papers: [mine, ")
+    every = "papers=[nikunen_2007,mine,liu_2008,groot_warren_1997]"
+    some = ("papers=[mine,liu_2008]", "papers=[liu_2008,mine]")
+    for papers, name in (
+        (every, "report.html"),
+        *((two, "report-liu_2008+mine.html") for two in some),
+    ):
+        said = snakemake(mine, "-n", "--config", papers)
+        assert f"results/quick/{name}" in said.stdout + said.stderr
+
+
+def test_a_failed_report_leaves_the_former_one(mine):
+    """Page and table stay, and are made again once they can be."""
+    give_figure(mine)
+    assert snakemake(mine, *ALONE).returncode == 0
+    page = mine / "results" / "quick" / "report-mine.html"
+    before = page.read_bytes()
+    template = mine / "src" / "dpd" / "report" / "page.html"
+    edit(template, "{{ study }} study</h1>", "{{ study }} {{ nothing.at.all }} study</h1>")
+    assert snakemake(mine, *ALONE).returncode != 0
+    assert page.read_bytes() == before
+    assert planned(mine, *ALONE) == {"write_report": 1}
+    edit(template, "{{ nothing.at.all }} ", "new ")
+    assert snakemake(mine, *ALONE).returncode == 0
+    assert page.read_bytes() != before and planned(mine, *ALONE) == {}
+
+
+def test_a_failed_figure_leaves_the_report(mine):
+    """Nothing that depends on it is begun."""
+    path = give_figure(mine)
+    assert snakemake(mine, *ALONE).returncode == 0
+    page = mine / "results" / "quick" / "report-mine.html"
+    before = page.read_bytes()
+    path.write_text(FIGURE.replace("[1.0, 2.0]", "[1.0, 2.0, oops]"))
+    done = snakemake(mine, *ALONE)
+    assert done.returncode != 0 and page.read_bytes() == before
+    said = done.stdout + done.stderr
+    assert "paper_figures/mine/line.py: line 9: compute raised NameError" in said
+    assert "Traceback" not in said
+    log = mine / "results" / "quick" / "logs" / "mine" / "figures" / "line.traceback"
+    assert "NameError: name 'oops' is not defined" in log.read_text()
+
+
+BROKEN = {
+    "no compute": (FIGURE.replace("def compute", "def computed"), "compute is missing"),
+    "no draw": (FIGURE.replace("def draw", "def drawn"), "draw is missing"),
+    "no measured": (FIGURE.replace("def measured", "def measure"), "measured is missing"),
+    "no title": (FIGURE.replace("TITLE", "HEAD"), "TITLE is missing"),
+    "not Python": (FIGURE.replace("(data):", "(data)"), "line 8: this is not Python"),
+    "fails when read": (FIGURE.replace("TITLE =", "TITLE = 1 /"), "line 4: the file, while it is"),
+    "fails deep down": (
+        FIGURE.replace("axes.plot(numbers.y)", "axes.plot(numbers.isel(x=7).y)"),
+        "line 14: draw raised IndexError",
+    ),
+    "gives nothing": (FIGURE.replace("    return figure", ""), "draw returned NoneType"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_figure_files(mine, name):
+    """File, line and what is needed in one sentence, no traceback, nothing written."""
+    text, words = BROKEN[name]
+    give_figure(mine, text)
+    done = subprocess.run(
+        [sys.executable, "-m", "dpd", "figure", "quick", "mine", "line", "-o", "figures"],
+        cwd=mine, env=os.environ | {"PYTHONPATH": str(mine / "src")},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: paper_figures/mine/line.py: "), done.stderr
+    assert words in done.stderr and len(done.stderr.strip().splitlines()) == 1
+    assert not (mine / "figures").exists()
+
+
+def test_a_figure_without_its_file_is_refused(mine):
+    """Before anything runs."""
+    give_figure(mine).unlink()
+    done = snakemake(mine, "-n", *ALONE)
+    said = done.stdout + done.stderr
+    assert (
+        done.returncode != 0 and "figures.line: there is no file paper_figures/mine/line.py" in said
+    )
+    assert "Traceback" not in said
+
+
+def test_a_comment_on_published_numbers_redraws_nothing(mine):
+    """Nor does an entry of another figure; one of its own does."""
+    measured = 'from dpd.analysis.verdicts import Measured\n    return {"y": Measured(2.0, 0.1)}'
+    give_figure(mine, FIGURE.replace("return {}", measured))
+    published = mine / "paper_figures" / "published.yaml"
+    own = "\nmine:\n  y: {figure: line, quantity: y, value: 2, error: 0.1, where: here}\n"
+    published.write_text(published.read_text() + own)
+    assert snakemake(mine, *ALONE).returncode == 0
+    published.write_text("# A comment.\n" + published.read_text())
+    edit(published, "figure: fig06_interface", "where: 'Fig. 6'\n    figure: fig06_interface")
+    assert planned(mine, *ALONE) == {}
+    edit(published, "quantity: y, value: 2,", "quantity: y, value: 3,")
+    assert planned(mine, *ALONE)["draw_figure"] == 1
+
+
+def test_snakemake_from_elsewhere(mine, tmp_path):
+    """With -s the results are in the repository; with -d they are where it says."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    given = ("-s", str(mine / "Snakefile"), *ALONE)
+    assert snakemake(elsewhere, *given).returncode == 0
+    assert (mine / "results" / "quick" / "report-mine.html").is_file()
+    assert not (elsewhere / "results").exists()
+    assert snakemake(mine / "config", *given, "-d", str(elsewhere)).returncode == 0
+    assert (elsewhere / "results" / "quick" / "report-mine.html").is_file()
+
+
+def git(folder, *arguments):
+    """Run git there, as somebody."""
+    who = ("-c", "user.name=nobody", "-c", "user.email=nobody@nowhere")
+    subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
+
+
+def test_an_edit_that_the_study_replaces_is_not_silent(tmp_path):
+    """One that the quick study replaces: what is in force, and where to edit it."""
+    folder = copy_repository(tmp_path / "copy")
+    notes = snakemake(folder, "-n").stderr
+    assert "config/studies/quick.yaml replaces values of config/papers/liu_2008.yaml" in notes
+    git(folder, "init", "-q")
+    git(folder, "add", "config")
+    git(folder, "commit", "-qm", "as it came")
+    assert "note:" not in snakemake(folder, "-n").stderr
+    paper = folder / "config" / "papers" / "groot_warren_1997.yaml"
+    edit(paper, "values: [1, 1.5, 2, 2.5, 3, 3.5, 4,", "values: [0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4,")
+    said = snakemake(folder, "-n")
+    assert "note:" not in said.stderr and "density=0.5,replica=0" in said.stdout
+    edit(paper, "17, 18, 20]", "17, 18, 20, 25]")
+    (note,) = re.findall("^note: .*", snakemake(folder, "-n").stderr, re.M)
+    assert "groot_warren_1997.yaml: sweeps.segregation_3.axes.excess was edited" in note
+    assert "changes nothing in the quick study" in note
+    assert "groot_warren_1997.segregation_3.axes.excess: [9, 10, 11, 12, 13, 14, 16, 18]" in note
+    assert "note:" not in snakemake(folder, "-n", "--config", "study=paper").stderr
+    edit(folder / "config" / "studies" / "quick.yaml", "14, 16, 18]", "14, 16, 18, 25]")
+    done = snakemake(folder, "-n")
+    assert "note:" not in done.stderr and "excess=25,replica=0" in done.stdout
+
+
+def test_what_a_study_replaces():
+    """Scenes key by key, items of lists by number, values and labels of axes, replicas."""
+    paper = yaml.safe_load("""
+sweeps:
+  melt:
+    scene: {box: 8, steps: {equilibrate: 1, sample: 2}, molecules: [{architecture: A 5}]}
+    axes: {force: {values: [1, 2]}, set: {values: {soft: {box: 7}, hard: {box: 8}}}}
+""")
+    changes = yaml.safe_load("""
+melt:
+  sampling: 0.5
+  replicas: 3
+  scene: {steps: {sample: 1}, molecules: {0: {architecture: A 2}}, seed: 4}
+  axes: {force: [2], set: [soft]}
+""")
+    found = {v.key: (v.paper, v.study) for v in replaced_values(paper, changes)}
+    assert found == {
+        "replicas": (None, 3),
+        "scene.steps.sample": (2, 1),
+        "scene.molecules.0.architecture": ("A 5", "A 2"),
+        "scene.seed": (None, 4),
+        "axes.force": ([1, 2], [2]),
+        "axes.set": (["soft", "hard"], ["soft"]),
+    }
+
+
+def test_show_says_where_each_value_comes_from(tmp_path):
+    """Of a sweep; and all that a study replaces in a paper."""
+    done = dpd("show", "quick", "groot_warren_1997", "segregation_3", cwd=tmp_path)
+    lines = {line.split()[0]: line for line in done.stdout.splitlines()[1:]}
+    assert "config/studies/quick.yaml, in place of [8, 9, 10, " in lines["axes.excess"]
+    assert "config/studies/quick.yaml, in place of 100000 of" in lines["scene.steps.sample"]
+    assert lines["scene.box"].split("  ")[-1].strip() == "config/papers/groot_warren_1997.yaml"
+    points = read_paper("groot_warren_1997", "quick").sweeps["segregation_3"].points
+    assert all(point.name in lines for point in points)
+    done = dpd("show", "quick", "groot_warren_1997", cwd=tmp_path)
+    assert "sweeps.segregation_3.axes.excess: [9, 10, 11, " in done.stdout
+    assert "sweeps.chains: 0.1 times as long" in done.stdout
+    done = dpd("show", "quick", "groot_warren_1997", "segregation", cwd=tmp_path)
+    assert done.returncode == 1 and "did you mean 'segregation_" in done.stderr
+
+
+def test_a_renamed_sweep_keeps_its_runs(mine):
+    """With `seeds: OLD_NAME` and its folder moved nothing is simulated again."""
+    sweep = {"scene": SCENE | {"observe": ["thermo"]}}
+    sweep["axes"] = {"a": {"set": "repulsion.A A", "values": [15, 25]}}
+    path = mine / "config" / "papers" / "mine.yaml"
+
+    def write_sweep(name, **more):
+        sweeps = {"sweeps": {name: sweep | more}}
+        path.write_text(yaml.safe_dump(yaml.safe_load(MINE.replace("FIGURES", "{}")) | sweeps))
+
+    write_sweep("old")
+    done = snakemake(mine, *ALONE)
+    assert done.returncode == 0, done.stdout + done.stderr
+    runs = mine / "results" / "quick" / "mine" / "runs"
+    before = {path.parent.name: path.read_bytes() for path in runs.glob("old/*/run.nc")}
+    assert len(before) == 2
+    write_sweep("new", seeds="old")
+    shutil.move(runs / "old", runs / "new")
+    assert planned(mine, *ALONE) == {"collect": 1, "write_report": 1}
+    assert snakemake(mine, *ALONE).returncode == 0
+    after = {path.parent.name: path.read_bytes() for path in runs.glob("new/*/run.nc")}
+    assert after == before
+    write_sweep("new")  # with seeds of its own the runs are others: those there are refused
+    done = snakemake(mine, *ALONE)
+    assert done.returncode != 0
+    (remedy,) = re.findall(r"--forcerun '(.+)'/\*/run.nc", done.stdout)
+    again = sorted(str(path.relative_to(mine)) for path in (mine / remedy).glob("*/run.nc"))
+    done = snakemake(mine, *ALONE, "--forcerun", *again)
+    assert done.returncode == 0 and planned(mine, *ALONE) == {}
+    fresh = {path.parent.name: path.read_bytes() for path in runs.glob("new/*/run.nc")}
+    assert fresh.keys() == before.keys() and fresh != before
+
+
+@pytest.mark.parametrize("seeds", [{"two": "one"}, {"one": "x", "two": "x"}])
+def test_two_sweeps_never_share_their_noise(seeds):
+    """What follows from both would look more certain than it is."""
+    sweeps = {name: {"seeds": seeds.get(name, name)} for name in ("one", "two")}
+    with pytest.raises(UserError, match="the noise of the sweep 'one'"):
+        _check_seeds(sweeps, "mine.yaml: sweeps")
+    _check_seeds({"one": {"seeds": "two"}, "two": {"seeds": "one"}}, "two names changed")
