@@ -14,7 +14,7 @@ PAPER_SHOWS = (
     "(dashed), N = 1 lying about 7 % below. (b) The same divided by N. N = 1 here is "
     "the slope of the monomer runs with chi > 3. Open points are not fitted: the composition "
     "drifted by more than 2 standard errors between the halves of the run, its relative error is "
-    "above 30 %, or the run is worth fewer than 5 independent samples."
+    "above 30 %, or the run is worth fewer than 5 independent samples or too short for an error."
 )
 SLOPE = 0.306
 
