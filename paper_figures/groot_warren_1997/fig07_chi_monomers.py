@@ -14,8 +14,8 @@ PAPER_SHOWS = (
     "(a 25) and rho 5 (a 15), and fits chi = s Delta a through the origin where chi > 3: s = 0.286 "
     "+- 0.002 and 0.689 +- 0.002 (dashed). Open points are not fitted: chi below 3, or a "
     "composition that drifted by more than 2 standard errors between the halves of the run, or "
-    "whose run is worth fewer than 5 independent samples or too short for an error. The bulk of a phase is taken from the "
-    "positions that the interfaces have in each block of the run."
+    "whose run is worth fewer than 5 independent samples or too short for an error. The "
+    "bulk of a phase is taken from the positions that the interfaces have in each block of the run."
 )
 DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
 MEAN_FIELD_RANGE = 3.0
