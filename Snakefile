@@ -13,7 +13,7 @@ from pathlib import Path
 BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
-from dpd.digest import ROOT, files_digest, stage_digest
+from dpd.digest import ROOT, files_digest, stage_digest, value_digest
 from dpd.errors import UserError
 from dpd.report.overhead import overhead
 from dpd.starting import start_digest, start_is_shared

@@ -21,6 +21,7 @@ _STAGES = {
     "start": _START,
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
+    "derive": ("analysis/derive.py", "analysis/structure.py", "derived.py"),
     "figure": ("analysis", "theory", "report/style.py", "report/text.py", "report/figures.py"),
     "report": ("report", "analysis/verdicts.py"),
     "measure": (*_SIMULATION, "benchmark"),
@@ -40,8 +41,8 @@ def stage_digest(stage):
     Parameters
     ----------
     stage : str
-        One of ``engine``, ``start``, ``simulate``, ``collect``, ``figure``, ``report``,
-        ``measure``.
+        One of ``engine``, ``start``, ``simulate``, ``collect``, ``derive``, ``figure``,
+        ``report``, ``measure``.
 
     Returns
     -------
