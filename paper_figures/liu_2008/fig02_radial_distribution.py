@@ -125,8 +125,8 @@ def measured(data):
         at, name = _at(data, radius), f"{100 * radius:.0f}"
         found[f"drift_{name}"] = Measured(
             float(at.drift), float(at.drift_error),
-            f"straight lines in the logarithm of the number of configurations, mean of {PARTS} parts "
-            "of the run",
+            "straight lines in the logarithm of the number of configurations, mean of "
+            f"{PARTS} parts of the run",
         )  # fmt: skip
         found[f"rest_{name}"] = Measured(
             float(at.contact) - RESTS[radius], data.attrs["bin"], "error: one bin"
