@@ -182,7 +182,8 @@ def draw(data):
     middle.plot([0, 0.65], [0, 0.65], color=BLACK, linewidth=0.8)
     middle.set(xlim=(-0.03, 0.65), ylim=(0, 0.65), xlabel="preset diameter $2 r_s$ / $r_c$",
                ylabel="closest contact $2 r_0$ / $r_c$")  # fmt: skip
-    right.set(xscale="log", ylim=(0, 0.65), xlabel="bead-samples in g(r)",
+    ends = 0.5 * float(data.samples.min()), 2 * float(data.samples.max())
+    right.set(xscale="log", xlim=ends, ylim=(0, 0.65), xlabel="bead-samples in g(r)",
               ylabel="first bin not empty / $r_c$")  # fmt: skip
     right.xaxis.set_minor_formatter(mpl.ticker.NullFormatter())
     return figure

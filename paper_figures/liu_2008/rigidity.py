@@ -12,14 +12,14 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
 TITLE = "Core force F_max and spring constant C (r_s 0.15, melts of N = 20)."
 PAPER_SHOWS = (
     "Not a figure of the paper, which says that it chose F_max two to four times a and C large, "
-    "that bonds rest at 2 r_0, and that mean-square bond deviation, l_max and closest contact all "
-    "rise with F_max. (a) Closest contact 2 r_0 of monomers: the lower edge of the first bin (0.01 "
-    "r_c wide) of g(r) that is not empty in one configuration of 20 000 beads, median over 50 "
-    "configurations; bars: one bin. (b) to (e): melts whose bonds rest at that 2 r_0, all from one "
-    "melt of set (1). (b) Variance of bond lengths times C. (c) Longest bond of a block of the "
-    "run, mean over blocks; dashed: 4 r_0. (d) Share of bonds longer than 4 r_0. (e) Crossings. (f) The "
-    "largest dt of the sweep up to which no run blew up and kT stayed within 3 % of 1 (bonds at "
-    "rest at 0.25). Times in DPD units tau_0."
+    "that bonds rest at 2 r_0, and that mean-square bond deviation, l_max and closest contact "
+    "all rise with F_max. (a) Closest contact 2 r_0 of monomers: the lower edge of the first "
+    "bin (0.01 r_c wide) of g(r) that is not empty in one configuration of 20 000 beads, median "
+    "over 50 configurations; bars: one bin. (b) to (e): melts whose bonds rest at that 2 r_0, "
+    "all from one melt of set (1). (b) Variance of bond lengths times C. (c) Longest bond of a "
+    "block of the run, mean over blocks; dashed: 4 r_0. (d) Share of bonds longer than 4 r_0. "
+    "(e) Crossings. (f) The largest dt of the sweep up to which no run blew up and kT stayed "
+    "within 3 % of 1 (bonds at rest at 0.25). Times in DPD units tau_0."
 )
 ERRORS = (
     "(b), (c): 95 % intervals from blocks of the run; (d): the same; (e): 95 % intervals from the "

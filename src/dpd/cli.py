@@ -213,8 +213,10 @@ def _simulate(options):
     from dpd.start import make_start
     from dpd.starting import start_work
 
-    scene, begun = _resolved_sweep(options).point(options.point).scene, time.perf_counter()
-    if is_made(options.output, scene):
+    begun, sweep = time.perf_counter(), _resolved_sweep(options)
+    scene = sweep.point(options.point).scene
+    # Snakemake cannot know that what was measured anew came out as before.
+    if sweep.derived and is_made(options.output, scene):
         options.output.touch()
         print(f"{options.output}: is there already, of the same scene and the same sources")
         return
