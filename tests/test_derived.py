@@ -42,6 +42,7 @@ def contacts(first, samples=50):
         {
             "rdf": ((*along, "block", "r"), np.array(g)[:, None]),
             "kT": (along, np.ones((len(first), 1))),
+            "beads": (along, np.full((len(first), 1), 800)),
             "scene": (along, [[json.dumps(scene)]] * len(first)),
         },
         {"force": list(first), "r": r},
@@ -53,6 +54,7 @@ def test_closest_contact_is_the_median_over_configurations():
     found = closest_contact(contacts({50: 0.2}).isel(force=0))
     assert found.value == pytest.approx(0.2)
     assert found.bin == pytest.approx(0.01)
+    assert found.undecided == "2 r_0 is of 20000 beads, these runs have 800"
 
 
 def test_a_peak_beside_a_kink():

@@ -84,7 +84,7 @@ def test_the_share_at_our_core_and_what_one_bin_is_worth():
     data = xr.Dataset(
         {"share": ("rest_length", share), "share_error": ("rest_length", 1e-3 * share),
          "core": ("set", [0.25])},
-        {"rest_length": rest, "set": ["set_1"]}, {"bin": 0.01},
+        {"rest_length": rest, "set": ["set_1"]}, {"bin": 0.01, "undecided": ""},
     )  # fmt: skip
     found = figure._share(data)
     assert found.value == pytest.approx(-3.0)

@@ -54,7 +54,10 @@ def compute(sweeps):
             "share_error": ("rest_length", beyond[:, 1], {"units": "1"}),
         },
         {"set": chosen, "bond_length": runs.bond_length, "rest_length": share.rest_length},
-        {"bin": float(monomers.r[1] - monomers.r[0])},
+        {
+            "bin": float(monomers.r[1] - monomers.r[0]),
+            "undecided": closest_contact(monomers.isel(r_s=0)).undecided,
+        },
     )
     for name, unit, column in zip(
         ("core", "longest", "mean_length", "samples"), ("r_c", "r_c", "r_c", "1"), np.array(rows).T
@@ -77,7 +80,7 @@ def _share(data):
     if "set_1" not in data.set.values or seen.sum() < 3:
         reason = "bonds longer than 4 r_0 were seen at fewer than three rest lengths"
         return Measured(np.nan, np.nan, "", reason)
-    core, width = float(data.core.sel(set="set_1")), data.attrs["bin"]
+    core, width = float(data.core.sel(set="set_1")), data.bin
     rest, share = data.rest_length.values[seen], data.share.values[seen]
     x = rest - core
     fit = linear_fit(
@@ -90,7 +93,7 @@ def _share(data):
         f"share {middle:.2%}, {low:.2%} to {high:.2%} for 2 r_0 = {core:.3f} within one bin; "
         f"published 0.05 %"
     )
-    return Measured(float(fit.values[0]), error, note)
+    return Measured(float(fit.values[0]), error, note, data.undecided)
 
 
 def measured(data):
@@ -108,8 +111,8 @@ def measured(data):
             f"l_max {float(at.longest):.3f} in {float(at.samples):.2g} bead-samples, 4 r_0 = "
             f"{limit:.3f}; mean bond {float(at.mean_length):.3f}; error: one bin of 2 r_0"
         )
-        error = ratio * data.attrs["bin"] / float(at.core)
-        found[f"criterion_{number}"] = Measured(ratio, error, note)
+        error = ratio * data.bin / float(at.core)
+        found[f"criterion_{number}"] = Measured(ratio, error, note, data.undecided)
     return found
 
 
@@ -131,7 +134,7 @@ def describe(data):
 def draw(data):
     """Distributions on a logarithmic axis, and the share over 2 r_0."""
     figure, (left, right) = panels(2)
-    width = data.attrs["bin"]
+    width = data.bin
     for name in data.set.values:
         at, (label, color) = data.sel(set=name), SETS[str(name)]
         seen = at.density.values > 0

@@ -66,7 +66,7 @@ def compute(sweeps):
             "contact_error": (("r_s", "sampling"), [d[2] for d in drift], {"units": "r_c"}),
         },
         {"r_s": ("r_s", r_s, {"units": "r_c"}), "r": runs.r, "share": list(SHARES)},
-        {"bin": width},
+        {"bin": width, "undecided": closest_contact(at).undecided},
     )
     names = ("peak", "peak_error", "rise", "rise_error", "contact", "drift", "drift_error")
     for name, column in zip(names, np.array(rows).T):
@@ -118,8 +118,9 @@ def measured(data):
     for radius in RADII[1:4]:
         at, name = _at(data, radius), f"{100 * radius:.0f}"
         found[f"contact_{name}"] = Measured(
-            float(at.contact) / (2 * radius), data.attrs["bin"] / (2 * radius),
+            float(at.contact) / (2 * radius), data.bin / (2 * radius),
             f"error: one bin; 2 r_0 = {float(at.contact):.3f}, g = 0.05 at {float(at.rise):.3f}",
+            data.undecided,
         )  # fmt: skip
     for radius in (0.15, 0.25):
         at, name = _at(data, radius), f"{100 * radius:.0f}"
@@ -129,15 +130,15 @@ def measured(data):
             f"{PARTS} parts of the run",
         )  # fmt: skip
         found[f"rest_{name}"] = Measured(
-            float(at.contact) - RESTS[radius], data.attrs["bin"], "error: one bin"
+            float(at.contact) - RESTS[radius], data.bin, "error: one bin", data.undecided
         )
     bare = _at(data, 0.0)
-    found["contact_0"] = Measured(float(bare.contact), data.attrs["bin"], "error: one bin")
+    found["contact_0"] = Measured(float(bare.contact), data.bin, "error: one bin", data.undecided)
     contacts = [float(_at(data, radius).contact) for radius in RADII[:4]]
     listed = ", ".join(f"{value:.3f}" for value in contacts)
     found["contact_order"] = Measured(
-        min(np.diff(contacts)), np.sqrt(2) * data.attrs["bin"],
-        f"2 r_0 = {listed}; error: one bin of each",
+        min(np.diff(contacts)), np.sqrt(2) * data.bin,
+        f"2 r_0 = {listed}; error: one bin of each", data.undecided,
     )  # fmt: skip
     others = [_at(data, radius) for radius in RADII[:3]]
     lowest = min(others, key=lambda at: float(at.peak))
@@ -170,7 +171,7 @@ def draw(data):
         reach = COVERAGE * at.g_error
         left.fill_between(data.r, at.g - reach, at.g + reach, color=color, alpha=0.3, linewidth=0)
         left.plot(data.r, at.g, color=color, label=label)
-        middle.errorbar(2 * radius, at.contact, data.attrs["bin"], fmt="o", color=color, capsize=2)
+        middle.errorbar(2 * radius, at.contact, data.bin, fmt="o", color=color, capsize=2)
         points(right, at.samples, at.contact_over_sampling, at.contact_error, None, color,
                linestyle="-")  # fmt: skip
         points(right, at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False)

@@ -201,7 +201,8 @@ def draw(data):
             panel.set(xscale="log", xlim=(FROM, None), ylim=(0, None), title=words)
             panel.set_ylabel(rf"$g(t) / t^{{{label}}}$ / ($r_c^2$ $\tau_0^{{-{label}}}$)")
         for panel in row:
-            panel.legend(loc="upper left")
+            if panel.get_legend_handles_labels()[0]:
+                panel.legend(loc="upper left")
     for panel in axes[-1]:
         panel.set_xlabel(r"time $t$ / $\tau_0$")
     return figure

@@ -30,6 +30,8 @@ COLORS = (BLUE, GREEN, RED, ORANGE, PURPLE, BLACK)
 WARM = 0.03  # of kT, the limit of Groot and Warren 1997, Sec. III
 EVEN = 0.01  # of kT, that runs to be compared must keep
 SET = (100, 300)  # F_max and C of set (1)
+SETS = ("set_1", "set_2")
+PAPER_STEP = 0.002
 BESIDE = 1.06  # factor between points of different C at one F_max, so that all are seen
 AT_LEAST = 3.0  # counts that exclude none at 95 %
 UNITS = {
@@ -41,7 +43,8 @@ UNITS = {
 
 def compute(sweeps):
     """Contacts, bonds, crossings and stable steps over F_max and C."""
-    contacts, runs, steps = (sweeps[name] for name in ("contacts", "rigidity", "stability"))
+    names = ("contacts", "rigidity", "stability", "sets")
+    contacts, runs, steps, sets = (sweeps[name] for name in names)
     places = list(np.ndindex(runs.sizes["force"], runs.sizes["stiffness"]))
     rows = [_bonds(runs.isel(force=i, stiffness=j)) for i, j in places]
     data = xr.Dataset(coords={name: runs[name] for name in ("force", "stiffness")})
@@ -64,7 +67,23 @@ def compute(sweeps):
                   for d in steps.kT.dims[:-1])  # fmt: skip
     data = data.assign_coords(dt=steps.dt.values)
     data["kT"], data["kT_error"] = (names, kT, {"units": "kT"}), (names, error, {"units": "kT"})
-    return data.assign_attrs(bin=cores[0].bin)
+    data = data.merge(_heats(sets))
+    return data.assign_attrs(bin=cores[0].bin, undecided=cores[0].undecided)
+
+
+def _heats(sweep):
+    """kT of the paper's sets, and their time steps."""
+    chosen = sweep.sel(set=[name for name in SETS if name in sweep.set.values])
+    kT, error = over_replicas(chosen.kT.values, chosen.kT_error.values, -1)
+    steps = [first_scene(chosen.sel(set=n)).data["integrator"]["dt"] for n in chosen.set.values]
+    return xr.Dataset(
+        {
+            "set_kT": ("set", kT, {"units": "kT"}),
+            "set_kT_error": ("set", error, {"units": "kT"}),
+            "set_dt": ("set", steps, {"units": "tau"}),
+        },
+        {"set": chosen.set.values},
+    )
 
 
 def _bonds(at):
@@ -115,25 +134,42 @@ def _rise(data, name):
 
 
 def measured(data):
-    """What the text says of F_max, and of dt 0.002."""
+    """What the text says of F_max and of the time step."""
     contact = data.contact.values
     forces = ", ".join(f"{f:g}" for f in data.core_force.values)
     listed = ", ".join(f"{value:.3f}" for value in contact)
     found = {
         "contact_rises": Measured(
-            contact[-1] - contact[0], np.sqrt(2) * data.attrs["bin"],
-            f"2 r_0 = {listed} at F_max {forces}; error: one bin of each",
+            contact[-1] - contact[0], np.sqrt(2) * data.bin,
+            f"2 r_0 = {listed} at F_max {forces}; error: one bin of each", data.undecided,
         ),
         "longest_rises": _rise(data, "longest"),
         "spread_rises": _rise(data, "variance"),
-        "time_step": Measured(np.nan, np.nan),
     }  # fmt: skip
+    return found | {f"heat_{name[-1]}": _heat(data, name) for name in SETS}
+
+
+def _heat(data, name):
+    """kT of a parameter set at the paper's time step, less 1."""
+    if name not in data.set.values:
+        return Measured(np.nan, np.nan)
+    at = data.sel(set=name)
+    dt = float(at.set_dt)
+    other = "" if np.isclose(dt, PAPER_STEP) else f"these runs have dt {dt:g}"
+    return Measured(float(at.set_kT) - 1, float(at.set_kT_error), _tried(data), other)
+
+
+def _tried(data):
+    """What shorter runs of set (1) say of other time steps."""
     place = {"stable_force": SET[0], "stable_stiffness": SET[1]}
-    if all(value in data[axis].values for axis, value in place.items()):
-        at = data.sel(place)
-        tried = ", ".join(f"{dt:g}: {float(at.kT.sel(dt=dt)):.3f}" for dt in data.dt.values)
-        found["time_step"] = Measured(float(at.stable_dt), 0.0, f"kT at dt {tried}")
-    return found
+    if not all(value in data[axis].values for axis, value in place.items()):
+        return ""
+    at = data.sel(place)
+    tried = ", ".join(
+        f"{float(kT):.3f} +- {float(error):.3f} at {dt:g}"
+        for dt, kT, error in zip(data.dt.values, at.kT, at.kT_error)
+    )
+    return f"short runs with F_max {SET[0]}, C {SET[1]}, N 20: kT {tried}"
 
 
 def warnings(data):
@@ -161,7 +197,7 @@ def draw(data):
     """Six panels over F_max, a line for each C."""
     figure, axes = panels(3, 2, height=2.3)
     core, variance, longest, share, rate, steps = axes.ravel()
-    core.errorbar(data.core_force, data.contact, data.attrs["bin"], fmt="o-", color=BLACK,
+    core.errorbar(data.core_force, data.contact, data.bin, fmt="o-", color=BLACK,
                   capsize=2)  # fmt: skip
     core.axhline(2 * 0.15, color=BLACK, linestyle=":", linewidth=0.8, label="$2 r_s$")
     core.legend(loc="lower right")
@@ -180,8 +216,8 @@ def draw(data):
         _seen(rate, force, begun / exposure, np.sqrt(begun) / exposure, AT_LEAST / exposure,
               color)  # fmt: skip
         if stiffness in data.stable_stiffness.values:
-            steps.plot(aside * data.stable_force, data.stable_dt.sel(stable_stiffness=stiffness),
-                       "o-", color=color)  # fmt: skip
+            stable = data.stable_dt.sel(stable_stiffness=stiffness)
+            steps.plot(aside * data.stable_force, stable.where(stable > 0), "o-", color=color)
     figure.legend(*variance.get_legend_handles_labels(), loc="outside upper center",
                   ncols=data.sizes["stiffness"])  # fmt: skip
     steps.set(yscale="log", ylim=(0.7 * float(data.dt.min()), 1.5 * float(data.dt.max())))

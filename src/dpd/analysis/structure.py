@@ -29,7 +29,8 @@ def peak(r, g, kink=0.0, share=SHARE):
     Returns
     -------
     float
-        The highest bin where the kink leaves too few bins for a fit.
+        The highest bin where the kink leaves too few bins for a fit; NaN if the cubic has no
+        maximum.
     """
     highest = r[np.argmax(g)]
     near = np.abs(r - highest) <= min(AROUND, share * (highest - kink))
@@ -37,7 +38,8 @@ def peak(r, g, kink=0.0, share=SHARE):
         return float(highest)
     cubic, square, slope, _ = np.polyfit(r[near] - highest, g[near], 3)
     # The root of 3 c x^2 + 2 s x + b at which the second derivative is negative.
-    return highest - slope / (square - np.sqrt(square**2 - 3 * cubic * slope))
+    inside = square**2 - 3 * cubic * slope
+    return highest - slope / (square - np.sqrt(inside)) if inside >= 0 else np.nan
 
 
 def contact(r, g):
@@ -46,11 +48,15 @@ def contact(r, g):
     return r[seen[0]] - 0.5 * (r[1] - r[0]) if len(seen) else np.nan
 
 
+CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
+
+
 class Contact(NamedTuple):
-    """The distance of closest contact, and its uncertainty: one bin."""
+    """The distance of closest contact, its uncertainty, one bin, and why it is none, if so."""
 
     value: float
     bin: float
+    undecided: str
 
 
 def closest_contact(at):
@@ -72,7 +78,10 @@ def closest_contact(at):
     """
     r = at.r.values
     found = [contact(r, block) for block in blocks_of(at.rdf)]
-    return Contact(float(np.median(found)), float(r[1] - r[0]))
+    beads = int(at.beads.max())
+    reason = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
+    undecided = "" if beads == CONTACT_BEADS else reason
+    return Contact(float(np.median(found)), float(r[1] - r[0]), undecided)
 
 
 def rise(r, g, level=0.05):
