@@ -22,7 +22,7 @@ PAPER_SHOWS = (
     "lower edge of the first bin (0.01 r_c wide) of g(r) that is not empty in one configuration "
     "of 20 000 beads, median over 50 configurations. The line is 2 r_0 = 2 r_s. (c) The same for "
     "g(r) made of several configurations: the core is finite, so the first bin that is not empty "
-    "keeps falling; the last point, all of the run, has no error. Hollow: where g = 0.05, which "
+    "keeps falling; the last point has no error. Hollow: where g = 0.05, which "
     "does not depend on sampling."
 )
 ERRORS = (
