@@ -1,9 +1,10 @@
-# The runs of a sweep, gathered on its axes.
+# The runs of a sweep, gathered on its axes; and values that one sweep measures for another.
 
 
 rule collect:
     input:
         sweep_runs,
+        derived=derived_of,
     output:
         f"{OUT}/{{paper}}/sweeps/{{sweep}}.nc",
     log:
@@ -15,4 +16,20 @@ rule collect:
         scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
     shell:
         "python -m dpd collect {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
+        " 2>&1 | tee {log}"
+
+
+rule derive:
+    input:
+        derived_from,
+    output:
+        f"{OUT}/{{paper}}/derived/{{sweep}}.csv",
+    log:
+        f"{LOGS}/{{paper}}/derived/{{sweep}}.log",
+    params:
+        study=STUDY,
+        sources=stage_digest("derive"),
+        points=planned_digests,
+    shell:
+        "python -m dpd derive {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
         " 2>&1 | tee {log}"

@@ -23,8 +23,21 @@ def sweep_runs(wildcards):
 
 def sweep_digest(wildcards):
     """Digest of all scenes of a sweep."""
-    points = PAPERS[wildcards.paper].sweeps[wildcards.sweep].points
-    return value_digest([point.scene.digest for point in points])
+    sweep = PAPERS[wildcards.paper].sweeps[wildcards.sweep]
+    return value_digest([sweep.planned_digest(point) for point in sweep.points])
+
+
+def derived_of(wildcards):
+    """Table of values that other sweeps measure for a sweep; no file where there are none."""
+    if not PAPERS[wildcards.paper].sweeps[wildcards.sweep].derived:
+        return []
+    return f"{OUT}/{wildcards.paper}/derived/{wildcards.sweep}.csv"
+
+
+def derived_from(wildcards):
+    """The sweeps that measure them."""
+    rules = PAPERS[wildcards.paper].sweeps[wildcards.sweep].derived
+    return sorted({f"{OUT}/{wildcards.paper}/sweeps/{rule.source}.nc" for rule in rules})
 
 
 def figure_sources(wildcards):
@@ -52,6 +65,18 @@ def page_sources(papers):
 def scene_of(wildcards):
     """Scene of a run."""
     return PAPERS[wildcards.paper].sweeps[wildcards.sweep].point(wildcards.point).scene
+
+
+def planned_digest(wildcards):
+    """Digest of what is known of a run when it is planned."""
+    sweep = PAPERS[wildcards.paper].sweeps[wildcards.sweep]
+    return sweep.planned_digest(sweep.point(wildcards.point))
+
+
+def planned_digests(wildcards):
+    """The same of all runs of a sweep."""
+    sweep = PAPERS[wildcards.paper].sweeps[wildcards.sweep]
+    return value_digest([(point.name, sweep.planned_digest(point)) for point in sweep.points])
 
 
 def work_of(wildcards):

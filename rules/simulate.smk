@@ -1,19 +1,22 @@
 # One run per point. The scene's digest and that of the sources are parameters, so that an
-# edited sweep reruns the points that changed and an edited kernel reruns all.
+# edited sweep reruns the points that changed and an edited kernel reruns all. Values that another
+# sweep measures are known only when that has run: a run that finds itself made already, with the
+# same values, stays as it is (`update` keeps Snakemake from deleting it).
 
 
 rule simulate:
     input:
         ancient(rules.compile_kernels.output),
         start=start_of,
+        derived=derived_of,
     output:
-        f"{OUT}/{{paper}}/runs/{{sweep}}/{{point}}/run.nc",
+        update(f"{OUT}/{{paper}}/runs/{{sweep}}/{{point}}/run.nc"),
     log:
         f"{LOGS}/{{paper}}/runs/{{sweep}}/{{point}}.log",
     params:
         study=STUDY,
         sources=stage_digest("simulate"),
-        scene=lambda wildcards: scene_of(wildcards).digest,
+        scene=planned_digest,
         start=given_start,
     priority: work_of
     threads: 1

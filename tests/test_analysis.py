@@ -244,6 +244,7 @@ def test_chi_carries_the_error():
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.02, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.01, verdicts.REPLICATED),
         ({"value": 0, "rival": 0.02}, 0.0, 0.02, verdicts.NOT_REACHED),
+        ({"value": 0, "rival": 0.02}, 0.5, 0.02, verdicts.DEVIATES),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
         ({"value": 0}, 2.5, 1.0, verdicts.DEVIATES),
         ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),

@@ -85,6 +85,7 @@ def test_dry_run_of_every_study(tmp_path, name):
     assert jobs["simulate"] == sum(map(len, scenes))
     assert jobs["make_start"] == sum(map(len, starts))
     assert jobs["collect"] == sum(len(paper.sweeps) for paper in papers)
+    assert jobs["derive"] == sum(bool(s.derived) for p in papers for s in p.sweeps.values()) > 0
     assert jobs["draw_figure"] == sum(len(paper.figures) for paper in papers)
     assert not (folder / "results").exists()
 

@@ -13,7 +13,7 @@ import yaml
 
 from dpd.errors import UserError
 from dpd.overlay import replaced_values
-from dpd.report.figures import _sweep_line
+from dpd.report.captions import sweep_line
 from dpd.scene import Scene
 from dpd.study import _check_seeds, merge, read_paper
 from tests.test_cli import SCENE, dpd, write
@@ -75,9 +75,9 @@ def test_captions_have_the_density_that_was_run():
                 for key, value in (("beads", 1), ("steps", 2), ("seed", 3))
             }
         )
-        lines[name] = _sweep_line(sweep)
+        lines[name] = str(sweep_line(sweep))
     assert "(density 2.997 of whole molecules in place of 3)" in lines["missed"]
-    assert "density" not in lines["met"]
+    assert "whole molecules" not in lines["met"]
 
 
 def test_a_result_given_as_a_start_is_called_so(tmp_path):

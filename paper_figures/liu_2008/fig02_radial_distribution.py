@@ -1,60 +1,72 @@
-"""Figure 2: g(r) of monomers for four core radii, and how close they come."""
+"""Figure 2: g(r) of monomers for several core radii, and how close they come."""
 
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import samples_of
-from dpd.analysis.statistics import COVERAGE, jackknife, linear_fit
+from dpd.analysis.statistics import COVERAGE, jackknife
 from dpd.analysis.structure import (
-    contact,
+    closest_contact,
     contact_over_sampling,
     peak,
     radial_distribution,
     rise,
 )
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, mpl, panels, points
 
-TITLE = "Radial distribution functions of monomers with rigid cores (rho 2, a 25, F_max 100)."
+TITLE = "Monomers with rigid cores (rho 2, a 25, F_max 100): g(r), and how close they come."
 PAPER_SHOWS = (
-    "The paper shows g(r) for r_s = 0, 0.15, 0.20 and 0.25 (left), and takes 2 r_0, the smallest "
-    "distance met, from its first bin that is not empty. Dotted: the published first peaks. "
-    "Right: that distance (lower edge of the bin) over the number of bead-samples that g(r) was "
-    "made of; the core is finite, so it keeps falling. Dashed: 2 r_s. Open symbols: distance "
-    "where g reaches 0.05, which does not depend on sampling."
+    "The paper shows (a) for r_s = 0, 0.15, 0.20 and 0.25, and says where the first peak of r_s "
+    "0.293 should be. Dotted: the published first peaks. (b) Closest contact 2 r_0 over 2 r_s: the "
+    "lower edge of the first bin (0.01 r_c wide) of g(r) that is not empty in one configuration "
+    "of 20 000 beads, median over 50 configurations. The line is 2 r_0 = 2 r_s. (c) The same for "
+    "g(r) made of several configurations: the core is finite, so the first bin that is not empty "
+    "keeps falling; the last point has no error. Hollow: where g = 0.05, which "
+    "does not depend on sampling."
 )
 ERRORS = (
-    "Bands and bars: 95 % intervals from blocks of the run; peaks by a cubic through the bins "
-    "within 0.15 r_c of the highest, errors by leaving out blocks."
+    "(a) and (c): 95 % intervals from blocks of the run. (b): one bin either way. Peaks: a cubic "
+    "through the bins within 0.15 r_c of the highest, but no farther than two thirds of the way to "
+    "the kink of g(r) at 2 r_s, where the force jumps; errors by leaving out tenths of the run. "
+    "Where the peak stands at the kink itself it is the highest bin, and its error one bin."
 )
-COLORS = {0.0: BLACK, 0.15: BLUE, 0.2: GREEN, 0.25: RED}
+RADII = (0.0, 0.15, 0.2, 0.25, 0.293)
+COLORS = dict(zip(RADII, (BLACK, BLUE, GREEN, RED, PURPLE)))
 PUBLISHED_PEAKS = (0.78, 0.67)
+SHARES = (1 / 2, 2 / 3, 5 / 6)  # of the way to the kink: windows to show that they do not matter
+PARTS, LEAST = 5, 8  # of the run for the drift of 2 r_0, and configurations in each
+RESTS = {0.15: 0.25, 0.25: 0.41}  # 2 r_0 in the bonds of sets (1) and (2)
 
 
 def compute(sweeps):
-    """g(r), peaks, and the distance of closest contact over sampling."""
+    """g(r), peaks, and the distance of closest contact, for one configuration and for more."""
     runs = sweeps["monomers"]
     r, r_s = runs.r.values, runs.r_s.values.astype(float)
-    table, rows, drift = [], [], []
+    width = float(r[1] - r[0])
+    curves, rows, windows, drift = [], [], [], []
     for radius in runs.r_s.values:
         at = runs.sel(r_s=radius)
         g, error, blocks = radial_distribution(at)
-        table.append((g, error))
-        highest = jackknife(blocks, lambda mean: peak(r, mean))
+        curves.append((g, error))
+        # Half of a last bin either way is as good as a peak at the kink is known.
+        highest = _peak(r, blocks, radius)
+        highest = (highest[0], max(highest[1], width if _at_kink(r, g, radius) else 0.0))
+        windows.append([_peak(r, blocks, radius, share)[0] for share in SHARES])
         closest = jackknife(blocks, lambda mean: rise(r, mean))
-        found = contact_over_sampling(r, blocks, samples_of(at, "rdf") / len(blocks))
-        drift.append(found)
-        rows.append((*highest, *closest, contact(r, g), *_slope(*found)))
+        drift.append(contact_over_sampling(r, blocks, samples_of(at, "rdf") / len(blocks)))
+        rows.append((*highest, *closest, closest_contact(at).value, *_drift(r, blocks)))
     data = xr.Dataset(
         {
-            "g": (("r_s", "r"), [g for g, _ in table], {"units": "1", "long_name": "g(r)"}),
-            "g_error": (("r_s", "r"), [e for _, e in table], {"units": "1"}),
+            "g": (("r_s", "r"), [g for g, _ in curves], {"units": "1", "long_name": "g(r)"}),
+            "g_error": (("r_s", "r"), [e for _, e in curves], {"units": "1"}),
+            "peak_by_window": (("r_s", "share"), windows, {"units": "r_c"}),
             "samples": (("r_s", "sampling"), [d[0] for d in drift], {"units": "1"}),
             "contact_over_sampling": (("r_s", "sampling"), [d[1] for d in drift], {"units": "r_c"}),
             "contact_error": (("r_s", "sampling"), [d[2] for d in drift], {"units": "r_c"}),
         },
-        {"r_s": ("r_s", r_s, {"units": "r_c"}), "r": runs.r},
-        {"bin": float(r[1] - r[0])},
+        {"r_s": ("r_s", r_s, {"units": "r_c"}), "r": runs.r, "share": list(SHARES)},
+        {"bin": width, "undecided": closest_contact(at).undecided},
     )
     names = ("peak", "peak_error", "rise", "rise_error", "contact", "drift", "drift_error")
     for name, column in zip(names, np.array(rows).T):
@@ -62,62 +74,117 @@ def compute(sweeps):
     return data
 
 
-def _slope(samples, distance, error):
-    """Change of the distance per decade of sampling, and its error."""
-    known = np.isfinite(error) & (error > 0)
-    if known.sum() < 3:
+def _peak(r, blocks, radius, share=SHARES[1]):
+    """Place of the first peak and its error."""
+    return jackknife(blocks, lambda mean: peak(r, mean, 2 * radius, share))
+
+
+def _at_kink(r, g, radius):
+    """Whether a peak stands so close to the kink that no curve is laid through it."""
+    return peak(r, g, 2 * radius) == r[np.argmax(g)]
+
+
+def _drift(r, blocks):
+    """Change of the distance per decade of sampling, and its error.
+
+    A straight line in each of some parts of the run, of which none shares a configuration with
+    another: mean over the parts, and its standard error.
+    """
+    if len(blocks) < PARTS * LEAST:
         return np.nan, np.nan
-    x = np.log10(samples[known])
-    fit = linear_fit([np.ones_like(x), x], distance[known], error[known])
-    return fit.values[1], fit.errors[1]
+    slopes = []
+    for part in np.array_split(blocks, PARTS):
+        counts, distance, _ = contact_over_sampling(r, part, 1)
+        slopes.append(np.polyfit(np.log10(counts), distance, 1)[0])
+    return np.mean(slopes), np.std(slopes, ddof=1) / np.sqrt(PARTS)
+
+
+def _at(data, radius):
+    """What was found for a core radius; missing values if the study has none of it."""
+    here = np.isclose(data.r_s, radius)
+    return data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
 
 
 def measured(data):
-    """Peaks, the core that is met, and its drift."""
-    found = {}
-    for radius in (0.0, 0.15, 0.2, 0.25):
-        here = np.isclose(data.r_s, radius)
-        name = f"{100 * radius:.0f}"
-        at = data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
-        found[f"peak_{name}"] = Measured(float(at.peak), float(at.peak_error))
-        if radius not in (0.15, 0.25):
-            continue
-        single = float(at.contact_over_sampling[0])
-        found[f"contact_{name}"] = Measured(
-            float(at.contact) / (2 * radius), data.attrs["bin"] / (2 * radius),
-            f"error: one bin; 2 r_0 = {float(at.contact):.2f} with bins of {data.bin:.2g} and "
-            f"{float(at.samples.max()):.2g} bead-samples, {single:.3f} with "
-            f"{float(at.samples.min()):.2g}; g = 0.05 at {float(at.rise):.3f}",
+    """Peaks, the core that is met, its drift, and the crystal that the text speaks of."""
+    found = {"crystal_radius": Measured(1 / (2 + np.sqrt(2)), 0.0, "1 / (2 + sqrt 2)")}
+    for radius in RADII:
+        at, name = _at(data, radius), f"{100 * radius:g}".replace(".", "")
+        windows = ", ".join(f"{float(v):.3f}" for v in at.peak_by_window)
+        found[f"peak_{name}"] = Measured(
+            float(at.peak), float(at.peak_error),
+            f"{windows} with a fit that reaches 1/2, 2/3 and 5/6 of the way to 2 r_s, 0.15 at most",
         )  # fmt: skip
+    for radius in RADII[1:4]:
+        at, name = _at(data, radius), f"{100 * radius:.0f}"
+        found[f"contact_{name}"] = Measured(
+            float(at.contact) / (2 * radius), data.bin / (2 * radius),
+            f"error: one bin; 2 r_0 = {float(at.contact):.3f}, g = 0.05 at {float(at.rise):.3f}",
+            data.undecided,
+        )  # fmt: skip
+    for radius in (0.15, 0.25):
+        at, name = _at(data, radius), f"{100 * radius:.0f}"
         found[f"drift_{name}"] = Measured(
             float(at.drift), float(at.drift_error),
-            "straight line in the logarithm of the number of bead-samples",
+            "straight lines in the logarithm of the number of configurations, mean of "
+            f"{PARTS} parts of the run",
         )  # fmt: skip
+        found[f"rest_{name}"] = Measured(
+            float(at.contact) - RESTS[radius], data.bin, "error: one bin", data.undecided
+        )
+    bare = _at(data, 0.0)
+    found["contact_0"] = Measured(float(bare.contact), data.bin, "error: one bin", data.undecided)
+    contacts = [float(_at(data, radius).contact) for radius in RADII[:4]]
+    listed = ", ".join(f"{value:.3f}" for value in contacts)
+    found["contact_order"] = Measured(
+        min(np.diff(contacts)), np.sqrt(2) * data.bin,
+        f"2 r_0 = {listed}; error: one bin of each", data.undecided,
+    )  # fmt: skip
+    others = [_at(data, radius) for radius in RADII[:3]]
+    lowest = min(others, key=lambda at: float(at.peak))
+    apart = _at(data, 0.25)
+    found["peak_shift"] = Measured(
+        float(apart.peak - lowest.peak), float(np.hypot(apart.peak_error, lowest.peak_error))
+    )
     return found
 
 
+def describe(data):
+    """What is seen, in words."""
+    peaks = ", ".join(f"{float(at.peak):.2f} for r_s {float(at.r_s):g}" for at in _each(data))
+    return (
+        f"(a) g(r) rises from zero near the core's edge to a first peak at {peaks}. (b) Closest "
+        "contacts lie on a line a little below 2 r_0 = 2 r_s. (c) They fall as more is sampled."
+    )
+
+
+def _each(data):
+    return [data.sel(r_s=radius) for radius in data.r_s.values]
+
+
 def draw(data):
-    """g(r), the paper's axes; and the closest contact."""
-    figure, (left, right) = panels(2)
-    for radius in data.r_s.values:
-        at, color = data.sel(r_s=radius), COLORS.get(float(radius), ORANGE)
-        label = f"$r_s$ = {radius:g}"
+    """g(r), the paper's axes; and closest contacts."""
+    figure, (left, middle, right) = panels(3, height=2.6, width_ratios=(1.35, 1, 1))
+    for at in _each(data):
+        radius = float(at.r_s)
+        color, label = COLORS.get(radius, ORANGE), f"$r_s$ = {radius:g}"
         reach = COVERAGE * at.g_error
         left.fill_between(data.r, at.g - reach, at.g + reach, color=color, alpha=0.3, linewidth=0)
         left.plot(data.r, at.g, color=color, label=label)
-        points(
-            right, at.samples, at.contact_over_sampling, at.contact_error, label, color,
-            linestyle="-",
-        )  # fmt: skip
+        middle.errorbar(2 * radius, at.contact, data.bin, fmt="o", color=color, capsize=2)
+        points(right, at.samples, at.contact_over_sampling, at.contact_error, None, color,
+               linestyle="-")  # fmt: skip
         points(right, at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False)
-        if radius > 0:
-            right.axhline(2 * radius, color=color, linestyle="--", linewidth=0.7)
     for k, place in enumerate(PUBLISHED_PEAKS):
-        label = "published first peaks" if k == 0 else None
-        left.axvline(place, color=BLACK, linestyle=":", linewidth=0.8, label=label)
-    left.set(xlim=(0, 3), ylim=(0, None), xlabel="distance r / $r_c$", ylabel="g(r)")
-    left.legend(loc="lower right")
-    right.set(xscale="log", ylim=(0, 0.75), xlabel="bead-samples in g(r)",
-              ylabel="closest contact $2 r_0$ / $r_c$")  # fmt: skip
-    right.legend(loc="upper right", ncols=2)
+        label = "published" if k == 0 else None
+        left.axvline(place, color=BLACK, linestyle=":", linewidth=0.9, label=label)
+    left.set(xlim=(0, 2), ylim=(0, None), xlabel="distance r / $r_c$", ylabel="g(r)")
+    left.legend(loc="upper right")
+    middle.plot([0, 0.65], [0, 0.65], color=BLACK, linewidth=0.8)
+    middle.set(xlim=(-0.03, 0.65), ylim=(0, 0.65), xlabel="preset diameter $2 r_s$ / $r_c$",
+               ylabel="closest contact $2 r_0$ / $r_c$")  # fmt: skip
+    ends = 0.5 * float(data.samples.min()), 2 * float(data.samples.max())
+    right.set(xscale="log", xlim=ends, ylim=(0, 0.65), xlabel="bead-samples in g(r)",
+              ylabel="first bin not empty / $r_c$")  # fmt: skip
+    right.xaxis.set_minor_formatter(mpl.ticker.NullFormatter())
     return figure

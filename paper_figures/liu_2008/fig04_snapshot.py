@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.collections import LineCollection
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import jackknife
 from dpd.analysis.verdicts import Measured
 from dpd.observe.chains import sizes, unwrapped
 from dpd.report.style import mpl, panels
@@ -12,12 +13,15 @@ from dpd.report.style import mpl, panels
 TITLE = "Snapshot of a melt of set (1)."
 PAPER_SHOWS = (
     "The paper shows a 30 x 30 window of a melt of N = 100 after 1e6 steps, a colour for each "
-    "chain, in which no two bonds cross. Here: the last configuration of the run of that length, "
-    "or of the longest chains that this study has."
+    "chain, in which no two bonds cross, and says that chains are neither elongated nor discs, but "
+    "of many shapes. Here: the last configuration of the run of that length, or of the longest "
+    "chains that this study has. The shape of a chain is the elongation e = (l_1 - l_2) / (l_1 + "
+    "l_2) of the two eigenvalues of its gyration tensor: 0 for a disc, 1 for a rod."
 )
 ERRORS = "The window is as large as the paper's, or the whole box where that is smaller."
 WINDOW = 30.0
 PAPER_LENGTH = 100
+FEWEST = 10  # chains for an error of their shapes
 
 
 def compute(sweeps):
@@ -35,6 +39,7 @@ def compute(sweeps):
         {
             "position": (("axis", "chain", "bead"), chains, {"units": "r_c"}),
             "box": (("axis",), box, {"units": "r_c"}),
+            "elongation": (("chain",), elongations(chains), {"units": "1"}),
             "crossings": ((), float(at.crossings.values[-1]), {"units": "1"}),
             "most_crossings": ((), float(at.crossings.max()), {"units": "1"}),
             "steps": ((), int(at.steps)),
@@ -44,14 +49,53 @@ def compute(sweeps):
     )
 
 
+def elongations(chains):
+    """(l_1 - l_2) / (l_1 + l_2) of the eigenvalues of the gyration tensors.
+
+    Parameters
+    ----------
+    chains : (2, chains, beads) array
+        In one piece.
+
+    Returns
+    -------
+    (chains,) array
+        0 for a disc, 1 for a rod.
+    """
+    apart = chains - chains.mean(axis=2, keepdims=True)
+    tensor = np.einsum("acb,dcb->cad", apart, apart) / chains.shape[2]
+    low, high = np.linalg.eigvalsh(tensor).T
+    return (high - low) / (high + low)
+
+
 def measured(data):
-    """No crossing in the snapshot."""
+    """No crossing in the snapshot, and the shapes of chains."""
     size = np.sqrt(float(data.gyration_square))
     note = (
         f"{data.sizes['chain']} chains of {data.sizes['bead']} after {int(data.steps)} steps; most "
         f"at any sample of the run {float(data.most_crossings):.0f}; radius of gyration {size:.2f}"
     )
-    return {"snapshot_crossings": Measured(float(data.crossings), 0.0, note)}
+    found = {"snapshot_crossings": Measured(float(data.crossings), 0.0, note)}
+    shape = data.elongation.values[:, None]
+    few = len(shape) < FEWEST
+    reason = f"{len(shape)} chains are too few for an error" if few else ""
+    low, high = np.quantile(shape, (0.1, 0.9))
+    note = f"{len(shape)} chains of one configuration, a tenth below {low:.2f} and above {high:.2f}"
+    for name, moments in (
+        ("shape", lambda m: m[0]),
+        ("shape_spread", lambda m: np.sqrt(max(m[1] - m[0] ** 2, 0.0))),
+    ):
+        value, error = jackknife(np.hstack([shape, shape**2]), moments)
+        found[name] = Measured(value, error, note, reason)
+    return found
+
+
+def describe(data):
+    """What is seen, in words."""
+    return (
+        f"A window of a melt of chains of {data.sizes['bead']} beads, each in its own colour; "
+        "winding chains of all shapes fill the plane, and none crosses another."
+    )
 
 
 def draw(data):

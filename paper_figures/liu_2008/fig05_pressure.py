@@ -14,72 +14,81 @@ PAPER_SHOWS = (
     "fitted for rho > 2, and (b) the pressure over a rho^2, which has a plateau for r_s = 0 and "
     "0.15 and none for 0.20 and 0.25. Its axis in (b) says P; drawn here is the excess p - rho kT"
     " over a rho^2, as in Groot and Warren's Fig. 4, of which the parabola's plateau is kappa. "
-    "The legend gives the exponent n of p - rho kT ~ rho^n for rho > 2 (a parabola: 2). Diamonds "
-    "at rho = 0: B2 / a, exact. Dotted: mean field, pi / 24, an upper bound without cores."
+    "The legend gives the exponent n of p - rho kT ~ rho^n for rho > 2 (a parabola: 2). Diamond "
+    "at rho = 0: B2 / a without a core, exact. Dotted: mean field, pi / 24, an upper bound without "
+    "cores."
 )
-COLORS = {0.0: BLACK, 0.15: BLUE, 0.2: GREEN, 0.25: RED}
+RADII = (0.0, 0.15, 0.2, 0.25)
+COLORS = dict(zip(RADII, (BLACK, BLUE, GREEN, RED)))
 DENSE = 2.0  # the fit's density from which on, Eq. 10
+COMMON = 4.0  # the largest density at which the paper has all four cores
 REPULSION, FORCE = 25.0, 100.0
+UNITS = {
+    "kappa": "r_c^3", "kappa_error": "r_c^3", "chi_square": "1", "exponent": "1",
+    "exponent_error": "1", "misfit": "1", "misfit_error": "1", "plateau": "1", "plateau_error": "1",
+}  # fmt: skip
 
 
 def compute(sweeps):
     """Excess pressures, parabolas, and exponents."""
     data = excess_pressure(list(sweeps.values()), "r_s")
     rows = [_fits(data.sel(r_s=radius)) for radius in data.r_s.values]
-    names = (
-        "kappa",
-        "kappa_error",
-        "chi_square",
-        "exponent",
-        "exponent_error",
-        "trend",
-        "trend_error",
-    )
-    for name, column in zip(names, np.array(rows).T):
-        data[name] = ("r_s", column)
+    for name, unit in UNITS.items():
+        data[name] = ("r_s", [row.get(name, np.nan) for row in rows], {"units": unit})
+    data.misfit.attrs["long_name"] = "largest distance from the parabola over the largest pressure"
+    data.plateau.attrs["long_name"] = "largest distance of the scaled excess from kappa over kappa"
     limits = [core_limits(REPULSION, radius, FORCE) for radius in data.r_s.values]
-    data["virial"] = ("r_s", [low for low, _ in limits])
-    data["mean_field"] = ("r_s", [high for _, high in limits])
-    for name in ("kappa", "kappa_error", "virial", "mean_field"):
-        data[name].attrs = {"units": "r_c^3"}
-    for name in ("chi_square", "exponent", "exponent_error", "trend", "trend_error"):
-        data[name].attrs = {"units": "1"}
-    data.trend.attrs["long_name"] = "slope of the scaled excess for rho > 2 over its mean"
+    data["virial"] = ("r_s", [low for low, _ in limits], {"units": "r_c^3"})
+    data["mean_field"] = ("r_s", [high for _, high in limits], {"units": "r_c^3"})
     return data
 
 
 def _fits(at):
-    """kappa, chi-square of the parabola, exponent and relative slope for dense systems."""
+    """kappa, how far points are from the parabola, and the exponent, for dense systems."""
     at = at.dropna("density", subset=["excess"]).where(at.density > DENSE, drop=True)
-    rho, p, error = at.density.values, at.excess.values, at.excess_error.values
+    rho, excess, error = at.density.values, at.excess.values, at.excess_error.values
     if len(rho) < 3:
-        return (np.nan,) * 7
+        return {}
     # Every point counts alike, as for Groot and Warren: the errors are so small that those of
     # the thinnest system would decide where the parabola lies.
-    parabola = linear_fit([REPULSION * rho**2], p)
-    off = (p - parabola.values[0] * REPULSION * rho**2) / error
-    off = off[np.isfinite(off)]  # points without an error count in the fit, not in its quality
-    power = linear_fit([np.ones_like(rho), np.log(rho)], np.log(p))
-    flat = p / rho**2
-    line = linear_fit([np.ones_like(rho), rho - rho.mean()], flat)
-    return (
-        parabola.values[0], parabola.errors[0], off @ off / max(len(off) - 1, 1),
-        power.values[1], power.errors[1],
-        line.values[1] / line.values[0], line.errors[1] / line.values[0],
-    )  # fmt: skip
+    parabola = linear_fit([REPULSION * rho**2], excess)
+    kappa, kappa_error = parabola.values[0], parabola.errors[0]
+    off = excess - kappa * REPULSION * rho**2
+    # Points without an error count in the fit, not in its quality.
+    pulls = (off / error)[np.isfinite(error)]
+    power = linear_fit([np.ones_like(rho), np.log(rho)], np.log(excess))
+    far, bent = np.argmax(np.abs(off)), np.argmax(np.abs(off) / rho**2)
+    largest, scale = (rho + excess).max(), kappa * REPULSION * rho[bent] ** 2
+    return {
+        "kappa": kappa,
+        "kappa_error": kappa_error,
+        "chi_square": pulls @ pulls / max(len(pulls) - 1, 1),
+        "exponent": power.values[1],
+        "exponent_error": power.errors[1],
+        "misfit": abs(off[far]) / largest,
+        "misfit_error": error[far] / largest,
+        "plateau": abs(off[bent]) / scale,
+        "plateau_error": error[bent] / scale,
+    }
+
+
+def _at(data, radius):
+    """What was found for a core radius; missing values if the study has none of it."""
+    here = np.isclose(data.r_s, radius)
+    return data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
 
 
 def measured(data):
     """kappa, and whether the equation of state is a parabola."""
     found = {}
-    for radius in (0.0, 0.15, 0.2, 0.25):
-        here = np.isclose(data.r_s, radius)
-        at = data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
-        name = f"{100 * radius:.0f}"
-        found[f"exponent_{name}"] = Measured(
-            float(at.exponent), float(at.exponent_error),
-            f"reduced chi-square of the parabola {float(at.chi_square):.3g}; the scaled excess "
-            f"changes by {float(at.trend):.1%} +- {float(at.trend_error):.1%} per unit of density",
+    for radius in RADII:
+        at, name = _at(data, radius), f"{100 * radius:.0f}"
+        found[f"parabola_{name}"] = Measured(
+            float(at.misfit), float(at.misfit_error),
+            f"p - rho kT ~ rho^n with n = {float(at.exponent):.3f} +- "
+            f"{float(at.exponent_error):.3f}; reduced chi-square of the parabola "
+            f"{float(at.chi_square):.3g}; the scaled excess is up to {float(at.plateau):.1%} from "
+            "its plateau",
         )  # fmt: skip
         if radius in (0.0, 0.15):
             found[f"kappa_{name}"] = Measured(
@@ -87,7 +96,44 @@ def measured(data):
                 "error from the scatter about the parabola; exact limits "
                 f"{float(at.virial):.5f} and {float(at.mean_field):.4f}",
             )  # fmt: skip
+    bare, thin, thick, crowded = (_at(data, radius) for radius in RADII)
+    found["kappa_ratio"] = _ratio(thin, bare, "kappa", less=1.0)
+    worst = max(bare, thin, key=lambda at: np.nan_to_num(float(at.plateau)))
+    best = min(thick, crowded, key=lambda at: np.nan_to_num(float(at.plateau), nan=np.inf))
+    found["plateau_order"] = _ratio(best, worst, "plateau")
+    found["pressure_25"] = _pressures(crowded, bare)
     return found
+
+
+def _ratio(upper, lower, name, less=0.0):
+    """Ratio of two numbers with errors of their own."""
+    high, low = float(upper[name]), float(lower[name])
+    error = np.hypot(float(upper[f"{name}_error"]) / low,
+                     high * float(lower[f"{name}_error"]) / low**2)  # fmt: skip
+    return Measured(high / low - less, float(error), f"{high:.3f} and {low:.3f}")
+
+
+def _pressures(upper, lower):
+    """Ratio of the pressures of two cores at the density that all have."""
+    if COMMON not in upper.density.values:
+        return Measured(np.nan, np.nan)
+    upper, lower = (at.sel(density=COMMON) for at in (upper, lower))
+    high, low = (COMMON + float(at.excess) for at in (upper, lower))
+    error = np.hypot(float(upper.excess_error) / low, high * float(lower.excess_error) / low**2)
+    return Measured(high / low, float(error), f"{high:.2f} and {low:.2f} kT / r_c^2")
+
+
+def describe(data):
+    """What is seen, in words."""
+    parts = [
+        f"r_s {float(r):g}: n = {float(n):.2f}"
+        for r, n in zip(data.r_s, data.exponent)
+        if np.isfinite(n)
+    ]
+    return (
+        "(a) Pressures rise with density, the more the larger the core, beside fitted parabolas. "
+        f"(b) The excess over a rho^2 bends upwards with density; exponents {', '.join(parts)}."
+    )
 
 
 def draw(data):
@@ -113,9 +159,9 @@ def draw(data):
     )
     right.axhline(float(np.pi / 24), color=BLACK, linestyle=":", linewidth=0.8)
     left.set(xlim=(0, end), ylim=(0, None), xlabel=r"density $\rho$ $r_c^2$",
-             ylabel=r"pressure p / ($k_BT$ $r_c^{-2}$)", title="(a)")  # fmt: skip
+             ylabel=r"pressure $p$ / ($k_BT$ $r_c^{-2}$)")  # fmt: skip
     left.legend(loc="upper left")
     right.set(xlim=(0, end), ylim=(0, None), xlabel=r"density $\rho$ $r_c^2$",
-              ylabel=r"$(p - \rho k_BT) / (a \rho^2)$ / $r_c^3$", title="(b)")  # fmt: skip
+              ylabel=r"$(p - \rho k_BT) / (a \rho^2)$ / $r_c^3$")  # fmt: skip
     right.legend(loc="lower right")
     return figure

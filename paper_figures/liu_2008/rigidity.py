@@ -4,73 +4,114 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error, over_replicas
-from dpd.analysis.structure import blocks_of, contact, radial_distribution, rise
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, over_replicas
+from dpd.analysis.structure import blocks_of, closest_contact
 from dpd.analysis.verdicts import AGREE, Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
 
-TITLE = "Core force and bond stiffness (melts of N = 20, r_s 0.15, rest length 0.25)."
+TITLE = "Core force F_max and spring constant C (r_s 0.15, melts of N = 20)."
 PAPER_SHOWS = (
     "Not a figure of the paper, which says that it chose F_max two to four times a and C large, "
-    "and that mean-square bond deviation, l_max and closest contact all rise with F_max. All runs"
-    " begin from one melt of set (1). The largest stable dt is the largest of the sweep up to "
-    "which no run blew up and kT stayed within 3 % of 1."
+    "that bonds rest at 2 r_0, and that mean-square bond deviation, l_max and closest contact "
+    "all rise with F_max. (a) Closest contact 2 r_0 of monomers: the lower edge of the first "
+    "bin (0.01 r_c wide) of g(r) that is not empty in one configuration of 20 000 beads, median "
+    "over 50 configurations; bars: one bin. (b) to (e): melts whose bonds rest at that 2 r_0, "
+    "all from one melt of set (1). (b) Variance of bond lengths times C. (c) Longest bond of a "
+    "block of the run, mean over blocks; dashed: 4 r_0. (d) Share of bonds longer than 4 r_0. "
+    "(e) Crossings. (f) The largest dt of the sweep up to which no run blew up and kT stayed "
+    "within 3 % of 1 (bonds at rest at 0.25). Times in DPD units tau_0."
 )
 ERRORS = (
-    "On the longest bond of a block of the run, mean over blocks (filled), and on kT: 95 % "
-    "intervals. Closest contacts and the longest bond of a whole run (hollow), extremes, have "
-    "none; shares and rates below the ticks are zero in this run."
+    "(b), (c): 95 % intervals from blocks of the run; (d): the same; (e): 95 % intervals from the "
+    "square root of the count. Hollow in (d) and (e): none seen, and the upper bound at 95 %. "
+    "Points of different C stand a little side by side."
 )
 COLORS = (BLUE, GREEN, RED, ORANGE, PURPLE, BLACK)
 WARM = 0.03  # of kT, the limit of Groot and Warren 1997, Sec. III
+EVEN = 0.01  # of kT, that runs to be compared must keep
 SET = (100, 300)  # F_max and C of set (1)
+SETS = ("set_1", "set_2")
+PAPER_STEP = 0.002
+BESIDE = 1.06  # factor between points of different C at one F_max, so that all are seen
+AT_LEAST = 3.0  # counts that exclude none at 95 %
+UNITS = {
+    "longest": "r_c", "longest_error": "r_c", "variance": "r_c^2", "variance_error": "r_c^2",
+    "share": "1", "share_error": "1", "share_bound": "1", "begun": "1", "exposure": "tau",
+    "melt_kT": "kT", "melt_kT_error": "kT", "rest": "r_c",
+}  # fmt: skip
 
 
 def compute(sweeps):
     """Contacts, bonds, crossings and stable steps over F_max and C."""
-    runs, steps = sweeps["rigidity"], sweeps["stability"]
-    r, length = runs.r.values, runs.bond_length.values
-    width = length[1] - length[0]
-    shape = (runs.sizes["force"], runs.sizes["stiffness"])
-    names = (
-        "contact", "rise", "longest", "longest_of_block", "longest_of_block_error", "spread",
-        "spread_error", "share", "rate", "stable_dt",
+    names = ("contacts", "rigidity", "stability", "sets")
+    contacts, runs, steps, sets = (sweeps[name] for name in names)
+    places = list(np.ndindex(runs.sizes["force"], runs.sizes["stiffness"]))
+    rows = [_bonds(runs.isel(force=i, stiffness=j)) for i, j in places]
+    data = xr.Dataset(coords={name: runs[name] for name in ("force", "stiffness")})
+    for name, unit in UNITS.items():
+        table = np.array([row[name] for row in rows]).reshape(runs.sizes["force"], -1)
+        data[name] = (("force", "stiffness"), table, {"units": unit})
+    cores = [closest_contact(contacts.sel(force=force)) for force in contacts.force.values]
+    data = data.assign_coords(core_force=contacts.force.values)
+    data["contact"] = ("core_force", [core.value for core in cores], {"units": "r_c"})
+    places = np.ndindex(steps.sizes["force"], steps.sizes["stiffness"])
+    stable = [_stable(steps.isel(force=i, stiffness=j)) for i, j in places]
+    tried = xr.DataArray(
+        np.reshape(stable, (steps.sizes["force"], -1)),
+        {name: steps[name] for name in ("force", "stiffness")}, ("force", "stiffness"),
     )  # fmt: skip
-    table = {name: np.full(shape, np.nan) for name in names}
-    for place in np.ndindex(shape):
-        at = runs.isel(force=place[0], stiffness=place[1])
-        scene = first_scene(at)
-        g = radial_distribution(at)[0]
-        density = at.bond_density.mean(("replica", "block")).values
-        longest = block_mean_and_error(blocks_of(at.bond_longest))
-        spread = block_mean_and_error((at.bond_mean_square - at.bond_mean**2).values.ravel())
-        bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
-        time = float(at.crossing_time.isel(replica=0).max())
-        found = {
-            "contact": contact(r, g),
-            "rise": rise(r, g),
-            "longest": float(at.bond_longest.max()),
-            "longest_of_block": float(longest[0]),
-            "longest_of_block_error": float(longest[1]),
-            "spread": float(spread[0]),
-            "spread_error": float(spread[1]),
-            "share": density[length > 2 * scene.data["bond"]["length"]].sum() * width,
-            "rate": float(at.crossings_begun.sum()) / (bonds * time),
-            "stable_dt": _stable(steps.isel(force=place[0], stiffness=place[1])),
-        }
-        for name, value in found.items():
-            table[name][place] = value
-    units = ("r_c",) * 5 + ("r_c^2", "r_c^2", "1", "1 / tau", "tau")
-    data = xr.Dataset(coords={"force": runs.force, "stiffness": runs.stiffness, "dt": steps.dt})
-    for name, unit in zip(names, units):
-        data[name] = (("force", "stiffness"), table[name], {"units": unit})
+    tried = tried.rename(force="stable_force", stiffness="stable_stiffness")
+    data["stable_dt"] = tried.assign_attrs(units="tau")
     kT, error = over_replicas(steps.kT.values, steps.kT_error.values, -1)
-    data["kT"] = (steps.kT.dims[:-1], kT, {"units": "kT"})
-    data["kT_error"] = (steps.kT.dims[:-1], error, {"units": "kT"})
-    data.attrs["bin"] = float(r[1] - r[0])
-    data.attrs["blocks"] = len(blocks_of(at.bond_longest))
-    data.attrs["limit"] = 2 * scene.data["bond"]["length"]
-    return data
+    names = tuple({"force": "stable_force", "stiffness": "stable_stiffness"}.get(d, d)
+                  for d in steps.kT.dims[:-1])  # fmt: skip
+    data = data.assign_coords(dt=steps.dt.values)
+    data["kT"], data["kT_error"] = (names, kT, {"units": "kT"}), (names, error, {"units": "kT"})
+    data = data.merge(_heats(sets))
+    return data.assign_attrs(bin=cores[0].bin, undecided=cores[0].undecided)
+
+
+def _heats(sweep):
+    """kT of the paper's sets, and their time steps."""
+    chosen = sweep.sel(set=[name for name in SETS if name in sweep.set.values])
+    kT, error = over_replicas(chosen.kT.values, chosen.kT_error.values, -1)
+    steps = [first_scene(chosen.sel(set=n)).data["integrator"]["dt"] for n in chosen.set.values]
+    return xr.Dataset(
+        {
+            "set_kT": ("set", kT, {"units": "kT"}),
+            "set_kT_error": ("set", error, {"units": "kT"}),
+            "set_dt": ("set", steps, {"units": "tau"}),
+        },
+        {"set": chosen.set.values},
+    )
+
+
+def _bonds(at):
+    """Bonds and crossings of a point of the sweep over F_max and C."""
+    scene = first_scene(at)
+    length, rest = at.bond_length.values, scene.data["bond"]["length"]
+    width = length[1] - length[0]
+    density = blocks_of(at.bond_density)
+    share, share_error = block_mean_and_error(density[:, length > 2 * rest].sum(axis=1) * width)
+    longest = block_mean_and_error(blocks_of(at.bond_longest))
+    variance = block_mean_and_error((at.bond_mean_square - at.bond_mean**2).values.ravel())
+    bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
+    looks = scene.steps[1] // scene.observe["bonds"]["every"]
+    kT, kT_error = over_replicas(at.kT.values, at.kT_error.values, -1)
+    return {
+        "longest": float(longest[0]),
+        "longest_error": float(longest[1]),
+        "variance": float(variance[0]),
+        "variance_error": float(variance[1]),
+        "share": float(share),
+        "share_error": float(share_error),
+        "share_bound": AT_LEAST / (bonds * looks),
+        "begun": float(at.crossings_begun.sum()),
+        "exposure": bonds * float(at.crossing_time.isel(replica=0).max()),
+        "melt_kT": float(kT),
+        "melt_kT_error": float(kT_error),
+        "rest": rest,
+    }
 
 
 def _stable(at):
@@ -80,85 +121,127 @@ def _stable(at):
     return float(good.max()) if len(good) else 0.0
 
 
-def _rise(data, name, error, note):
+def _rise(data, name):
     """Change from the lowest to the highest F_max, at C of set (1)."""
-    low, high = (data.sel(stiffness=SET[1]).isel(force=k) for k in (0, -1))
-    if isinstance(error, str):
-        error = float(np.hypot(low[error], high[error]))
-    change = float(high[name] - low[name])
-    unseen = abs(change) <= AGREE * error
-    return Measured(
-        change, error, note, "the change is within two standard errors" if unseen else ""
-    )
+    if SET[1] not in data.stiffness.values or data.sizes["force"] < 2:
+        return Measured(np.nan, np.nan)
+    along = data.sel(stiffness=SET[1])
+    low, high = along.isel(force=0), along.isel(force=-1)
+    error = float(np.hypot(low[f"{name}_error"], high[f"{name}_error"]))
+    listed = ", ".join(f"{float(v):.4g}" for v in along[name])
+    forces = ", ".join(f"{f:g}" for f in data.force.values)
+    return Measured(float(high[name] - low[name]), error, f"{listed} at F_max {forces}, C {SET[1]}")
 
 
 def measured(data):
-    """What the text says of F_max, and of dt 0.002."""
-    span = f"from F_max {data.force.values[0]:g} to {data.force.values[-1]:g} at C {SET[1]}"
-    missing = SET[1] not in data.stiffness.values or SET[0] not in data.force.values
-    if missing or data.sizes["force"] < 2:
-        return dict.fromkeys(
-            ("contact_rises", "longest_rises", "spread_rises", "time_step"),
-            Measured(np.nan, np.nan),
-        )
-    stable = float(data.stable_dt.sel(force=SET[0], stiffness=SET[1]))
-    tried = ", ".join(
-        f"{dt:g}: {float(data.kT.sel(force=SET[0], stiffness=SET[1], dt=dt)):.3f}"
-        for dt in data.dt.values
-    )
-    return {
-        "contact_rises": _rise(data, "contact", data.attrs["bin"], f"{span}; error: one bin"),
-        "longest_rises": _rise(
-            data,
-            "longest_of_block",
-            "longest_of_block_error",
-            f"{span}; the longest of each of {data.attrs['blocks']} blocks of the run, mean",
+    """What the text says of F_max and of the time step."""
+    contact = data.contact.values
+    forces = ", ".join(f"{f:g}" for f in data.core_force.values)
+    listed = ", ".join(f"{value:.3f}" for value in contact)
+    found = {
+        "contact_rises": Measured(
+            contact[-1] - contact[0], np.sqrt(2) * data.bin,
+            f"2 r_0 = {listed} at F_max {forces}; error: one bin of each", data.undecided,
         ),
-        "spread_rises": _rise(data, "spread", "spread_error", span),
-        "time_step": Measured(stable, 0.0, f"kT at dt {tried}"),
-    }
+        "longest_rises": _rise(data, "longest"),
+        "spread_rises": _rise(data, "variance"),
+    }  # fmt: skip
+    return found | {f"heat_{name[-1]}": _heat(data, name) for name in SETS}
+
+
+def _heat(data, name):
+    """kT of a parameter set at the paper's time step, less 1."""
+    if name not in data.set.values:
+        return Measured(np.nan, np.nan)
+    at = data.sel(set=name)
+    dt = float(at.set_dt)
+    other = "" if np.isclose(dt, PAPER_STEP) else f"these runs have dt {dt:g}"
+    return Measured(float(at.set_kT) - 1, float(at.set_kT_error), _tried(data), other)
+
+
+def _tried(data):
+    """What shorter runs of set (1) say of other time steps."""
+    place = {"stable_force": SET[0], "stable_stiffness": SET[1]}
+    if not all(value in data[axis].values for axis, value in place.items()):
+        return ""
+    at = data.sel(place)
+    tried = ", ".join(
+        f"{float(kT):.3f} +- {float(error):.3f} at {dt:g}"
+        for dt, kT, error in zip(data.dt.values, at.kT, at.kT_error)
+    )
+    return f"short runs with F_max {SET[0]}, C {SET[1]}, N 20: kT {tried}"
+
+
+def warnings(data):
+    """Runs that are not as warm as the others, which the comparison asks for."""
+    off = abs(data.melt_kT - 1)
+    for place in np.argwhere((off > EVEN + AGREE * data.melt_kT_error).values):
+        at = data.isel(force=place[0], stiffness=place[1])
+        yield (
+            f"kT is {float(at.melt_kT):.3f} at F_max {at.force.item():g}, C "
+            f"{at.stiffness.item():g}, more than {EVEN:.0%} from 1."
+        )
+
+
+def describe(data):
+    """What is seen, in words."""
+    first, last = data.contact.values[[0, -1]]
+    return (
+        f"Over F_max: the closest contact of monomers rises from {first:.2f} to {last:.2f} r_c, "
+        "bond variance and longest bond rise with it and fall with C; the share of long bonds and "
+        "the rate of crossings fall steeply with C."
+    )
 
 
 def draw(data):
-    """Five panels over F_max, a line for each C."""
-    shown = (
-        ("contact", r"closest contact $2 r_0$ / $r_c$", "linear"),
-        ("longest_of_block", r"longest bond $l_{max}$ / $r_c$", "linear"),
-        ("share", rf"share of bonds > {data.limit:g} $r_c$", "log"),
-        ("rate", r"crossings per bond and $\tau$", "log"),
-        ("stable_dt", r"largest stable dt / $\tau$", "log"),
-        ("kT", r"$k_BT$ at $F_{max}$ = " + f"{SET[0]}", "linear"),
-    )
+    """Six panels over F_max, a line for each C."""
     figure, axes = panels(3, 2, height=2.3)
-    for panel, (name, label, scale) in zip(axes.ravel(), shown):
-        for stiffness, color in zip(data.stiffness.values, COLORS):
-            at = data.sel(stiffness=stiffness)
-            if name == "kT":
-                at = at.sel(force=SET[0], method="nearest")
-            x, y = at[at[name].dims[0]], at[name]
-            y = y.where(y > 0) if scale == "log" else y
-            label = f"C = {stiffness:g}"
-            if f"{name}_error" in at:
-                points(panel, x, y, at[f"{name}_error"], label, color, linestyle="-")
-            else:
-                panel.plot(x, y, "o-", color=color, label=label)
-            if name == "longest_of_block":
-                panel.plot(x, at.longest, "o", color=color, markerfacecolor="white")
-        panel.set(ylabel=label, yscale=scale, xlabel=r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)")
-        if name == "longest_of_block":
-            panel.axhline(data.limit, color=BLACK, linestyle="--", linewidth=0.8)
-        if not (data[name] > 0).any():
-            panel.text(0.5, 0.5, "none in any run", transform=panel.transAxes, ha="center")
-    rates = data.rate.values[data.rate.values > 0]
-    if len(rates):
-        axes[1, 0].set_ylim(0.3 * rates.min(), 3 * rates.max())
-    steps, warm = axes[1, 1], axes[1, 2]
+    core, variance, longest, share, rate, steps = axes.ravel()
+    core.errorbar(data.core_force, data.contact, data.bin, fmt="o-", color=BLACK,
+                  capsize=2)  # fmt: skip
+    core.axhline(2 * 0.15, color=BLACK, linestyle=":", linewidth=0.8, label="$2 r_s$")
+    core.legend(loc="lower right")
+    longest.plot(data.force, 2 * data.rest.isel(stiffness=0), "--", color=BLACK, label="$4 r_0$")
+    longest.legend(loc="upper left")
+    for k, (stiffness, color) in enumerate(zip(data.stiffness.values, COLORS)):
+        at = data.sel(stiffness=stiffness)
+        aside = BESIDE ** (k - 0.5 * (data.sizes["stiffness"] - 1))
+        force, label = aside * data.force.values, f"C = {stiffness:g}"
+        for panel, name, factor in ((variance, "variance", stiffness), (longest, "longest", 1)):
+            reach = factor * COVERAGE * at[f"{name}_error"]
+            panel.errorbar(force, factor * at[name], reach, fmt="o-", color=color,
+                           label=label if panel is variance else None)  # fmt: skip
+        _seen(share, force, at.share, at.share_error, at.share_bound, color)
+        begun, exposure = at.begun, at.exposure
+        _seen(rate, force, begun / exposure, np.sqrt(begun) / exposure, AT_LEAST / exposure,
+              color)  # fmt: skip
+        if stiffness in data.stable_stiffness.values:
+            stable = data.stable_dt.sel(stable_stiffness=stiffness)
+            steps.plot(aside * data.stable_force, stable.where(stable > 0), "o-", color=color)
+    figure.legend(*variance.get_legend_handles_labels(), loc="outside upper center",
+                  ncols=data.sizes["stiffness"])  # fmt: skip
+    steps.set(yscale="log", ylim=(0.7 * float(data.dt.min()), 1.5 * float(data.dt.max())))
     steps.set_yticks(data.dt.values, [f"{dt:g}" for dt in data.dt.values])
-    steps.set_ylim(0.7 * float(data.dt.min()), 1.5 * float(data.dt.max()))
-    steps.minorticks_off()
-    warm.axhspan(1 - WARM, 1 + WARM, color=BLACK, alpha=0.1, linewidth=0)
-    warm.set(xscale="log", xlabel=r"time step dt / $\tau$", ylim=(0.95, 1.3))
-    warm.set_xticks(data.dt.values, [f"{dt:g}" for dt in data.dt.values])
-    warm.minorticks_off()
-    axes[0, 0].legend()
+    labels = (
+        "closest contact $2 r_0$ / $r_c$", "C times bond variance / $k_BT$", "longest bond / $r_c$",
+        "share of bonds > $4 r_0$", r"crossings per bond and $\tau_0$",
+        r"largest stable dt / $\tau_0$",
+    )  # fmt: skip
+    for panel, label in zip(axes.ravel(), labels):
+        panel.set(xscale="log", ylabel=label)
+        panel.set_xticks(data.core_force.values, [f"{f:g}" for f in data.core_force.values])
+        panel.minorticks_off()
+    for panel in axes[-1]:
+        panel.set_xlabel(r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)")
     return figure
+
+
+def _seen(panel, x, value, error, bound, color):
+    """Values on an axis of logarithms; hollow upper bounds where nothing was seen."""
+    seen = (value > 0).values
+    low = np.minimum(COVERAGE * error, 0.9 * value)
+    panel.errorbar(x[seen], value[seen], [low[seen], COVERAGE * error[seen]], fmt="o",
+                   color=color)  # fmt: skip
+    panel.plot(x[~seen], bound[~seen], "v", color=color, markerfacecolor="white")
+    panel.plot(x, np.where(seen, value, bound), color=color, linewidth=0.7)
+    panel.set_yscale("log")

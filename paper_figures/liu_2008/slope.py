@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.diffusion import ROUSE, SEMENOV_JOHNER, excluded, subdiffusion
+from dpd.analysis.diffusion import ROUSE, SEMENOV_JOHNER, excluded, subdiffusion, too_small
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
@@ -15,7 +15,8 @@ PAPER_SHOWS = (
     "and noise on each bead (Langevin), which conserve no momentum: chains alone, without flow. "
     "(c) N = 50 in boxes of other sizes and with other frictions, with and without momentum. "
     "Where (a) and (b) differ, flow carries the beads, and a power law of g_i is not one of the "
-    "chain."
+    "chain. The legends give exponents inside the chain's own size, 4 <l^2> < g_i < R_g^2. Times "
+    "in DPD units tau_0."
 )
 ERRORS = (
     "Each slope is that of a straight line over a factor of 4 in time. Bands: 95 % intervals; the"
@@ -28,6 +29,8 @@ AXES = {
     "friction": "gamma",
 }  # fmt: skip
 ALONE = ("box_size", "langevin_box_size", "friction")
+PAPER_TIME, PAPER_BOX = 1e4, 100.0
+FROM = 0.3  # DPD time units, from which on slopes are drawn: before, beads fly
 CONTROL, PAIR = 100, 50  # chain lengths of the control's row and of the pair of boxes
 
 
@@ -37,18 +40,9 @@ def compute(sweeps):
     for name, axis in AXES.items():
         found = subdiffusion(sweeps[name], axis)
         labels = [f"{name} {value}" for value in found[axis].values]
-        edges = [float(b) for b in _edges(sweeps[name])]
-        found = found.assign_coords(box_edge=(axis, edges)).rename({axis: "run"})
-        found = found.drop_vars("run").assign_coords(run=labels)
-        parts.append(found.reset_coords("box_edge"))
-    data = xr.concat(parts, "run", join="outer")
-    data.box_edge.attrs["units"] = "r_c"
-    return data
-
-
-def _edges(sweep):
-    """Edge of the box at each point."""
-    return np.sqrt(sweep.beads / sweep.number_density).isel(replica=0).values
+        found = found.rename({axis: "run"}).drop_vars("run").assign_coords(run=labels)
+        parts.append(found)
+    return xr.concat(parts, "run", join="outer")
 
 
 def _at(data, run):
@@ -60,7 +54,7 @@ def _exponent(data, run):
     at = _at(data, run)
     if at is None:
         return Measured(np.nan, np.nan)
-    window = f"{float(at.first):.3g} to {float(at['last']):.3g} tau"
+    window = f"{float(at.first):.3g} to {float(at['last']):.3g} DPD time units"
     exponent, error = float(at.exponent), float(at.exponent_error)
     said = excluded(exponent, error)
     if np.isnan(exponent):
@@ -73,13 +67,18 @@ def _lowest(data):
     at = _at(data, f"melts {CONTROL}")
     if at is None:
         return Measured(np.nan, np.nan)
+    small = too_small(at, PAPER_TIME, PAPER_BOX)
     if not np.isfinite(at.lowest):
-        reason = f"the slope falls until {float(at.time[at.slope.notnull()][-1]):.3g} tau, the end"
-        return Measured(np.nan, np.nan, "", reason)
+        end = float(at.time[at.slope.notnull()][-1])
+        reason = f"the slope falls until {end:.3g} DPD time units, the end"
+        return Measured(np.nan, np.nan, "", small or reason)
     value, error = float(at.lowest), float(at.lowest_error)
     ratio = float(at.lowest_square / at.high)
-    note = f"at {float(at.lowest_time):.3g} tau, g_i = {ratio:.1f} R_g^2; {excluded(value, error)}"
-    return Measured(value, error, note)
+    note = (
+        f"at {float(at.lowest_time):.3g} DPD time units, g_i = {ratio:.1f} R_g^2; "
+        f"{excluded(value, error)}"
+    )
+    return Measured(value, error, note, small)
 
 
 def measured(data):
@@ -107,40 +106,54 @@ def measured(data):
     return found
 
 
+def describe(data):
+    """What is seen, in words."""
+    parts = [f"{_label(run, data.sel(run=run), True)}" for run in data.run.values]
+    return (
+        "Local slopes over time fall from 2, free flight, through about 1 to lower values; 8/15 "
+        f"and 1/2 are drawn in. Exponents inside the chain: {'; '.join(parts)}."
+    )
+
+
 def draw(data):
     """Three panels of slopes."""
-    figure, panel = panels(3)
+    figure, panel = panels(3, height=3.0, sharey=True)
     groups = (
-        ("(a) pair friction", [r for r in data.run.values if r.startswith("melts ")]),
-        ("(b) Langevin", [r for r in data.run.values if r.startswith("langevin ")]),
+        ("pair friction", [r for r in data.run.values if r.startswith("melts ")]),
+        ("Langevin", [r for r in data.run.values if r.startswith("langevin ")]),
         (
-            f"(c) N = {PAIR}",
+            f"N = {PAIR}",
             [r for r in data.run.values if r.split()[0] in ALONE]
             + [r for r in (f"melts {PAIR}", f"langevin {PAIR}") if r in data.run.values],
         ),
     )  # fmt: skip
     for axes, (title, runs) in zip(panel, groups):
+        together = title.startswith("N = ")
         for run, color in zip(runs, COLORS):
             at = data.sel(run=run)
+            at = at.isel(lag=np.flatnonzero(at.time >= FROM))
             reach = COVERAGE * at.slope_error
-            style = "--" if run.startswith("langevin") and title.startswith("(c)") else "-"
-            axes.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.25,
+            style = "--" if run.startswith("langevin") and together else "-"
+            axes.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.2,
                               linewidth=0)  # fmt: skip
-            axes.plot(at.time, at.slope, style, color=color, label=_label(run, at, title))
+            axes.plot(at.time, at.slope, style, color=color, label=_label(run, at, together))
         axes.axhline(SEMENOV_JOHNER, color=BLACK, linestyle="--", linewidth=0.8)
         axes.axhline(ROUSE, color=BLACK, linestyle=":", linewidth=0.8)
-        axes.set(xscale="log", ylim=(0.4, 1.75), xlabel=r"time $t$ / $\tau$", title=title)
+        # Room above the curves for a line of the legend each.
+        axes.set(xscale="log", xlim=(FROM, None), ylim=(0.4, 1.8), title=title,
+                 xlabel=r"time $t$ / $\tau_0$")  # fmt: skip
         axes.legend(loc="upper right")
     panel[0].set_ylabel(r"local slope d ln $g_i$ / d ln $t$")
     return figure
 
 
-def _label(run, at, title):
+def _label(run, at, together):
     """What a curve is of."""
     name, value = run.split()
-    if not title.startswith("(c)"):
-        exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
+    exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
+    if not together:
         return f"N = {value}: {exponent:.2f} ± {error:.2f}"
     kind = "Langevin" if name.startswith("langevin") else "pairs"
     text = f"{kind}, L = {float(at.box_edge):.0f}"
-    return text + (rf", $\gamma$ = {value}" if name == "friction" else "")
+    text += rf", $\gamma$ = {value}" if name == "friction" else ""
+    return f"{text}: {exponent:.2f}"

@@ -69,6 +69,10 @@ def _parser():
     )
     _add_threads(simulate)
     stage("collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc")
+    stage(
+        "derive", _derive, "find values of a sweep's scenes that other sweeps measure",
+        "study", "paper", "sweep", output="sweep.csv",
+    )  # fmt: skip
     figure = stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
     figure.add_argument(
         "--traceback", type=Path, metavar="FILE",
@@ -110,6 +114,11 @@ def _count(text):
 def run_folder(study, paper, sweep):
     """Folder of a sweep's runs."""
     return RESULTS / study / paper / "runs" / sweep
+
+
+def derived_file(study, paper, sweep):
+    """Table of a sweep's derived values."""
+    return RESULTS / study / paper / "derived" / f"{sweep}.csv"
 
 
 def _run(options):
@@ -186,11 +195,17 @@ def _compile(options):
     replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
 
 
-def _point(options):
+def _sweep(options):
     from dpd.study import read_paper
 
-    paper = read_paper(options.paper, options.study, only=[options.sweep])
-    return paper.sweeps[options.sweep].point(options.point)
+    return read_paper(options.paper, options.study, only=[options.sweep]).sweeps[options.sweep]
+
+
+def _resolved_sweep(options):
+    """The sweep with what other sweeps have measured for it."""
+    from dpd.derived import resolved
+
+    return resolved(_sweep(options), derived_file(options.study, options.paper, options.sweep))
 
 
 def _start(options):
@@ -198,18 +213,25 @@ def _start(options):
     from dpd.simulate import write_start
     from dpd.starting import start_work
 
-    scene = _point(options).scene
+    scene = _sweep(options).point(options.point).scene
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         write_start(scene, options.output, progress)
 
 
 def _simulate(options):
+    from dpd.derived import is_made
     from dpd.progress import Progress
     from dpd.simulate import checkpoint_path, read_start, simulate
     from dpd.start import make_start
     from dpd.starting import start_work
 
-    scene, begun = _point(options).scene, time.perf_counter()
+    begun, sweep = time.perf_counter(), _resolved_sweep(options)
+    scene = sweep.point(options.point).scene
+    # Snakemake cannot know that what was measured anew came out as before.
+    if sweep.derived and is_made(options.output, scene):
+        options.output.touch()
+        print(f"{options.output}: is there already, of the same scene and the same sources")
+        return
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         state = read_start(scene, options.start) if options.start else make_start(scene, progress)
     with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
@@ -222,12 +244,29 @@ def _simulate(options):
 
 def _collect(options):
     from dpd.analysis.collect import collect, save
-    from dpd.study import read_paper
 
-    sweep = read_paper(options.paper, options.study, only=[options.sweep]).sweeps[options.sweep]
+    sweep = _resolved_sweep(options)
     folder = run_folder(options.study, options.paper, options.sweep)
     paths = [folder / point.name / "run.nc" for point in sweep.points]
     save(collect(sweep, paths), options.output)
+
+
+def _derive(options):
+    import xarray as xr
+
+    from dpd.analysis.derive import derive
+    from dpd.derived import write_derived
+
+    sweep = _sweep(options)
+    folder = RESULTS / options.study / options.paper / "sweeps"
+    paths = {rule.source: folder / f"{rule.source}.nc" for rule in sweep.derived}
+    if not paths:
+        raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
+    for path in paths.values():
+        if not path.is_file():
+            raise UserError(f"{path}: there is no such file; let snakemake make it")
+    sources = {name: xr.load_dataset(path, engine="netcdf4") for name, path in paths.items()}
+    write_derived(derive(sweep, sources), options.output)
 
 
 def _figure(options):

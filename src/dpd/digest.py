@@ -21,6 +21,7 @@ _STAGES = {
     "start": _START,
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
+    "derive": ("analysis/derive.py", "analysis/structure.py", "derived.py"),
     "figure": (
         "analysis",
         "theory",
@@ -33,7 +34,7 @@ _STAGES = {
     ),
     "report": ("report", "analysis/verdicts.py"),
     "measure": (*_SIMULATION, "benchmark"),
-}  # fmt: skip
+}
 
 
 def cache_folder(name):
@@ -49,8 +50,8 @@ def stage_digest(stage):
     Parameters
     ----------
     stage : str
-        One of ``engine``, ``start``, ``simulate``, ``collect``, ``figure``, ``report``,
-        ``measure``.
+        One of ``engine``, ``start``, ``simulate``, ``collect``, ``derive``, ``figure``,
+        ``report``, ``measure``.
 
     Returns
     -------

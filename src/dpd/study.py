@@ -1,10 +1,11 @@
 """From config to runs: a study changes a paper's sweeps, a sweep unfolds into points."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from itertools import product
 from zlib import crc32
 
-from dpd.digest import ROOT
+from dpd.derived import check_derived
+from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.scene import Scene
 from dpd.schema import read_yaml, schema, suggestion, validate, with_defaults
@@ -32,16 +33,33 @@ class Axis:
 
 
 @dataclass(frozen=True)
+class Derived:
+    """A value of a scene that another sweep measures: which key, from which sweep, and what."""
+
+    key: str
+    source: str
+    quantity: str
+
+
+@dataclass(frozen=True)
 class Sweep:
     """A family of runs; the last axis is always ``replica``.
 
     ``series`` names the time series that are kept whole where all runs share one time axis.
+    Until the sweeps that ``derived`` names have run, the scenes hold stand-ins for those values.
     """
 
     name: str
     axes: tuple
     points: tuple
     series: tuple = ("kT",)
+    derived: tuple = ()
+
+    def planned_digest(self, point):
+        """Digest of all that is known of a run before anything has run."""
+        if not self.derived:
+            return point.scene.digest
+        return value_digest([point.scene.digest, *map(astuple, self.derived)])
 
     def point(self, name):
         """A point by name.
@@ -176,8 +194,14 @@ def read_paper(name, study, only=None):
     for sweep in only or ():
         if sweep not in paper["sweeps"]:
             raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper['sweeps'])}")
+    axes = {
+        sweep: _described(given, changes.get(sweep, {}), f"papers.{name}.{sweep}", study)
+        for sweep, given in paper["sweeps"].items()
+    }
+    for sweep in paper["sweeps"]:
+        check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
     sweeps = {
-        sweep: _unfold(name, sweep, given, changes.get(sweep, {}), where, study)
+        sweep: _unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep])
         for sweep, given in paper["sweeps"].items()
         if only is None or sweep in only
     }
@@ -215,18 +239,23 @@ def _known(key, name, folder):
         raise UserError(f"{key}: {name!r} is not in config/{folder}; {suggestion(name, names)}")
 
 
-def _unfold(paper, name, given, changes, where, study):
-    """All points of a sweep."""
-    rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
-    given = with_defaults(given, rules)
-    base = merge(given["scene"], changes.get("scene", {}))
+def _described(given, changes, key, study):
+    """The axes of a sweep as a paper describes them, with the values of a study."""
     described = dict(given.get("axes", {}))
-    there = f"config/studies/{study}.yaml: papers.{paper}.{name}.axes"
+    there = f"config/studies/{study}.yaml: {key}.axes"
     for axis, values in changes.get("axes", {}).items():
         if axis not in described:
             raise UserError(f"{there}: no axis {axis!r}; {suggestion(axis, described)}")
         rule = described[axis]
         described[axis] = rule | {"values": _chosen(rule["values"], values, f"{there}.{axis}")}
+    return described
+
+
+def _unfold(paper, name, given, changes, where, described):
+    """All points of a sweep."""
+    rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
+    given = with_defaults(given, rules)
+    base = merge(given["scene"], changes.get("scene", {}))
     key = f"{where}: sweeps.{name}"
     axes = [_axis(axis, rule, key) for axis, rule in described.items()]
     replicas = changes.get("replicas", given["replicas"])
@@ -240,7 +269,11 @@ def _unfold(paper, name, given, changes, where, study):
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
         points.append(Point(at, labels, Scene(scene, f"{key} ({at})")))
-    return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]))
+    derived = tuple(
+        Derived(target, rule["from"], rule["quantity"])
+        for target, rule in given.get("derive", {}).items()
+    )
+    return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]), derived)
 
 
 def _axis(name, rule, key):

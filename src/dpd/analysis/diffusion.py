@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.collect import padded
+from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.resampling import resampled
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
@@ -104,6 +104,25 @@ def excluded(value, error):
     return ", ".join(parts)
 
 
+def too_small(at, duration, box):
+    """Why a run cannot say what a longer one in a larger box shows; empty if it can.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        One point from `subdiffusion`.
+    duration, box : float
+        That it would have to have, in tau and r_c.
+    """
+    # A run that is a whole number of steps long may lack a rounding error.
+    if float(at.duration) >= duration * (1 - 1e-9) and float(at.box_edge) >= box * (1 - 1e-9):
+        return ""
+    return (
+        f"the claim is on {duration:.0e} DPD time units in a box of {box:g}, this run has "
+        f"{float(at.duration):.3g} in {float(at.box_edge):g}"
+    )
+
+
 def lowest_slope(found):
     """Smallest local slope, if the slope rises again within the times that there are.
 
@@ -164,7 +183,8 @@ def subdiffusion(sweep, axis):
         the first with ``_error`` (standard error). Over the axis: ``exponent`` of inner in
         the window and its error, ``first`` and ``last`` time and ``low`` and ``high`` square
         displacement of the window, ``diffusion`` of the centre of mass beyond ``last``, and
-        ``lowest``, the smallest local slope, at ``lowest_time`` and ``lowest_square``.
+        ``lowest``, the smallest local slope, at ``lowest_time`` and ``lowest_square``, and
+        ``duration`` and ``box_edge`` of the run.
     """
     rows, curves = [], []
     for place in sweep[axis].values:
@@ -175,7 +195,11 @@ def subdiffusion(sweep, axis):
         exponents = exponent_between(inner, low, high)
         after = exponents[3] if np.isfinite(exponents[3]) else inner.time[-1]
         constant = diffusion_constant(centre, at.sizes["axis"], after)
-        rows.append((*exponents, low, high, *constant, *lowest_slope(inner)))
+        scene = first_scene(at)
+        time = scene.steps[1] * scene.data["integrator"]["dt"]
+        rows.append((
+            *exponents, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
+        ))  # fmt: skip
         slope, slope_error = inner.derived(lambda g, time=inner.time: local_slope(time, g))
         curves.append(np.array([
             inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
@@ -192,11 +216,12 @@ def subdiffusion(sweep, axis):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
     names = (
         "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",
-        "diffusion_error", "lowest", "lowest_error", "lowest_time", "lowest_square",
+        "diffusion_error", "lowest", "lowest_error", "lowest_time", "lowest_square", "duration",
+        "box_edge",
     )  # fmt: skip
     units = (
         "1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau", "1", "1", "tau",
-        "r_c^2",
+        "r_c^2", "tau", "r_c",
     )  # fmt: skip
     for name, unit, column in zip(names, units, np.array(rows).T):
         data[name] = (axis, column, {"units": unit, "long_name": name.replace("_", " ")})

@@ -1,24 +1,46 @@
 """What g(r) says: the place of its first peak, and how close beads come."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from dpd.analysis.statistics import block_mean_and_error, jackknife
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of the highest bin, for the cubic through a peak
+LEAST_BINS = 8  # that a cubic is laid through
+SHARE = 2 / 3  # of the way from a peak to a kink of g(r): as far as a cubic may reach
 
 
-def peak(r, g):
+def peak(r, g, kink=0.0, share=SHARE):
     """Distance of the maximum of g(r): of a cubic through the bins around the highest.
 
     A parabola is not enough: the peak is steeper on its near side, and its place would move
     with the width of the fit.
+
+    Parameters
+    ----------
+    r, g : (bins,) arrays
+    kink : float
+        Where g(r) has a kink below its peak, as at the edge of a rigid core, where the force jumps:
+        the fit keeps away from it.
+    share : float
+        Of the way from the highest bin to the kink: the fit reaches no farther.
+
+    Returns
+    -------
+    float
+        The highest bin where the kink leaves too few bins for a fit; NaN if the cubic has no
+        maximum.
     """
     highest = r[np.argmax(g)]
-    near = np.abs(r - highest) <= AROUND
+    near = np.abs(r - highest) <= min(AROUND, share * (highest - kink))
+    if near.sum() < LEAST_BINS:
+        return float(highest)
     cubic, square, slope, _ = np.polyfit(r[near] - highest, g[near], 3)
     # The root of 3 c x^2 + 2 s x + b at which the second derivative is negative.
-    return highest - slope / (square - np.sqrt(square**2 - 3 * cubic * slope))
+    inside = square**2 - 3 * cubic * slope
+    return highest - slope / (square - np.sqrt(inside)) if inside >= 0 else np.nan
 
 
 def trough(r, g):
@@ -63,6 +85,42 @@ def contact(r, g):
     """Lower edge of the first bin of g(r) that is not empty; NaN if all are."""
     seen = np.flatnonzero(g > 0)
     return r[seen[0]] - 0.5 * (r[1] - r[0]) if len(seen) else np.nan
+
+
+CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
+
+
+class Contact(NamedTuple):
+    """The distance of closest contact, its uncertainty, one bin, and why it is none, if so."""
+
+    value: float
+    bin: float
+    undecided: str
+
+
+def closest_contact(at):
+    """2 r_0 of Liu et al. 2008: how close beads come in one configuration.
+
+    The lower edge of the first bin of g(r) that is not empty in one configuration, median over
+    configurations. It depends on the number of beads, which is the paper's, 20 000, and on the
+    bins, which are 0.01 r_c wide: one bin is its uncertainty.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        One point of a collected sweep with ``rdf``, a block for each configuration.
+
+    Returns
+    -------
+    Contact
+        In r_c.
+    """
+    r = at.r.values
+    found = [contact(r, block) for block in blocks_of(at.rdf)]
+    beads = int(at.beads.max())
+    reason = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
+    undecided = "" if beads == CONTACT_BEADS else reason
+    return Contact(float(np.median(found)), float(r[1] - r[0]), undecided)
 
 
 def rise(r, g, level=0.05):

@@ -89,9 +89,9 @@ def judge(entry, measured):
 
     A value is replicated where the difference is within two combined standard errors, or within
     the rounding of the published value. A run whose two combined errors reach from the published
-    value to its rival (another value, 0 if none is named) could not tell the two apart and
-    decides nothing. A range is replicated where our 95 % interval lies inside, deviates where it
-    lies outside, and is undecided where it reaches across a limit.
+    value to its rival (another value, 0 if none is named) could not tell the two apart: where it
+    agrees with the value, that decides nothing. A range is replicated where our 95 % interval lies
+    inside, deviates where it lies outside, and is undecided where it reaches across a limit.
 
     Parameters
     ----------
@@ -142,10 +142,10 @@ def _judge_value(entry, measured):
     resolution = AGREE * combined
     rival = entry.get("rival", 0.0)
     apart = abs(entry["value"] - rival)
-    if apart and resolution > apart:
+    agrees = abs(difference) <= rounding or abs(deviation) <= AGREE
+    if agrees and apart and resolution > apart:
         reason = f"two standard errors reach from {entry['value']:g} to {rival:g}"
         return Judgement(NOT_REACHED, deviation, resolution, reason)
-    agrees = abs(difference) <= rounding or abs(deviation) <= AGREE
     return Judgement(REPLICATED if agrees else DEVIATES, deviation, resolution)
 
 

@@ -1,0 +1,59 @@
+"""Derived values of a sweep's scenes, from the sweeps that measure them."""
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.structure import closest_contact
+from dpd.errors import UserError
+
+DIGITS = 6  # of a value: rounding must not make runs anew
+
+
+def _closest_contact(at):
+    """2 r_0, refused where g(r) does not keep single configurations."""
+    scene = first_scene(at)
+    samples = scene.steps[1] // scene.observe["rdf"]["every"]
+    if samples != at.sizes["block"]:
+        raise UserError(
+            f"observe.rdf.every: {samples} configurations in {at.sizes['block']} blocks; "
+            "closest_contact looks at single ones: sample at most that many"
+        )
+    return closest_contact(at).value
+
+
+# By the names in config/schema/paper.yaml.
+QUANTITIES = {"closest_contact": _closest_contact}
+
+
+def derive(sweep, sources):
+    """Derived values of all points of a sweep.
+
+    Parameters
+    ----------
+    sweep : dpd.study.Sweep
+    sources : dict of str to xarray.Dataset
+        Collected sweeps, those that ``sweep.derived`` names.
+
+    Returns
+    -------
+    list of dict
+        See `dpd.derived.write_derived`.
+    """
+    names = [axis.name for axis in sweep.axes[:-1]]
+    rows = []
+    for point in sweep.points:
+        for rule in sweep.derived:
+            source = sources[rule.source]
+            place = {n: v for n, v in zip(names, point.labels) if n in source.dims}
+            # What is left are axes of one value, and replicas.
+            at = source.sel(place)
+            at = at.isel({d: 0 for d in source.kT.dims if d in at.dims and d != "replica"})
+            try:
+                value = QUANTITIES[rule.quantity](at)
+            except UserError as problem:
+                raise UserError(f"sweep {rule.source}: {problem}") from None
+            rows.append({
+                "point": point.name,
+                "key": rule.key,
+                "value": f"{value:.{DIGITS}g}",
+                "from": f"{rule.quantity} of {rule.source}",
+            })  # fmt: skip
+    return rows

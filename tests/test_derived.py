@@ -1,0 +1,200 @@
+"""Values of a sweep that another sweep measures first."""
+
+import copy
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd.analysis.derive import derive
+from dpd.analysis.structure import closest_contact, peak
+from dpd.derived import check_derived, read_derived, resolved, write_derived
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.study import read_paper
+from tests.test_pipeline import copy_repository, edit, planned, snakemake
+
+PAPER, SWEEP, SOURCE = "liu_2008", "rigidity", "contacts"
+TARGET = f"results/smoke/{PAPER}/sweeps/{SWEEP}.nc"
+ASKED = (TARGET, "--config", "study=smoke")
+
+
+@pytest.fixture(scope="module")
+def sweep():
+    """The sweep whose bonds rest at what monomers measure."""
+    return read_paper(PAPER, "smoke", only=[SWEEP]).sweeps[SWEEP]
+
+
+def contacts(first, samples=50):
+    """A collected sweep of monomers whose g(r) begins at a place for each force."""
+    scene = read_paper(PAPER, "smoke", only=[SOURCE]).sweeps[SOURCE].points[0].scene.data
+    scene = copy.deepcopy(scene)
+    scene["steps"]["sample"], scene["duration"] = samples * 40, {}
+    r = np.arange(0.005, 1.0, 0.01)
+    g = [[(r > edge + 0.01 * (block % 3 - 1)).astype(float) for block in range(50)]
+         for edge in first.values()]  # fmt: skip
+    along = ("force", "replica")
+    return xr.Dataset(
+        {
+            "rdf": ((*along, "block", "r"), np.array(g)[:, None]),
+            "kT": (along, np.ones((len(first), 1))),
+            "beads": (along, np.full((len(first), 1), 800)),
+            "scene": (along, [[json.dumps(scene)]] * len(first)),
+        },
+        {"force": list(first), "r": r},
+    )
+
+
+def test_closest_contact_is_the_median_over_configurations():
+    """A third of the configurations begin a bin before, a third a bin after."""
+    found = closest_contact(contacts({50: 0.2}).isel(force=0))
+    assert found.value == pytest.approx(0.2)
+    assert found.bin == pytest.approx(0.01)
+    assert found.undecided == "2 r_0 is of 20000 beads, these runs have 800"
+
+
+def test_a_peak_beside_a_kink():
+    """The fit keeps away from the kink; where the peak is at the kink, it is the highest bin."""
+    r = np.arange(0.005, 2.0, 0.01)
+    g = np.exp(-(((r - 0.62) / 0.2) ** 2)) * np.where(r < 0.5, 0.1, 1.0)
+    assert peak(r, g, kink=0.5) == pytest.approx(0.62, abs=2e-3)
+    assert abs(peak(r, g) - 0.62) > 0.01
+    assert peak(r, np.where(r < 0.586, 0.0, np.exp(-r)), kink=0.586) == pytest.approx(0.595)
+
+
+def test_values_go_into_the_scenes(sweep, tmp_path):
+    """Each point takes that of its own force; the table can be read; digests follow the value."""
+    path = tmp_path / "derived.csv"
+    write_derived(derive(sweep, {SOURCE: contacts({50: 0.2, 100: 0.25})}), path)
+    assert path.read_text().splitlines()[:2] == [
+        "point,key,value,from",
+        '"force=50,stiffness=20,replica=0",bond.length,0.2,closest_contact of contacts',
+    ]
+    found = resolved(sweep, path)
+    lengths = {p.labels[0]: p.scene.data["bond"]["length"] for p in found.points}
+    assert lengths == {50: 0.2, 100: 0.25}
+    write_derived(derive(sweep, {SOURCE: contacts({50: 0.2, 100: 0.26})}), path)
+    other = resolved(sweep, path)
+    same = [a.scene.digest == b.scene.digest for a, b in zip(found.points, other.points)]
+    assert same == [p.labels[0] == 50 for p in sweep.points]
+
+
+def test_a_plan_depends_on_the_rule(sweep):
+    """Before anything has run, a derived point differs from one of the stand-in."""
+    point = sweep.points[0]
+    assert sweep.planned_digest(point) != point.scene.digest
+
+
+def test_blocks_of_several_configurations_are_refused(sweep):
+    """With the key, the sweep, and what to do."""
+    with pytest.raises(UserError, match=r"contacts: observe.rdf.every: 100 config.* at most"):
+        derive(sweep, {SOURCE: contacts({50: 0.2, 100: 0.25}, samples=100)})
+
+
+def test_a_table_that_lacks_a_value_or_is_none(sweep, tmp_path):
+    """Named with the point and the key."""
+    path = tmp_path / "derived.csv"
+    with pytest.raises(UserError, match="no such file"):
+        resolved(sweep, path)
+    path.write_text("point,key,value,from\n")
+    with pytest.raises(UserError, match=r"no value of bond.length for the point force=50"):
+        resolved(sweep, path)
+    path.write_text("point,key,value,from\nx,bond.length,long,nowhere\n")
+    with pytest.raises(UserError, match="not a table"):
+        read_derived(path)
+
+
+GIVEN = {
+    "bonds": {
+        "scene": {"bond": {"length": 0.2}},
+        "derive": {"bond.length": {"from": "cores", "quantity": "closest_contact"}},
+    },
+    "cores": {"scene": {}},
+}
+AXES = {"bonds": {"force": {"values": [50, 100]}}, "cores": {"force": {"values": [50, 100]}}}
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("derive", "bond.length", "from"), "core", r"no sweep 'core'.*did you mean 'cores'"),
+        (("scene", "bond"), {"stiffness": 3}, r"bond.length: the sweep's scene has no such key"),
+        (("force",), {"values": [50, 200]}, r"has no force 200, which 'bonds' needs; it has 50"),
+        (("stiffness",), {"values": [1]}, r"shares no axis with 'bonds'; its axes: force"),
+        (("cores", "r_s"), {"values": [0, 0.1]}, r"several values on the axis 'r_s'"),
+        (("cores", "derive"), {"x": {}}, r"'cores' has derived values itself"),
+    ],
+)
+def test_rules_that_do_not_fit(place, value, message):
+    """One sentence that says which key and what is allowed."""
+    given, axes = copy.deepcopy(GIVEN), copy.deepcopy(AXES)
+    check_derived("bonds", given, axes, "paper.yaml: sweeps.bonds.derive")
+    if place == ("cores", "derive"):
+        given["cores"]["derive"] = value
+    elif place == ("cores", "r_s"):
+        axes["cores"]["r_s"] = value
+    elif len(place) == 1:
+        axes["bonds"] = {place[0]: value}
+    else:
+        inner = given["bonds"]
+        for part in place[:-1]:
+            inner = inner[part]
+        inner[place[-1]] = value
+    with pytest.raises(UserError, match=message):
+        check_derived("bonds", given, axes, "paper.yaml: sweeps.bonds.derive")
+
+
+def runs(folder):
+    """Rest length, and wall clock of the run, of every point."""
+    found = {}
+    for path in sorted((folder / f"results/smoke/{PAPER}/runs/{SWEEP}").glob("*/run.nc")):
+        with xr.open_dataset(path) as run:
+            length = json.loads(run.attrs["scene"])["bond"]["length"]
+            found[path.parent.name] = (length, run.attrs["seconds"])
+    return found
+
+
+def test_a_changed_contact_runs_again_and_an_unchanged_one_does_not(tmp_path):
+    """Through the pipeline: measure, derive, simulate; then other sources, then another core."""
+    folder = copy_repository(tmp_path / "copy")
+    done = snakemake(folder, *ASKED)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    first = runs(folder)
+    table = read_derived(folder / f"results/smoke/{PAPER}/derived/{SWEEP}.csv")
+    assert {name: values["bond.length"] for name, values in table.items()} == {
+        name: length for name, (length, _) in first.items()
+    }
+    assert planned(folder, *ASKED) == {}
+
+    path = folder / "src" / "dpd" / "analysis" / "statistics.py"
+    path.write_text(path.read_text() + "# edited\n")
+    assert planned(folder, *ASKED)["derive"] == 1
+    assert snakemake(folder, *ASKED).returncode == 0
+    assert runs(folder) == first  # the same runs, to the second that they took
+    assert planned(folder, *ASKED) == {}
+
+    edit(
+        folder / "config" / "studies" / "smoke.yaml",
+        "    contacts:\n      scene: {box: 20,",
+        "    contacts:\n      scene: {box: 20, core: {radius: 0.25},",
+    )
+    done = snakemake(folder, *ASKED)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    second = runs(folder)
+    assert all(second[name][0] > first[name][0] for name in first)
+    assert planned(folder, *ASKED) == {}
+
+
+def test_deriving_for_a_sweep_that_has_nothing_derived(tmp_path):
+    """Refused in one sentence."""
+    done = subprocess.run(
+        [sys.executable, "-m", "dpd", "derive", "smoke", PAPER, SOURCE, "-o", "x.csv"],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT / "src")}, capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "nothing is derived" in done.stderr and "Traceback" not in done.stderr
