@@ -1,6 +1,7 @@
 """Numbers, notation and captions of figures."""
 
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from jinja2 import Environment
 
 from dpd.digest import ROOT
 from dpd.report.captions import caption, label, span, sweep_line
+from dpd.report.figure_file import load_module
 from dpd.report.notation import typeset
 from dpd.report.text import with_error
 from dpd.scene import Scene
@@ -184,3 +186,15 @@ def test_labels_of_figures():
     """The paper's number, or a name of our own."""
     assert label("fig04_scaled_pressure") == "Figure 4"
     assert label("bond_lengths") == "Own figure: bond lengths"
+
+
+FIGURES = sorted((ROOT / "paper_figures").glob("*/*.py"))
+
+
+@pytest.mark.parametrize("path", FIGURES, ids=[f"{p.parent.name}-{p.stem}" for p in FIGURES])
+def test_every_figure_is_told_in_words(path):
+    """For those who cannot see it; and no type too small for a column."""
+    module = load_module(path.parent.name, path.stem)
+    assert callable(module.describe)
+    sizes = re.findall(r"(?:fontsize|labelsize)=([\d.]+)", path.read_text())
+    assert all(float(size) >= 7 for size in sizes)

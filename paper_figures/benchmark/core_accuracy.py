@@ -76,6 +76,14 @@ def table(data):
     return pd.DataFrame(rows, columns=names)
 
 
+def describe(data):
+    """What is seen, in words."""
+    return (
+        "kT less 1, and pressure less its limit, over the time step for a core with a jump and for "
+        "smoothed ones; and how pressure and bond length change with the width of the edge."
+    )
+
+
 def draw(data):
     """Heat, pressure, and limits."""
     figure, (left, middle, right) = panels(3)

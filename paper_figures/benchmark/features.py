@@ -79,6 +79,15 @@ def _ranged(data, name):
     return with_range(*(float(data[name + end]) for end in ("", "_low", "_high")))
 
 
+def describe(data):
+    """What is seen, in words."""
+    dearest = data.ratio.idxmax("feature").item()
+    return (
+        "Bars for each feature of a scene: what it adds to the cost of a bead and step; "
+        f"{dearest} multiplies it most, by {float(data.ratio.max()):.2f}."
+    )
+
+
 def draw(data):
     """What is added, one line a feature."""
     figure, axes = panels(1)
@@ -89,7 +98,7 @@ def draw(data):
         elinewidth=0.8,
     )  # fmt: skip
     for x, y, ratio in zip(high, place, data.ratio.values):
-        axes.annotate(f"x {ratio:.2f}", (x, y), (4, 0), textcoords="offset points", fontsize=6.5,
+        axes.annotate(f"x {ratio:.2f}", (x, y), (4, 0), textcoords="offset points", fontsize=7,
                       va="center")  # fmt: skip
     left, right = axes.get_xlim()
     axes.set_xlim(left, right + ROOM * (right - left))

@@ -1,12 +1,12 @@
 """Run time against error of every scheme: the standard fluid."""
 
 from dpd.analysis.verdicts import Measured
-from dpd.report.accuracy import against_time, draw, shows, table
+from dpd.report.accuracy import against_time, describe, draw, shows, table
 
 TITLE = "Run time against error: the standard fluid (rho 3, a 25)."
 PAPER_SHOWS = shows("24 000")
 
-__all__ = ["PAPER_SHOWS", "TITLE", "compute", "draw", "measured", "table"]
+__all__ = ["PAPER_SHOWS", "TITLE", "compute", "describe", "draw", "measured", "table"]
 
 
 def compute(data):

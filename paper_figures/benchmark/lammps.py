@@ -114,6 +114,14 @@ def _largest(found):
     return f"{np.abs(seen).max():.1f} of {len(seen)} bins; {np.mean(seen**2):.2f}"
 
 
+def describe(data):
+    """What is seen, in words."""
+    return (
+        "(a) Bars of speed, this engine beside LAMMPS, for four workloads. (b) Radial distribution "
+        "functions of both codes for each workload, which lie on each other."
+    )
+
+
 def draw(data):
     """Bars of both rates, and curves of both."""
     figure, axes = panels(2)
@@ -131,7 +139,7 @@ def draw(data):
     _targets(bars, data, place)
     bars.set(
         xticks=place, xticklabels=[str(name).replace(", ", ",\n") for name in data.workload.values],
-        ylabel=r"$10^6$ bead-steps / s", title="(a)",
+        ylabel=r"$10^6$ bead-steps / s",
     )  # fmt: skip
     bars.set_ylim(0, 1.4 * float(data.rate_high.max()) / 1e6)
     bars.legend(loc="upper left")
@@ -167,5 +175,5 @@ def _curves(axes, data):
         sparse = other.where(other < HIGHEST)[::EACH]
         axes.plot(sparse.r, sparse + k, "o", color=color, markersize=2)
     axes.set_ylim(-0.1, len(both) + 0.9)
-    axes.set(xlabel=r"$r$ / $r_c$", ylabel="g(r), shifted by 1 each", title="(b)")
+    axes.set(xlabel=r"$r$ / $r_c$", ylabel="g(r), shifted by 1 each")
     axes.legend(loc="upper right", ncols=2)

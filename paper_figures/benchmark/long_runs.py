@@ -181,6 +181,14 @@ def _significant(data, name):
     return np.abs(data[name].values) > SURE * data[f"{name}_error"].values
 
 
+def describe(data):
+    """What is seen, in words."""
+    return (
+        "(a) The total momentum per bead stays at rounding errors. (b) Trends of pressure and kT "
+        "over their standard errors. (c) Drift of the energy without a thermostat over the step."
+    )
+
+
 def draw(data):
     """Momentum and trends by scheme; energy over dt."""
     figure, axes = panels(3)
@@ -208,7 +216,7 @@ def _draw_momentum(panel, data):
     largest, least = np.nanmax(values), np.nanmin(values[values > 0])
     panel.legend(loc="lower center", ncols=2)
     panel.set(xscale="log", xlim=(0.3 * min(eps, least), 30 * max(largest, walk.max())),
-              xlabel=r"momentum per bead / ($m$ $r_c$ $\tau^{-1}$)", title="(a)")  # fmt: skip
+              xlabel=r"momentum per bead / ($m$ $r_c$ $\tau^{-1}$)")  # fmt: skip
     _name_rows(panel, data)
 
 
@@ -220,7 +228,7 @@ def _draw_trends(panel, data):
     panel.axvspan(-SURE, SURE, color=BLACK, alpha=0.1, linewidth=0)
     panel.axvline(0, color="0.6", linewidth=0.6, zorder=0)
     reach = max(4.0, 1.2 * float(np.nanmax([np.abs(data[f"{n}_ratio"]).max() for n in SERIES])))
-    panel.set(xlim=(-reach, reach), xlabel="trend / its standard error", title="(b)")
+    panel.set(xlim=(-reach, reach), xlabel="trend / its standard error")
     panel.legend(loc="lower center", bbox_to_anchor=(0.5, -0.02), ncols=3, handletextpad=0.1)
     _name_rows(panel, data)
 
@@ -244,6 +252,6 @@ def _draw_energy(panel, data):
                 dt[~seen], value[~seen], COVERAGE * error[~seen], color=color, marker=marker,
                 linestyle="none", markerfacecolor="white", elinewidth=0.7, capsize=1.5,
             )  # fmt: skip
-    panel.set(xscale="log", yscale="log", xlabel=r"time step dt / $\tau$", title="(c)",
+    panel.set(xscale="log", yscale="log", xlabel=r"time step dt / $\tau$",
               ylabel=r"energy per bead / $k_BT$")  # fmt: skip
     panel.legend(loc="upper left")

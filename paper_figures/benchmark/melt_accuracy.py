@@ -1,11 +1,11 @@
 """Run time against error of every scheme: a melt of stiff bonds."""
 
-from dpd.report.accuracy import against_time, draw, shows, table
+from dpd.report.accuracy import against_time, describe, draw, shows, table
 
 TITLE = "Run time against error: a melt of stiff bonds (rho 1, a 100, k 200)."
 PAPER_SHOWS = shows("8192")
 
-__all__ = ["PAPER_SHOWS", "TITLE", "compute", "draw", "measured", "table"]
+__all__ = ["PAPER_SHOWS", "TITLE", "compute", "describe", "draw", "measured", "table"]
 
 
 def compute(data):

@@ -73,6 +73,15 @@ def _threads(n):
     return f"{n} thread{'s' if n > 1 else ''}"
 
 
+def describe(data):
+    """What is seen, in words."""
+    low, high = float(data.rate.min()) / 1e6, float(data.rate.max()) / 1e6
+    return (
+        f"(a) The rate is {low:.1f} to {high:.1f} million bead-steps per second over the number of "
+        "beads, with one and with two threads. (b) It falls as the density grows."
+    )
+
+
 def draw(data):
     """Two panels of rates."""
     figure, axes = panels(2)
@@ -87,7 +96,7 @@ def draw(data):
                 )  # fmt: skip
         panel.set_ylim(0, 1.2 * float(np.nanmax(data[f"{name}_high"])) / 1e6)
         panel.set_ylabel(r"$10^6$ bead-steps / s")
-    axes[0].set(xscale="log", xlabel="number of beads", title="(a)")
-    axes[1].set(xlabel=r"density / $r_c^{-3}$", title="(b)")
+    axes[0].set(xscale="log", xlabel="number of beads")
+    axes[1].set(xlabel=r"density / $r_c^{-3}$")
     axes[0].legend(loc="lower right")
     return figure

@@ -187,25 +187,33 @@ def _stable_again(data, key):
     return stable & (np.cumprod(stable, axis=1) == 0)
 
 
+def describe(data):
+    """What is seen, in words."""
+    return (
+        "Maps over the time step and one parameter each: runs that hold their temperature lie at "
+        "small steps, above them runs that are too hot, and above those runs that blow up."
+    )
+
+
 def draw(data):
     """A panel for each map, over two log axes."""
     keys = _keys(data)
     figure, axes = panels(3, -(-len(keys) // 3), height=2.6)
     described = {sweep: (label, symbol) for sweep, _, label, _, symbol in MAPS}
-    for panel, key, letter in zip(axes.ravel(), keys, "abcdefgh"):
+    for panel, key in zip(axes.ravel(), keys):
         label, symbol = next(d for sweep, d in described.items() if key.startswith(sweep))
         _draw_map(panel, data, key)
-        title = f"({letter}){_radius(data, key)}{_law(data, key, symbol)}"
+        title = f"{_radius(data, key)}{_law(data, key, symbol)}"
         panel.set(xlabel=label, ylabel=r"time step dt / $\tau$", title=title)
     for panel in axes.ravel()[len(keys) :]:
-        panel.axis("off")
+        panel.remove()
     handles = [
         Line2D([], [], color=color, marker=marker, linestyle="none", markersize=5, label=label)
         for label, color, marker in KINDS.values()
     ]
     tick = {"color": "0.35", "marker": "_", "markersize": 11, "linestyle": "none"}
     handles.append(Line2D([], [], label="10 % off here", **tick))
-    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=8)
+    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
     return figure
 
 
@@ -237,7 +245,7 @@ def _draw_map(panel, data, key):
         time = float(data[f"{key}_lost"].values[tuple(place)])
         panel.annotate(
             f"{time:.2g}", (x[place[0]], dt[place[1]]), (0, -4), textcoords="offset points",
-            ha="center", va="top", fontsize=5,
+            ha="center", va="top", fontsize=7,
         )  # fmt: skip
     panel.plot(x, data[f"{key}_hot"], "_", color="0.35", markersize=11, markeredgewidth=1)
     if data[f"{key}_law_holds"]:

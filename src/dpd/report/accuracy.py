@@ -85,6 +85,14 @@ def against_time(runs, costs, workload):
     return data.drop_vars("workload", errors="ignore")
 
 
+def describe(data):
+    """What such a figure shows, for those who cannot see it."""
+    return (
+        "Panels for each quantity and friction: the error falls as runs take more time, for every "
+        "scheme; a grey line marks those that no other beats in both."
+    )
+
+
 def draw(data):
     """Panels: quantities downwards, frictions across."""
     names = [name for name in LABELS if name in data]
@@ -127,7 +135,7 @@ def _panel(axis, data, name):
     if not name.startswith("kT") and f"{name}_limit" in data:
         value, sigma = float(data[f"{name}_limit"]), float(data[f"{name}_limit_error"])
         text = f"limit {with_error(value, sigma)}"
-        axis.text(0.03, 0.04, text, transform=axis.transAxes, fontsize=6.5)
+        axis.text(0.03, 0.04, text, transform=axis.transAxes, fontsize=7)
 
 
 def choices(data, names=JUDGED):
