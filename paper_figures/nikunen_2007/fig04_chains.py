@@ -72,7 +72,8 @@ def compute(sweeps):
     for dimension, table in (("point", rows), ("box", box)):
         names = [f"{dimension}_{name}" if dimension == "box" else name for name in table[0]]
         for name, column in zip(names, zip(*(row.values() for row in table))):
-            data[name] = (dimension, list(column))
+            unit = "r_c" if "gyration" in name or "end_to_end" in name else "1"
+            data[name] = (dimension, list(column), {"units": unit})
     return data
 
 
