@@ -26,6 +26,10 @@ NAMES = {
     "mean_bond": r"$\langle l \rangle$",
     "rms": "rms",
 }
+WORDS = {
+    "kT": "kT, set to 1", "r_min": "r_min / r_c", "l_max": "l_max / r_c",
+    "mean_bond": "mean bond length / r_c", "rms": "rms deviation of bonds / r_c",
+}  # fmt: skip
 PRINTED = 0.0005  # half of the last digit of Table II
 
 
@@ -72,8 +76,9 @@ def table(data):
     for name in NAMES:
         at = data.sel(quantity=name)
         both = (at.sel(noise=noise) for noise in ("uniform", "gaussian"))
-        rows.append((name, *(with_error(float(one.value), float(one.error)) for one in both)))
-    return pd.DataFrame(rows, columns=["quantity (kT, and r_c)", "uniform", "Gaussian"])
+        texts = (with_error(float(one.value), float(one.error)) for one in both)
+        rows.append((WORDS[name], *texts))
+    return pd.DataFrame(rows, columns=["quantity", "uniform", "Gaussian"])
 
 
 def describe(data):
