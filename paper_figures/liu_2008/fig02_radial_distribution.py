@@ -174,7 +174,9 @@ def draw(data):
         middle.errorbar(2 * radius, at.contact, data.bin, fmt="o", color=color, capsize=2)
         points(right, at.samples, at.contact_over_sampling, at.contact_error, None, color,
                linestyle="-")  # fmt: skip
-        points(right, 1.3 * at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False)
+        points(
+            right, 1.3 * at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False
+        )
     for k, place in enumerate(PUBLISHED_PEAKS):
         label = "published" if k == 0 else None
         left.axvline(place, color=BLACK, linestyle=":", linewidth=0.9, label=label)

@@ -213,7 +213,7 @@ def draw(data):
                       textcoords="offset points", fontsize=7, ha="center", rotation=90,
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
-    axes.margins(x=0.12, y=0.3)  # room for the highest label
+    axes.margins(x=0.12, y=0.4)  # room for the highest label
     axes.set(yscale="log", xlabel=r"margin $(\sqrt{2} r_{min} - l_{max})$ / $r_c$",
              ylabel=r"passes per bond and $\tau_0$")  # fmt: skip
     axes.legend()
