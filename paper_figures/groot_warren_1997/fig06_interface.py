@@ -14,7 +14,11 @@ PAPER_SHOWS = (
     "The paper shows rho_A, rho_B and their sum in a box of 8 x 8 x 20 and notes a small dip of "
     "the sum at the interface; the box has two, at z = 0 and 10."
 )
-ERRORS = "Bands: 95 % intervals from blocks of the run."
+ERRORS = (
+    "Bands: 95 % intervals from blocks of the run. The interfaces wander slowly; where a density "
+    "follows them so slowly that the run is too short for an error, there is no band, and beside "
+    "such places the bands are wide."
+)
 
 
 def compute(sweeps):
