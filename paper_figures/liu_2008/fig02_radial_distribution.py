@@ -142,10 +142,6 @@ def measured(data):
     )  # fmt: skip
     others = [_at(data, radius) for radius in RADII[:3]]
     lowest = min(others, key=lambda at: float(at.peak))
-    highest = max(others, key=lambda at: float(at.peak))
-    found["peaks_coincide"] = Measured(
-        float(highest.peak - lowest.peak), float(np.hypot(highest.peak_error, lowest.peak_error))
-    )
     apart = _at(data, 0.25)
     found["peak_shift"] = Measured(
         float(apart.peak - lowest.peak), float(np.hypot(apart.peak_error, lowest.peak_error))
