@@ -8,9 +8,18 @@ class UserError(Exception):
     """
 
 
+class Stopped(UserError):
+    """A run that was asked to stop."""
+
+
 class LostTrack(UserError):
     """Beads moved too far between two samples to be followed, at a ``step`` of the run."""
 
     def __init__(self, text, step):
         super().__init__(text)
         self.step = step
+
+
+def reason(problem):
+    """Why the system refused something, in few words."""
+    return getattr(problem, "strerror", None) or str(problem)

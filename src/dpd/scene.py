@@ -1,5 +1,6 @@
 """WHAT is simulated: a validated, hashable description that knows what it needs."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
@@ -15,6 +16,7 @@ from dpd.schema import read_yaml, schema, validate, with_defaults
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
+MOST_STEPS = 10**12  # of a run: years of the fastest one
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
@@ -116,7 +118,7 @@ class Scene:
 
     @property
     def volume(self):
-        return float(np.prod(self.box))
+        return math.prod(self.box)
 
     @cached_property
     def molecules(self):
@@ -259,6 +261,7 @@ class Scene:
         self._check_core()
         self._check_bond()
         self._check_thermostat()
+        self._check_steps()
         if self.steps[1] < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
         for name, settings in self.observe.items():
@@ -285,6 +288,13 @@ class Scene:
                 f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
                 f"allowed: <= {half:g}",
             )
+
+    def _check_steps(self):
+        dt = self.data["integrator"]["dt"]
+        for key, unit in (("steps", 1), ("duration", dt)):
+            for part, length in self.data[key].items():
+                if length / unit > MOST_STEPS:
+                    self._fail(f"{key}.{part}", f"more than {MOST_STEPS:.0e} steps of {dt:g} tau")
 
     def _check_box(self):
         if len(self.box) != self.dimension:

@@ -9,9 +9,10 @@ import numpy as np
 
 from dpd import files
 from dpd.digest import stage_digest
-from dpd.engine.loop import Checkpoint, run
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, State, Unstable
-from dpd.errors import LostTrack, UserError
+from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.start import make_start_and_record, system_of
 from dpd.start.polymerize import RECORD
@@ -82,8 +83,18 @@ def read_start(scene, path):
             f"{attributes['start_digest']}, now {start_digest(scene)}); {ANOTHER}"
         )
     files.check_digest(path, attributes, "start_sources", stage_digest("start"), ANOTHER)
-    identity = np.arange(variables["position"].shape[1], dtype=np.uint32)
-    species = variables.get("species")
+    shape = (scene.dimension, scene.beads)
+    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}
+    if len(scene.species) > 1:
+        wanted["species"] = (shape[1:], "u")
+    for name, (expected, kind) in wanted.items():
+        found = variables.get(name)
+        if found is None or found.shape != expected or found.dtype.kind != kind:
+            raise UserError(f"{path}: has no {name} of {expected} beads that it needs; {ANOTHER}")
+    species = variables["species"] if "species" in wanted else None
+    if species is not None and species.max() >= len(scene.species):
+        raise UserError(f"{path}: has beads of a species that the scene has not; {ANOTHER}")
+    identity = np.arange(scene.beads, dtype=np.uint32)
     return State(variables["position"], variables["velocity"], None, identity, species, 0)
 
 
@@ -133,7 +144,8 @@ def simulate(
     sizes = [a.nbytes for o in observers for a in o.arrays.values()]
     state_size = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
     # The checkpoint, the draft of the next one, and the result.
-    files.check_room(path, 3 * (sum(sizes) + state_size))
+    for place in (path, checkpoint) if checkpoint else (path,):
+        files.check_room(place, 3 * (sum(sizes) + state_size))
     keeper = None
     if checkpoint:
         key = {"scene": scene.digest, "sources": stage_digest("simulate")}
@@ -165,7 +177,12 @@ def simulate(
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     } | versions()
-    files.write(path, variables, attributes)
+    try:
+        files.write(path, variables, attributes)
+    except UserError as problem:
+        if keeper and lost < 0:
+            keeper.save(simulation, observers)
+        raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
     return summary(scene, variables, attributes)
@@ -174,8 +191,9 @@ def simulate(
 def _with_place(problem, scene, keeper):
     """A problem of a run, with the scene's file and where the last good state is."""
     kept = keeper is not None and keeper.path.exists()
-    last = f" Its last good state is in {keeper.path}." if kept else ""
-    return UserError(f"{scene.where}: {problem}{last}")
+    last = f"; its last good state is in {keeper.path}" if kept else ""
+    kind = Stopped if isinstance(problem, Stopped) else UserError
+    return kind(f"{scene.where}: {str(problem).rstrip('.')}{last}")
 
 
 def summary(scene, variables, attributes):
@@ -196,6 +214,20 @@ def summary(scene, variables, attributes):
     if "bond_mean" in variables:
         found["mean bond length"] = float(np.mean(variables["bond_mean"][1]))
     return found
+
+
+def summary_of_file(scene, path):
+    """The same of a result on the disk.
+
+    Raises
+    ------
+    UserError
+        If it is not there, or of another scene or other sources.
+    """
+    variables, attributes = files.read(path)
+    files.check_digest(path, attributes, "sources", stage_digest("simulate"), ANOTHER)
+    files.check_digest(path, attributes, "scene_digest", scene.digest, ANOTHER)
+    return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
 
 
 def versions():

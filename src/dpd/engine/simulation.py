@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import Barrier
 from typing import NamedTuple
 
 import numpy as np
@@ -151,6 +152,19 @@ def _empty_like(array):
     return np.empty_like(array) if array.ndim == 1 else empty_rows(*array.shape)
 
 
+def _started(threads):
+    """Threads that are there when they are needed: the others would wait for one that is not."""
+    pool, meeting = ThreadPoolExecutor(threads), Barrier(threads + 1)
+    try:
+        for _ in range(threads):
+            pool.submit(meeting.wait)
+        meeting.wait()
+    except RuntimeError as problem:
+        meeting.abort()
+        raise UserError(f"{threads + 1} threads: {problem}; take fewer") from None
+    return pool
+
+
 class Simulation:
     """A `System` and its `State`, advanced by the compiled loop.
 
@@ -186,7 +200,7 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
-        self._others = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self._others = _started(threads - 1) if threads > 1 else None
         self._exchange = None
         if split:
             self._exchange = (system.scheme.exchange, float(system.friction), float(system.kT))
