@@ -196,7 +196,7 @@ def _opened(path):
     try:
         with netCDF4.Dataset(path) as file:
             yield file
-    except (OSError, RuntimeError, AttributeError) as problem:
+    except (OSError, RuntimeError) as problem:
         raise UserError(
             f"{path}: not a whole NetCDF file ({reason(problem)}); if it should be one, make it "
             "again"
