@@ -10,6 +10,7 @@ from dpd.automatic import choose
 from dpd.digest import value_digest
 from dpd.engine.integrators import coefficients
 from dpd.errors import UserError
+from dpd.limits import check_beads, check_limits
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
@@ -75,8 +76,10 @@ class Scene:
     def __init__(self, data, where="scene"):
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
+        check_beads(self.data, where)
         self.where = where
         self.chosen = ""  # what was chosen for a scene that leaves the choice to us
+        self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
 
@@ -285,6 +288,7 @@ class Scene:
                 f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
                 f"allowed: <= {half:g}",
             )
+        check_limits(self)
 
     def _check_box(self):
         if len(self.box) != self.dimension:

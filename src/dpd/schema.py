@@ -12,10 +12,12 @@ import yaml
 
 from dpd.digest import ROOT, cache_folder
 from dpd.errors import UserError
+from dpd.plain_yaml import LOADER, Problem, load_plain
 
 SCHEMAS = ROOT / "config" / "schema"
-# libyaml reads a paper in a tenth of the time; PyYAML may come without it.
-LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
+LARGEST_NUMBER = 2**63  # of a whole number
+LONGEST_SHOWN = 100  # characters of a value in a message
 
 
 @cache
@@ -32,8 +34,13 @@ def schema(name):
 @cache
 def _validator(name):
     from jsonschema import Draft202012Validator  # see `validate`
+    from jsonschema.validators import extend
 
-    return Draft202012Validator(schema(name))
+    # The standard counts 3.0 among the whole numbers, with which one cannot count.
+    kinds = Draft202012Validator.TYPE_CHECKER.redefine(
+        "integer", lambda _, value: isinstance(value, int) and not isinstance(value, bool)
+    )
+    return extend(Draft202012Validator, type_checker=kinds)(schema(name))
 
 
 def read_yaml(path):
@@ -42,20 +49,39 @@ def read_yaml(path):
     Raises
     ------
     UserError
-        If the file is missing, is not YAML, or holds something else.
+        If the file is missing, is not YAML, holds something else, or could be misunderstood
+        (see `dpd.plain_yaml`).
     """
     path = Path(path)
-    if not path.is_file():
-        raise UserError(f"{path}: there is no such file")
     try:
-        data = yaml.load(path.read_text(), LOADER)
-    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        data = load_plain(_text(path))
+    except Problem as problem:
+        raise UserError(f"{path}: line {problem.line}: {problem}") from None
+    except (yaml.YAMLError, ValueError) as problem:
         where = getattr(problem, "problem_mark", None)
         line = f" (line {where.line + 1})" if where else ""
         raise UserError(f"{path}: this is not YAML{line}: {_first_line(problem)}") from None
+    if data is None:
+        raise UserError(f"{path}: the file is empty; expected keys and values")
     if not isinstance(data, dict):
         raise UserError(f"{path}: expected keys and values, found {type(data).__name__}")
     return data
+
+
+def _text(path):
+    """Contents of a file that is not too large."""
+    if path.is_dir():
+        raise UserError(f"{path}: is a folder; name a file in it")
+    if not path.is_file():
+        raise UserError(f"{path}: there is no such file")
+    try:
+        if path.stat().st_size > LARGEST:
+            raise UserError(
+                f"{path}: {path.stat().st_size} bytes are too many for YAML; allowed: <= {LARGEST}"
+            )
+        return path.read_text(encoding="utf-8")
+    except OSError as problem:
+        raise UserError(f"{path}: cannot be read ({problem.strerror})") from None
 
 
 def validate(data, name, where):
@@ -84,6 +110,8 @@ def validate(data, name, where):
     for key, value in _leaves(data):
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{where}: {key}: {value!r} is not a finite number")
+        if isinstance(value, int) and abs(value) > LARGEST_NUMBER:
+            raise UserError(f"{where}: {key}: a whole number of this size is out of range")
     errors = list(_validator(name).iter_errors(data))
     if errors:
         raise UserError(f"{where}: {_sentence(_deepest(min(errors, key=_depth)))}")
@@ -145,18 +173,52 @@ def _sentence(error):
         missing = [k for k in error.validator_value if k not in value]
         return f"{key}: the key {missing[0]!r} is missing{meaning}"
     if error.validator == "enum":
-        return f"{key}: {value!r} is not known; {suggestion(value, error.validator_value)}{meaning}"
+        hint = _hint(value, {type(allowed).__name__ for allowed in error.validator_value})
+        known = hint or f" is not known; {suggestion(value, error.validator_value)}"
+        return f"{key}: {shown(value)}{known}{meaning}"
     if error.validator == "type":
         kinds = error.validator_value
-        kinds = kinds if isinstance(kinds, str) else " or ".join(kinds)
-        return f"{key}: {value!r} is not of type {kinds}{meaning}"
+        kinds = [kinds] if isinstance(kinds, str) else kinds
+        hint = _hint(value, kinds) or f" is not of type {' or '.join(kinds)}"
+        return f"{key}: {shown(value)}{hint}{meaning}"
     if error.validator in ("minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum"):
         sign = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
         limit = f"{sign[error.validator]} {error.validator_value}"
         return f"{key}: {value!r} is out of range; allowed: {limit}{meaning}"
     if error.validator == "oneOf":
-        return f"{key}: {value!r} is not allowed; {_alternatives(error.validator_value)}{meaning}"
-    return f"{key}: {value!r} is not allowed: {error.message}{meaning}"
+        allowed = _alternatives(error.validator_value)
+        kinds = [rule.get("type") for rule in error.validator_value]
+        return f"{key}: {shown(value)}{_hint(value, kinds) or ' is not allowed'}; {allowed}{meaning}"
+    if error.validator == "pattern":
+        return f"{key}: {shown(value)} is not allowed{meaning}"
+    return f"{key}: {shown(value)} is not allowed: {shown(error.message, str)}{meaning}"
+
+
+def shown(value, form=repr):
+    """A value as a message shows it: on one line, and not at any length."""
+    text = " ".join(form(value).split())
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+
+
+def _hint(value, kinds):
+    """What is wrong with a value that looks like the number or word that is meant; or nothing."""
+    numbers = {"number", "integer", "int", "float"} & set(kinds)
+    if value is None:
+        return " (nothing after the colon) where a value is needed"
+    if numbers and isinstance(value, bool):
+        return " is true or false, not a number"
+    if numbers and isinstance(value, float) and value.is_integer():
+        return f" has a decimal point; a whole number is meant: write {value:.0f}"
+    if not numbers or not isinstance(value, str):
+        return ""
+    try:
+        number = float(value)
+    except ValueError:
+        return ""
+    plain = f"{int(value, 10)}" if value.strip().lstrip("+-").isdecimal() else repr(number)
+    plain = plain.replace("e", ".0e") if "e" in plain and "." not in plain else plain
+    why = ", and 1e5 is text in YAML: a number has a point, and a sign after e" * ("e" in value.lower())
+    return f" is text where a number is meant; write {plain} without quotes{why}"
 
 
 def _alternatives(rules):

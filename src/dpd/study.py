@@ -7,10 +7,12 @@ from zlib import crc32
 from dpd.derived import check_derived
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
+from dpd.points import check_axes, text_of
 from dpd.scene import Scene
-from dpd.schema import read_yaml, schema, suggestion, validate, with_defaults
+from dpd.schema import read_yaml, schema, shown, suggestion, validate, with_defaults
 
 CONFIG = ROOT / "config"
+LONGEST = 1e12  # steps or tau of a run, before a study's factor
 
 
 @dataclass(frozen=True)
@@ -255,20 +257,24 @@ def _unfold(paper, name, given, changes, where, described):
     """All points of a sweep."""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
-    base = merge(given["scene"], changes.get("scene", {}))
     key = f"{where}: sweeps.{name}"
-    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
+    base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
+    check_axes(described, replicas, key)
+    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
     axes.append(Axis("replica", tuple(range(replicas)), "1", "replica"))
     points = []
     for labels in product(*(axis.labels for axis in axes)):
-        at = ",".join(f"{axis.name}={_text(v)}" for axis, v in zip(axes, labels))
+        at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
+        where = f"{key} ({at})"
         scene = base
         for axis, label in zip(axes[:-1], labels):
-            scene = merge(scene, _changes(described[axis.name], label))
+            change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")
+            scene = merge(scene, change, where)
+        _check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
-        points.append(Point(at, labels, Scene(scene, f"{key} ({at})")))
+        points.append(Point(at, labels, _fixed(Scene(scene, where))))
     derived = tuple(
         Derived(target, rule["from"], rule["quantity"])
         for target, rule in given.get("derive", {}).items()
@@ -278,8 +284,6 @@ def _unfold(paper, name, given, changes, where, described):
 
 def _axis(name, rule, key):
     values = rule["values"]
-    if len(set(map(str, values))) < len(values) or not values:
-        raise UserError(f"{key}.axes.{name}.values: need at least one value, and none twice")
     if isinstance(values, list) and "set" not in rule:
         raise UserError(f"{key}.axes.{name}: a list of values needs 'set', the key to put them in")
     units, long_name = rule.get("units", "1"), rule.get("long_name", name.replace("_", " "))
@@ -296,10 +300,12 @@ def _chosen(values, change, key):
     return {label: values[label] for label in change}
 
 
-def _changes(rule, label):
+def _changes(rule, label, key):
     """The part of a scene that a label changes, as nested dicts."""
     if isinstance(rule["values"], dict):
         return rule["values"][label]
+    if rule.get("offset") and isinstance(label, str):
+        raise UserError(f"{key}: {label!r} is text; an offset can be added to numbers only")
     value = label + rule["offset"] if rule.get("offset") else label
     value = rule["text"].format(value) if "text" in rule else value
     targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
@@ -308,14 +314,20 @@ def _changes(rule, label):
         nested = value
         for part in reversed(target.split(".")):
             nested = {part: nested}
-        change = merge(change, nested)
+        change = merge(change, nested, key)
     return change
 
 
-def merge(base, change):
+def merge(base, change, where="scene"):
     """``base`` with ``change`` put in: dicts key by key, list items by number.
 
     Neither is altered; the result shares with them what it takes over whole.
+
+    Raises
+    ------
+    UserError
+        Naming ``where``, if keys are to be put into a list that has no such item, or into
+        something that has no keys.
     """
     if not isinstance(change, dict):
         return change
@@ -323,13 +335,45 @@ def merge(base, change):
         merged = list(base)
         for place, value in change.items():
             if not str(place).isdigit() or int(place) >= len(merged):
-                raise UserError(f"no item {place!r} in a list of {len(merged)}; they count from 0")
-            merged[int(place)] = merge(merged[int(place)], value)
+                raise UserError(
+                    f"{where}: no item {place!r} in a list of {len(merged)}; they count from 0"
+                )
+            merged[int(place)] = merge(merged[int(place)], value, where)
         return merged
-    merged = dict(base) if isinstance(base, dict) else {}
+    if not isinstance(base, dict):
+        raise UserError(f"{where}: {', '.join(map(str, change))} cannot be set in {shown(base)}")
+    merged = dict(base)
     for key, value in change.items():
-        merged[key] = merge(merged.get(key), value)
+        merged[key] = merge(merged.get(key, {}), value, where)
     return merged
+
+
+def _check_blocks(scene, where):
+    """Refuse what is no mapping where one is read or completed before the scene is checked."""
+    for key in ("steps", "duration", "start"):
+        block = scene.get(key, {})
+        if not isinstance(block, dict):
+            raise UserError(f"{where}: {key}: {shown(block)} is not of type object (keys and values)")
+    for key in ("steps", "duration"):
+        for part, value in scene.get(key, {}).items():
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not 0 <= value <= LONGEST:
+                raise UserError(
+                    f"{where}: {key}.{part}: {shown(value)} is out of range; allowed: 0 to "
+                    f"{LONGEST:.0e}"
+                )
+    if isinstance(scene.get("seed", 1), bool) or not isinstance(scene.get("seed", 1), int):
+        raise UserError(f"{where}: seed: {shown(scene['seed'])} is not of type integer")
+
+
+def _fixed(scene):
+    """The scene, if it names its scheme: the points of a sweep must be comparable."""
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' is for scenes of your own (python -m dpd "
+            "run), which says what it takes; in a sweep name scheme and dt"
+        )
+    return scene
 
 
 def _sampled(scene, factor):
@@ -349,7 +393,3 @@ def _with_seeds(scene, sweep, at, replica):
     own = (seed + crc32(f"{sweep}/{at}".encode())) % 2**31
     start = (seed + crc32(f"{sweep}/{replica}".encode())) % 2**31
     return merge(scene, {"seed": own, "start": {"seed": start}})
-
-
-def _text(label):
-    return f"{label:g}" if isinstance(label, float) else str(label)

@@ -1,0 +1,142 @@
+"""What a scene may ask for: sizes that can be run, and settings that have an effect."""
+
+from dpd.errors import UserError
+from dpd.starting import start_forces
+
+MOST_BEADS = 10**8  # 29 GB of state
+MOST_STEPS = 10**12
+MOST_WORK = 10**15  # bead-steps: about two years on one core
+MOST_SPECIES = 256  # a bead's species is one byte
+MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
+SERIES = ("thermo", "crossings", "passes", "trace")  # keep every sample
+
+
+def check_beads(data, where):
+    """Refuse more beads than fit, before molecules are written out bead by bead.
+
+    Parameters
+    ----------
+    data : dict
+        A valid scene with defaults.
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    UserError
+    """
+    volume, total = _volume(data), 0
+    for place, kind in enumerate(data["molecules"]):
+        length = _length(kind["architecture"])
+        beads = max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
+        total += beads
+        if total > MOST_BEADS:
+            key = "density" if "density" in kind else "count"
+            raise UserError(
+                f"{where}: molecules.{place}.{key}: {kind[key]:g} makes {total:.3g} beads in all; "
+                f"allowed: <= {MOST_BEADS}"
+            )
+
+
+def _volume(data):
+    """Of the box; an edge for each axis, or one for all."""
+    box = data["box"]
+    volume = 1.0
+    for edge in box if isinstance(box, list) else [box] * data["dimension"]:
+        volume *= edge
+    return volume
+
+
+def _length(architecture):
+    """Beads of a molecule."""
+    words = architecture.split()
+    return sum(int(word) - 1 if word.isdigit() else 1 for word in words)
+
+
+def check_limits(scene):
+    """Refuse what is too large, and settings that would be without effect.
+
+    Parameters
+    ----------
+    scene : dpd.scene.Scene
+        Otherwise checked.
+
+    Raises
+    ------
+    UserError
+    """
+
+    def refuse(key, problem):
+        raise UserError(f"{scene.where}: {key}: {problem}")
+
+    if len(scene.species) > MOST_SPECIES:
+        refuse("molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}")
+    _check_length(scene, refuse)
+    _check_observe(scene, refuse)
+    _check_start_forces(scene, refuse)
+
+
+def _check_length(scene, refuse):
+    """Steps and bead-steps of the run."""
+    steps, work = sum(scene.steps), scene.work
+    if steps > MOST_STEPS or work > MOST_WORK:
+        refuse(
+            "steps and duration",
+            f"{steps:.3g} steps, {work:.3g} bead-steps; allowed: <= {MOST_STEPS:.0e} steps and "
+            f"<= {MOST_WORK:.0e} bead-steps, about two years on one core",
+        )
+
+
+def _check_observe(scene, refuse):
+    """Names that stand twice, series and histograms that are too long, bins that are too wide."""
+    names = [item if isinstance(item, str) else next(iter(item)) for item in scene.data["observe"]]
+    for name in names:
+        if names.count(name) > 1:
+            refuse("observe", f"{name!r} is there {names.count(name)} times; keep one")
+    for name in SERIES:
+        if name not in scene.observe:
+            continue
+        samples = scene.steps[1] // scene.observe[name]["every"]
+        if samples > MOST_SAMPLES:
+            refuse(
+                f"observe.{name}.every",
+                f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
+                f"{MOST_SAMPLES}, every >= {-(-scene.steps[1] // MOST_SAMPLES)}",
+            )
+    ends = {"rdf": "range", "profile": "box"}
+    for name in set(ends) & set(scene.observe):
+        end = scene.observe["rdf"]["range"] if name == "rdf" else max(scene.box)
+        if scene.observe[name]["bin"] > end:
+            refuse(
+                f"observe.{name}.bin",
+                f"{scene.observe[name]['bin']:g} is more than the {ends[name]}; allowed: <= {end:g}",
+            )
+
+
+def _check_start_forces(scene, refuse):
+    """start.forces act in growth and relaxation, and there as whole forces."""
+    start = scene.data["start"]
+    own = start["forces"]
+    if own and "relax" not in start and start["method"] != "polymerize":
+        refuse(
+            "start.forces",
+            "has no effect: nothing is relaxed or grown; add start.relax, as "
+            "{steps: 1000, dt: 0.01}, or remove the key",
+        )
+    if "bond" in own and "bond" not in scene.data:
+        refuse("start.forces.bond", "every molecule is a single bead; remove the key")
+    forces = start_forces(scene)
+    for name, needed in (("core", ("radius", "force")), ("bond", ("stiffness",))):
+        for key in needed:
+            if name in own and key not in forces[name]:
+                refuse(
+                    f"start.forces.{name}",
+                    f"the key {key!r} is missing, and the scene has no {name!r} to take it from",
+                )
+    core = forces.get("core", {})
+    if 2 * core.get("radius", 0) + core.get("smooth", 0) > 1:
+        refuse(
+            "start.forces.core",
+            f"a core of diameter {2 * core['radius']:g} and an edge of {core.get('smooth', 0):g} "
+            "go past the cutoff; allowed: <= 1 together",
+        )
