@@ -28,7 +28,9 @@ def check_beads(data, where):
     volume, total = _volume(data), 0
     for place, kind in enumerate(data["molecules"]):
         length = _length(kind["architecture"])
-        beads = max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
+        beads = (
+            max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
+        )
         total += beads
         if total > MOST_BEADS:
             key = "density" if "density" in kind else "count"
@@ -103,14 +105,12 @@ def _check_observe(scene, refuse):
                 f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
                 f"{MOST_SAMPLES}, every >= {-(-scene.steps[1] // MOST_SAMPLES)}",
             )
-    ends = {"rdf": "range", "profile": "box"}
-    for name in set(ends) & set(scene.observe):
-        end = scene.observe["rdf"]["range"] if name == "rdf" else max(scene.box)
-        if scene.observe[name]["bin"] > end:
-            refuse(
-                f"observe.{name}.bin",
-                f"{scene.observe[name]['bin']:g} is more than the {ends[name]}; allowed: <= {end:g}",
-            )
+    for name, what in (("rdf", "range"), ("profile", "box")):
+        if name not in scene.observe:
+            continue
+        bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
+        if bin > end:
+            refuse(f"observe.{name}.bin", f"{bin:g} is more than the {what}; allowed: <= {end:g}")
 
 
 def _check_start_forces(scene, refuse):

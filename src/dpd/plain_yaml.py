@@ -14,7 +14,9 @@ DEEPEST = 64  # levels of lists and mappings; a paper has about ten
 MOST_VALUES = 200_000  # keys and values, each counted as often as aliases repeat it
 LONGEST_NUMBER = 400  # characters
 MERGE = "tag:yaml.org,2002:merge"
-KNOWN = {f"tag:yaml.org,2002:{kind}" for kind in ("str", "int", "float", "bool", "null", "map", "seq")}
+KNOWN = {
+    f"tag:yaml.org,2002:{kind}" for kind in ("str", "int", "float", "bool", "null", "map", "seq")
+}
 OPENING = (yaml.MappingStartEvent, yaml.SequenceStartEvent)
 CLOSING = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
@@ -55,9 +57,8 @@ def load_plain(text):
 
 def _check_depth(text):
     """Refuse deep nesting before anything recurses into it."""
-    depth = count = 0
-    for event in yaml.parse(text, LOADER):
-        count += 1
+    depth = 0
+    for count, event in enumerate(yaml.parse(text, LOADER)):
         depth += isinstance(event, OPENING)
         depth -= isinstance(event, CLOSING)
         if depth > DEEPEST:
@@ -79,7 +80,9 @@ class _Check:
     def size(self, node, key):
         """Number of values that a node stands for, aliases written out."""
         if node in self._open:
-            raise Problem(f"{key or 'the file'}: an alias inside of what it stands for", node.start_mark)
+            raise Problem(
+                f"{key or 'the file'}: an alias inside of what it stands for", node.start_mark
+            )
         if node in self._sizes:
             return self._sizes[node]
         self._open.add(node)
@@ -103,7 +106,9 @@ class _Check:
             self._refuse_twice(node, inside)
             for name, value in node.value:
                 if not isinstance(name, yaml.ScalarNode):
-                    raise Problem(f"{key or 'the file'}: a key that is a list or mapping", name.start_mark)
+                    raise Problem(
+                        f"{key or 'the file'}: a key that is a list or mapping", name.start_mark
+                    )
                 yield name, f"{inside}{name.value}"
                 yield value, f"{inside}{name.value}"
         elif isinstance(node, yaml.SequenceNode):
@@ -132,7 +137,11 @@ class _Check:
     def _refuse_tag(self, node, key):
         kind = node.tag.rpartition(":")[2]
         what = f"a {kind}" if node.tag.startswith("tag:yaml.org") else f"of the kind {kind}"
-        hint = f"; for text write '{node.value}' in quotes" if isinstance(node, yaml.ScalarNode) else ""
+        hint = (
+            f"; for text write '{node.value}' in quotes"
+            if isinstance(node, yaml.ScalarNode)
+            else ""
+        )
         raise Problem(
             f"{key or 'the file'}: YAML reads this as {what}, which nothing here is{hint}",
             node.start_mark,
@@ -150,7 +159,9 @@ def _refuse_surprise(node, key):
     elif kind in ("int", "float") and ":" in text:
         meaning = f"a number to the base 60; write '{text}' in quotes for text, or a plain number"
     elif kind == "int" and re.fullmatch(r"[-+]?0[0-9_]+", text):
-        meaning = f"{int(text.replace('_', ''), 8)}, a number to the base 8; leave out the leading 0"
+        meaning = (
+            f"{int(text.replace('_', ''), 8)}, a number to the base 8; leave out the leading 0"
+        )
     if meaning:
         raise Problem(f"{key}: YAML reads {text} as {meaning}", node.start_mark)
 

@@ -173,7 +173,8 @@ def _sentence(error):
         missing = [k for k in error.validator_value if k not in value]
         return f"{key}: the key {missing[0]!r} is missing{meaning}"
     if error.validator == "enum":
-        hint = _hint(value, {type(allowed).__name__ for allowed in error.validator_value})
+        numbers = all(isinstance(allowed, int) for allowed in error.validator_value)
+        hint = _hint(value, ["integer"] if numbers else [])
         known = hint or f" is not known; {suggestion(value, error.validator_value)}"
         return f"{key}: {shown(value)}{known}{meaning}"
     if error.validator == "type":
@@ -188,7 +189,9 @@ def _sentence(error):
     if error.validator == "oneOf":
         allowed = _alternatives(error.validator_value)
         kinds = [rule.get("type") for rule in error.validator_value]
-        return f"{key}: {shown(value)}{_hint(value, kinds) or ' is not allowed'}; {allowed}{meaning}"
+        return (
+            f"{key}: {shown(value)}{_hint(value, kinds) or ' is not allowed'}; {allowed}{meaning}"
+        )
     if error.validator == "pattern":
         return f"{key}: {shown(value)} is not allowed{meaning}"
     return f"{key}: {shown(value)} is not allowed: {shown(error.message, str)}{meaning}"
@@ -202,12 +205,12 @@ def shown(value, form=repr):
 
 def _hint(value, kinds):
     """What is wrong with a value that looks like the number or word that is meant; or nothing."""
-    numbers = {"number", "integer", "int", "float"} & set(kinds)
+    numbers = {"number", "integer"} & set(kinds)
     if value is None:
         return " (nothing after the colon) where a value is needed"
     if numbers and isinstance(value, bool):
         return " is true or false, not a number"
-    if numbers and isinstance(value, float) and value.is_integer():
+    if numbers == {"integer"} and isinstance(value, float) and value.is_integer():
         return f" has a decimal point; a whole number is meant: write {value:.0f}"
     if not numbers or not isinstance(value, str):
         return ""
@@ -217,7 +220,9 @@ def _hint(value, kinds):
         return ""
     plain = f"{int(value, 10)}" if value.strip().lstrip("+-").isdecimal() else repr(number)
     plain = plain.replace("e", ".0e") if "e" in plain and "." not in plain else plain
-    why = ", and 1e5 is text in YAML: a number has a point, and a sign after e" * ("e" in value.lower())
+    why = ", and 1e5 is text in YAML: a number has a point, and a sign after e" * (
+        "e" in value.lower()
+    )
     return f" is text where a number is meant; write {plain} without quotes{why}"
 
 

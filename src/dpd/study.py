@@ -318,7 +318,7 @@ def _changes(rule, label, key):
     return change
 
 
-def merge(base, change, where="scene"):
+def merge(base, change, where="scene", inside=()):
     """``base`` with ``change`` put in: dicts key by key, list items by number.
 
     Neither is altered; the result shares with them what it takes over whole.
@@ -326,8 +326,8 @@ def merge(base, change, where="scene"):
     Raises
     ------
     UserError
-        Naming ``where``, if keys are to be put into a list that has no such item, or into
-        something that has no keys.
+        Naming ``where`` and the key (``inside`` are its parts so far), if keys are to be put into
+        a list that has no such item, or into something that has no keys.
     """
     if not isinstance(change, dict):
         return change
@@ -336,15 +336,17 @@ def merge(base, change, where="scene"):
         for place, value in change.items():
             if not str(place).isdigit() or int(place) >= len(merged):
                 raise UserError(
-                    f"{where}: no item {place!r} in a list of {len(merged)}; they count from 0"
+                    f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
+                    f"{len(merged)}; they count from 0"
                 )
-            merged[int(place)] = merge(merged[int(place)], value, where)
+            merged[int(place)] = merge(merged[int(place)], value, where, (*inside, str(place)))
         return merged
     if not isinstance(base, dict):
-        raise UserError(f"{where}: {', '.join(map(str, change))} cannot be set in {shown(base)}")
+        key = ".".join((*inside, *map(str, list(change)[:1])))
+        raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
     merged = dict(base)
     for key, value in change.items():
-        merged[key] = merge(merged.get(key, {}), value, where)
+        merged[key] = merge(merged.get(key, {}), value, where, (*inside, str(key)))
     return merged
 
 
@@ -353,7 +355,9 @@ def _check_blocks(scene, where):
     for key in ("steps", "duration", "start"):
         block = scene.get(key, {})
         if not isinstance(block, dict):
-            raise UserError(f"{where}: {key}: {shown(block)} is not of type object (keys and values)")
+            raise UserError(
+                f"{where}: {key}: {shown(block)} is not of type object (keys and values)"
+            )
     for key in ("steps", "duration"):
         for part, value in scene.get(key, {}).items():
             number = isinstance(value, int | float) and not isinstance(value, bool)
