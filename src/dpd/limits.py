@@ -1,5 +1,8 @@
 """What a scene may ask for: sizes that can be run, and settings that have an effect."""
 
+import numpy as np
+
+from dpd.engine.periodic import MOST_STRETCHED, STRETCHED
 from dpd.errors import UserError
 from dpd.starting import start_forces
 
@@ -76,6 +79,7 @@ def check_limits(scene):
     _check_length(scene, refuse)
     _check_observe(scene, refuse)
     _check_start_forces(scene, refuse)
+    _check_bond_length(scene, refuse)
 
 
 def _check_length(scene, refuse):
@@ -140,3 +144,54 @@ def _check_start_forces(scene, refuse):
             f"a core of diameter {2 * core['radius']:g} and an edge of {core.get('smooth', 0):g} "
             "go past the cutoff; allowed: <= 1 together",
         )
+
+
+def _check_bond_length(scene, refuse):
+    """Bonds whose beads would be nearer to other images of each other than to their own."""
+    bond = scene.data.get("bond")
+    if bond is None:
+        return
+    share = stretched_share(bond, scene.data["thermostat"]["kT"], scene.box)
+    if share > MOST_STRETCHED:
+        edges = " x ".join(f"{edge:g}" for edge in scene.box)
+        refuse(
+            "bond",
+            f"stiffness {bond['stiffness']:g}, length {bond['length']:g}: at this temperature "
+            f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of {edges} "
+            "(estimated for bonds without other forces), and beyond half of it they would pull at "
+            f"other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a stiffer or "
+            "shorter bond",
+        )
+
+
+def stretched_share(bond, kT, box):
+    """Share of harmonic bonds that reach over `STRETCHED` of an edge along an axis.
+
+    From their Boltzmann weight r^(d-1) exp(-C (r - length)^2 / (2 kT)), in any direction, without
+    other forces: where beads repel each other bonds are a little longer, which a run looks after
+    itself (`dpd.observe.stretch`).
+
+    Parameters
+    ----------
+    bond : dict
+        ``stiffness`` and ``length``.
+    kT : float
+    box : tuple of float
+
+    Returns
+    -------
+    float
+        Summed over axes; 1 without stiffness.
+    """
+    dimension = len(box)
+    if bond["stiffness"] == 0:
+        return 1.0
+    width = (kT / bond["stiffness"]) ** 0.5
+    r = np.linspace(max(0.0, bond["length"] - 12 * width), bond["length"] + 12 * width, 4001)[1:]
+    weight = r ** (dimension - 1) * np.exp(-(((r - bond["length"]) / width) ** 2) / 2)
+    weight /= weight.sum()
+    share = 0.0
+    for edge in box:
+        cosine = np.minimum(1.0, STRETCHED * edge / r)  # from which on a direction reaches over
+        share += weight @ (1 - cosine if dimension == 3 else np.arccos(cosine) / (np.pi / 2))
+    return float(min(share, 1.0))

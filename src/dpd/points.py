@@ -9,7 +9,7 @@ MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
 # What a collected sweep keeps beside the observables (see dpd.analysis.collect).
 TAKEN = {
     "axis", "beads", "block", "kind", "kT", "number_density", "replica", "sample", "scene",
-    "seconds", "seed", "steps", "time",
+    "seconds", "seed", "steps", "time", "warning",
 }  # fmt: skip
 LABEL = re.compile(r"[A-Za-z0-9_.+-]+")
 
