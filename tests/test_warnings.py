@@ -60,7 +60,7 @@ def test_a_run_without_friction_says_that_nothing_holds_its_temperature(tmp_path
     assert "gamma 0" in attributes["warning"] and said == [attributes["warning"]]
 
 
-@pytest.mark.parametrize("change", [{}, {"start": {"kT": 10}, "steps": {"sample": 600}}])
+@pytest.mark.parametrize("change", [{}, {"start": {"kT": 10}, "steps": {"sample": 4000}}])
 def test_a_good_run_says_nothing(tmp_path, change):
     """Nor one that was hot at first."""
     _, _, attributes, said = run(tmp_path, change)
