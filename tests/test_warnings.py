@@ -1,4 +1,4 @@
-"""What a run says of itself: pressures as they are in its file, and a word where kT is not right."""
+"""What a run says of itself: pressures as in its file, and a word where kT is not right."""
 
 import numpy as np
 import pytest

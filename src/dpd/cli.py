@@ -122,6 +122,7 @@ def derived_file(study, paper, sweep):
 
 
 def _run(options):
+    from dpd.probing import settle
     from dpd.progress import Progress
     from dpd.scene import Scene
     from dpd.simulate import checkpoint_path, read_start, simulate, write_start
@@ -141,6 +142,9 @@ def _run(options):
         if options.start and not options.start.exists():
             write_start(scene, options.start, progress)
         state = read_start(scene, options.start) if options.start else make_start(scene, progress)
+    scene = settle(scene, state)
+    if scene.chosen:
+        print(scene.chosen)
     with Progress(sum(scene.steps), options.scene) as progress:
         found = simulate(
             scene,

@@ -157,10 +157,10 @@ def _check_bond_length(scene, refuse):
         refuse(
             "bond",
             f"stiffness {bond['stiffness']:g}, length {bond['length']:g}: at this temperature "
-            f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of {edges} "
-            "(estimated for bonds without other forces), and beyond half of it they would pull at "
-            f"other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a stiffer or "
-            "shorter bond",
+            f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
+            f"{edges} (estimated for bonds without other forces), and beyond half of it they would "
+            f"pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a stiffer "
+            "or shorter bond",
         )
 
 

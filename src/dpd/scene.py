@@ -78,7 +78,8 @@ class Scene:
         self.data = with_defaults(data, schema("scene"))
         check_beads(self.data, where)
         self.where = where
-        self.chosen = ""  # what was chosen for a scene that leaves the choice to us
+        self.chosen = ""  # what was chosen for a scene that left the choice to us
+        # Then its scheme and step are a first guess, until `dpd.probing.settle` has tried them.
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
@@ -98,8 +99,8 @@ class Scene:
             return
         if "dt" in integrator:
             self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
-        integrator.setdefault("tolerance", TOLERANCE)
-        self.data["integrator"], self.chosen = choose(self.data, self.density, self.where)
+        self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
+        self.data["integrator"] = choose(self.data, self.density, self.where)
 
     @cached_property
     def digest(self):

@@ -130,6 +130,11 @@ def simulate(
         there is no room for checkpoint and result.
     """
     begun = time.perf_counter() if begun is None else begun
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
+            "dpd.probing.settle(scene, state) first, or name scheme and dt"
+        )
     system = system_of(scene)
     simulation = Simulation(system, state, threads)
     observers = observables(scene, system)
@@ -169,6 +174,8 @@ def simulate(
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     } | versions()
+    if scene.chosen:
+        attributes["chosen"] = scene.chosen
     if warning:
         attributes["warning"] = warning
         if say:

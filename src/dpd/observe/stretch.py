@@ -36,13 +36,14 @@ class Stretch:
         """Count, and end the run if this is too often for all of its steps."""
         self.arrays["count"] += simulation.take_stretched()
         count, step = int(self.arrays["count"][0]), simulation.state.step
-        if count > max(FEW, MOST_STRETCHED * self._chances):
+        allowed = max(FEW, MOST_STRETCHED * self._chances)
+        if count > allowed:
             edges = " x ".join(f"{edge:g}" for edge in self._box)
             raise LostTrack(
                 f"bonds are too long for the box of {edges} r_c: by step {step} they reached over "
                 f"{STRETCHED:.0%} of an edge {count} times, and beyond half of it the pull goes to "
-                f"another image, which makes every number wrong (allowed: {MOST_STRETCHED:g} of all bonds "
-                f"and steps, {max(FEW, round(MOST_STRETCHED * self._chances))} times in this run). Take a "
+                f"another image, which makes every number wrong (allowed in this run: "
+                f"{round(allowed)} times, {MOST_STRETCHED:g} of all bonds and steps). Take a "
                 "larger box, or stiffer or shorter bonds",
                 step,
             )
