@@ -5,9 +5,11 @@ import pytest
 
 import dpd.limits as limits
 from dpd.engine.simulation import Simulation
-from dpd.errors import UserError
+from dpd.errors import LostTrack, UserError
 from dpd.files import read
 from dpd.limits import stretched_share
+from dpd.observe import observables
+from dpd.observe.stretch import stretched
 from dpd.scene import Scene
 from dpd.simulate import simulate
 from dpd.start import make_start, system_of
@@ -91,29 +93,30 @@ def test_a_run_of_a_map_records_it(unchecked, tmp_path):
     assert np.isnan(variables["kT"][-1])
 
 
-def test_what_is_counted_is_what_a_reference_counts(unchecked):
-    """Every step and axis, however the steps are split, with two threads as with one."""
-    scene = Scene(DIMERS | {"box": [3.1, 3.5, 4]})
+def test_what_is_counted():
+    """Once for each axis, at nearest images."""
+    box = (4.0, 6.0)
+    position = np.array([[0.1, 2.0, 1.0, 3.1, 0.1, 3.9], [0.1, 0.1, 0.1, 2.8, 0.1, 0.1]])
+    members = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]], np.uint32)
+    # Along x 1.9, 1, 1.9, 1, 0.2 (limit 1.92), along y 0, 0, 2.7, 2.7, 0 (limit 2.88).
+    assert stretched(position, members, box) == 0
+    position[0, 1] = 2.05
+    assert stretched(position, members, box) == 1
+    for y in (2.99, 3.11):  # before and after both flip
+        position[1, 3] = y
+        assert stretched(position, members, box) == 3
+
+
+def test_a_run_that_goes_on_remembers_what_it_found(unchecked, tmp_path):
+    """What a checkpoint holds of it is a count."""
+    scene = Scene(DIMERS)
     system = system_of(scene)
-    found = []
-    for threads, split in ((1, (60,)), (2, (13, 1, 46))):
-        simulation = Simulation(system, make_start(scene), threads)
-        for steps in split:
-            simulation.advance(steps)
-            simulation.measure()
-        found.append(simulation.take_stretched())
-        assert simulation.take_stretched() == 0
+    watch = observables(scene, system)[-1]
+    assert list(watch.arrays) == ["count"] and not watch.variables()
+    watch.arrays["count"][0] = 10**6
     simulation = Simulation(system, make_start(scene))
-    members, expected = system.bonds[0], 0
-    edges = np.array(system.box)[:, None]
-    for _ in range(60):
-        simulation.advance(1)
-        position = simulation.state.by_identity(simulation.state.position)
-        apart = position[:, members[:, 0]] - position[:, members[:, 1]]
-        apart -= edges * np.round(apart / edges)
-        expected += int((np.abs(apart) > 0.48 * edges).sum())
-    assert found == [expected, expected]
-    assert expected > 0
+    with pytest.raises(LostTrack):
+        watch.sample(simulation, None)
 
 
 def test_numbers_just_below_the_limit_are_exact(tmp_path):

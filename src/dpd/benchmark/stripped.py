@@ -138,7 +138,7 @@ def empty_parts():
         return repulsion[0, 0]
 
     empty = (
-        "find_slots", "no_slots",  # bonds
+        "add_bond_forces", "find_slots", "no_slots",  # bonds
         "pair_repulsion", "copy_species",  # species
         "add_bath_forces", "renew_bath_friction",  # bath
         "gaussian_noise",
@@ -150,7 +150,6 @@ def empty_parts():
     )  # fmt: skip
     return dict.fromkeys(empty, nothing) | {
         "batches": no_number,
-        "add_bond_forces": no_number,
         "listed_pairs": no_number,
         "farthest_move": no_limit,
         "keep_pairs": none_kept,

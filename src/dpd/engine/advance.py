@@ -55,8 +55,6 @@ class Shared(NamedTuple):
         Of each identity, for bonds.
     virial, energy : (tasks, 2, dimension, dimension) and (tasks, 2) arrays
         Of each batch of bonds, then of each block of cells.
-    stretched : (tasks,) int64 array
-        Of each batch of bonds, those that reached almost across half the box, over all steps.
     moved : (threads,) array
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
@@ -67,7 +65,6 @@ class Shared(NamedTuple):
     slot: np.ndarray | None
     virial: np.ndarray
     energy: np.ndarray
-    stretched: np.ndarray
     moved: np.ndarray
     lost: np.ndarray
 
@@ -188,9 +185,7 @@ def add_bonds(team, beads, force, shared, bonds, box, measure):
     task = take(team, BATCHES, 0, tasks)
     while task < tasks:
         virial, energy = shared.virial[task], shared.energy[task]
-        shared.stretched[task] += add_bond_forces(
-            force, beads[0], shared.slot, bonds, task, box, measure, virial, energy
-        )
+        add_bond_forces(force, beads[0], shared.slot, bonds, task, box, measure, virial, energy)
         task = take(team, BATCHES, 0, tasks)
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from dpd.engine.forces import CLOSEST
 from dpd.engine.jit import part
-from dpd.engine.periodic import STRETCHED
 from dpd.engine.rows import push_apart
 
 ENOUGH = 512  # bonds in a batch, or a few more: their buffers stay in cache
@@ -83,15 +82,9 @@ def add_bond_forces(force, position, slot, bonds, batch, box, measure, virial, e
     bonds : None or Bonds
     virial : (2, dimension, dimension) array
     energy : (2,) array
-
-    Returns
-    -------
-    int
-        Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
     """
-    stretched = 0
     if bonds is None:
-        return stretched
+        return
     dimension, begin = len(box), np.uint64(bonds.batch[batch])
     n = np.uint64(bonds.batch[batch + 1]) - begin
     ends = np.empty((2, n), np.uint32)
@@ -108,7 +101,6 @@ def add_bond_forces(force, position, slot, bonds, batch, box, measure, virial, e
         edge = box[k]
         for b in range(n):
             apart[k, b] -= edge * np.rint(apart[k, b] / edge)
-            stretched += abs(apart[k, b]) > STRETCHED * edge
     for b in range(n):
         r2 = CLOSEST
         for k in range(dimension):
@@ -126,4 +118,3 @@ def add_bond_forces(force, position, slot, bonds, batch, box, measure, virial, e
                     virial[0, k, m] += moment
                     virial[1, k, m] += moment
             energy[1] += 0.5 * bonds.stiffness * (np.sqrt(r2) - bonds.length) ** 2
-    return stretched

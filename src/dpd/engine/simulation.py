@@ -199,7 +199,6 @@ class Simulation:
             thermostat if system.per_bead else None,
         )
         self._threads = threads
-        self._stretched = 0
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
@@ -238,15 +237,6 @@ class Simulation:
         finally:
             self.state = kept
 
-    def take_stretched(self):
-        """How often a bond reached almost across half the box since this was asked last.
-
-        Each bond counts once a step and axis (`dpd.engine.periodic.STRETCHED`). What pulls it
-        and what measures it goes by its nearest image, which is not its own beyond.
-        """
-        taken, self._stretched = self._stretched, 0
-        return taken
-
     def _shared(self):
         """What the threads share during a call."""
         bonds, beads = self._fields[3], self.state.position.shape[1]
@@ -256,7 +246,6 @@ class Simulation:
             no_slots(bonds, beads),
             np.zeros((tasks, 2, self.system.dimension, self.system.dimension)),
             np.zeros((tasks, 2)),
-            np.zeros(tasks, np.int64),
             np.zeros(self._threads),
             np.zeros((self._threads, 2)),
         )
@@ -290,8 +279,6 @@ class Simulation:
         position, velocity, force = (
             axes_of(rows, system.dimension) for rows in (position, velocity, force)
         )
-        if steps:
-            self._stretched += int(shared.stretched.sum())
         step = state.step + steps
         self.state = State(position, velocity, force, identity, species, step, reference)
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))
