@@ -43,9 +43,9 @@ class Stretch:
         if count > self._allowed:
             edges = " x ".join(f"{edge:g}" for edge in self._box)
             raise LostTrack(
-                f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} were "
-                f"found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull goes "
-                "to another image, which makes every number wrong (allowed in the whole run: "
+                f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} "
+                f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
+                "goes to another image, which makes every number wrong (allowed in the whole run: "
                 f"{round(self._allowed)}, {MOST_STRETCHED:g} of all bonds looked at). Take a "
                 "larger box, or stiffer or shorter bonds",
                 state.step,
