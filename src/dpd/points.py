@@ -1,10 +1,12 @@
-"""Axes of a sweep that unfold into points with names of their own."""
+"""Checks of a sweep: axes whose points have names of their own, scenes before they are built."""
 
 import re
 from math import prod
 
 from dpd.errors import UserError
+from dpd.schema import shown
 
+LONGEST = 1e12  # steps or tau of a run, before a study's factor
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
 # What a collected sweep keeps beside the observables (see dpd.analysis.collect).
 TAKEN = {
@@ -110,3 +112,33 @@ def _leaves(change, inside):
             yield from _leaves(value, (*inside, str(part)))
     else:
         yield inside
+
+
+def check_blocks(scene, where):
+    """Refuse what is no mapping where one is read or completed before the scene is checked."""
+    for key in ("steps", "duration", "start"):
+        block = scene.get(key, {})
+        if not isinstance(block, dict):
+            raise UserError(
+                f"{where}: {key}: {shown(block)} is not of type object (keys and values)"
+            )
+    for key in ("steps", "duration"):
+        for part, value in scene.get(key, {}).items():
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not 0 <= value <= LONGEST:
+                raise UserError(
+                    f"{where}: {key}.{part}: {shown(value)} is out of range; allowed: 0 to "
+                    f"{LONGEST:.0e}"
+                )
+    if isinstance(scene.get("seed", 1), bool) or not isinstance(scene.get("seed", 1), int):
+        raise UserError(f"{where}: seed: {shown(scene['seed'])} is not of type integer")
+
+
+def fixed(scene):
+    """The scene, if it names its scheme: the points of a sweep must be comparable."""
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' is for scenes of your own (python -m dpd "
+            "run), which says what it takes; in a sweep name scheme and dt"
+        )
+    return scene

@@ -7,12 +7,11 @@ from zlib import crc32
 from dpd.derived import check_derived
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
-from dpd.points import check_axes, text_of
+from dpd.points import check_axes, check_blocks, fixed, text_of
 from dpd.scene import Scene
 from dpd.schema import read_yaml, schema, shown, suggestion, validate, with_defaults
 
 CONFIG = ROOT / "config"
-LONGEST = 1e12  # steps or tau of a run, before a study's factor
 
 
 @dataclass(frozen=True)
@@ -271,10 +270,10 @@ def _unfold(paper, name, given, changes, where, described):
         for axis, label in zip(axes[:-1], labels):
             change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")
             scene = merge(scene, change, where)
-        _check_blocks(scene, where)
+        check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
-        points.append(Point(at, labels, _fixed(Scene(scene, where))))
+        points.append(Point(at, labels, fixed(Scene(scene, where))))
     derived = tuple(
         Derived(target, rule["from"], rule["quantity"])
         for target, rule in given.get("derive", {}).items()
@@ -348,36 +347,6 @@ def merge(base, change, where="scene", inside=()):
     for key, value in change.items():
         merged[key] = merge(merged.get(key, {}), value, where, (*inside, str(key)))
     return merged
-
-
-def _check_blocks(scene, where):
-    """Refuse what is no mapping where one is read or completed before the scene is checked."""
-    for key in ("steps", "duration", "start"):
-        block = scene.get(key, {})
-        if not isinstance(block, dict):
-            raise UserError(
-                f"{where}: {key}: {shown(block)} is not of type object (keys and values)"
-            )
-    for key in ("steps", "duration"):
-        for part, value in scene.get(key, {}).items():
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not 0 <= value <= LONGEST:
-                raise UserError(
-                    f"{where}: {key}.{part}: {shown(value)} is out of range; allowed: 0 to "
-                    f"{LONGEST:.0e}"
-                )
-    if isinstance(scene.get("seed", 1), bool) or not isinstance(scene.get("seed", 1), int):
-        raise UserError(f"{where}: seed: {shown(scene['seed'])} is not of type integer")
-
-
-def _fixed(scene):
-    """The scene, if it names its scheme: the points of a sweep must be comparable."""
-    if scene.is_auto:
-        raise UserError(
-            f"{scene.where}: integrator.scheme: 'auto' is for scenes of your own (python -m dpd "
-            "run), which says what it takes; in a sweep name scheme and dt"
-        )
-    return scene
 
 
 def _sampled(scene, factor):
