@@ -25,7 +25,7 @@ GOOD = {
     "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"sample": 10},
 }
-CHAINS = GOOD | {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 2}}
+CHAINS = GOOD | {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 20}}
 
 # What is changed in GOOD, and what the message has to name: key, value, what is allowed.
 BAD = [
@@ -99,7 +99,7 @@ def test_a_scene_knows_its_system():
                 {"architecture": "A", "density": 1},
             ],
             "repulsion": {"A A": 25, "B A": 30, "B B": 20},
-            "bond": {"stiffness": 2},
+            "bond": {"stiffness": 20},
         }
     )
     assert scene.beads == 3 * 3 + 64

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from dpd.files import read
+from dpd.report.captions import run_warnings
 from dpd.scene import Scene
 from dpd.simulate import simulate, temperature_warning
 from dpd.start import make_start
@@ -77,3 +79,12 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
     assert bool(temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})) == warned
     kT[-1] = np.nan
     assert not temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
+
+
+def test_a_caption_shows_what_runs_warned_of():
+    """A sentence for each sweep with warnings; none for measurements, and for runs that are good."""
+    texts = np.array([["", "kT is 1.2"], ["", "kT is 1.3"]], dtype=object)
+    bad = xr.Dataset({"warning": (("dt", "replica"), texts)})
+    good = xr.Dataset({"warning": (("dt",), np.array(["", ""], dtype=object))})
+    said = list(run_warnings({"hot": bad, "fine": good, "timing": xr.Dataset()}))
+    assert said == ["2 of 4 runs of hot warn; the first: kT is 1.2."]
