@@ -82,7 +82,7 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
 
 
 def test_a_caption_shows_what_runs_warned_of():
-    """A sentence for each sweep with warnings; none for measurements, and for runs that are good."""
+    """A sentence for each sweep with warnings; none for measurements, nor for good runs."""
     texts = np.array([["", "kT is 1.2"], ["", "kT is 1.3"]], dtype=object)
     bad = xr.Dataset({"warning": (("dt", "replica"), texts)})
     good = xr.Dataset({"warning": (("dt",), np.array(["", ""], dtype=object))})
