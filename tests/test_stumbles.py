@@ -24,7 +24,7 @@ CHAINS = merge(
     {
         "box": 10,
         "molecules": {0: {"architecture": "A 9", "density": 3}},
-        "bond": {"stiffness": 4},
+        "bond": {"stiffness": 20},
         "observe": ["thermo"],
     },
 )
