@@ -42,7 +42,7 @@ def test_run_a_scene(tmp_path):
         "run", write(tmp_path / "scene.yaml", SCENE), "-o", tmp_path / "run.nc", cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
-    for word in ("kT", "pressure (conservative forces)", "bead-steps per second"):
+    for word in ("kT", "pressure (conservative virial)", "bead-steps per second"):
         assert word in done.stdout
     variables, attributes = read(tmp_path / "run.nc")
     assert variables["kT"].shape == (100,)

@@ -5,6 +5,7 @@ import sys
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from dpd.drafts import remove_drafts
@@ -13,6 +14,7 @@ from dpd.errors import Stopped, UserError
 from dpd.files import check_output
 from dpd.interrupts import asked, listening
 from dpd.lock import alone
+from dpd.probing import settle
 from dpd.progress import Progress
 from dpd.scene import Scene
 from dpd.simulate import (
@@ -136,6 +138,9 @@ def _run(order, checkpoint):
         if order.start and order.keep_start and not order.start.exists():
             write_start(scene, order.start, progress)
         state = read_start(scene, order.start) if order.start else make_start(scene, progress)
+    scene = settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
+    if scene.chosen:
+        print(scene.chosen)
     with Progress(sum(scene.steps), order.label) as progress:
         return simulate(
             scene, order.output, state, checkpoint, progress, order.every_seconds,
@@ -148,12 +153,16 @@ def _stoppable(progress):
     """Progress of work that keeps no state: it ends where a run would be stopped."""
 
     def step(done):
-        if asked():
-            raise Stopped("stopped while the first configuration was made, as asked")
+        _stop_if_asked("the first configuration was made")
         progress(done)
 
     with progress:
         yield step
+
+
+def _stop_if_asked(at_work):
+    if asked():
+        raise Stopped(f"stopped while {at_work}, as asked")
 
 
 def say(sentence):

@@ -11,12 +11,12 @@ from dpd.automatic import choose
 from dpd.digest import value_digest
 from dpd.engine.integrators import coefficients
 from dpd.errors import UserError
+from dpd.limits import check_beads, check_limits
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
-MOST_STEPS = 10**12  # of a run: years of the fastest one
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
@@ -77,8 +77,11 @@ class Scene:
     def __init__(self, data, where="scene"):
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
+        check_beads(self.data, where)
         self.where = where
-        self.chosen = ""  # what was chosen for a scene that leaves the choice to us
+        self.chosen = ""  # what was chosen for a scene that left the choice to us
+        # Then its scheme and step are a first guess, until `dpd.probing.settle` has tried them.
+        self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
 
@@ -97,8 +100,8 @@ class Scene:
             return
         if "dt" in integrator:
             self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
-        integrator.setdefault("tolerance", TOLERANCE)
-        self.data["integrator"], self.chosen = choose(self.data, self.density, self.where)
+        self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
+        self.data["integrator"] = choose(self.data, self.density, self.where)
 
     @cached_property
     def digest(self):
@@ -158,13 +161,12 @@ class Scene:
 
     @cached_property
     def notes(self):
-        """Sentences for a person on what the scene leaves to us, or does not quite get."""
-        missed = [
+        """Sentences for a person on what the scene does not quite get."""
+        return [
             f"molecules.{density.place}.density: {self._sizes(density)} instead of "
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
         ]
-        return [self.chosen, *missed] if self.chosen else missed
 
     def _sizes(self, density):
         """Box, count and the density that they make, in words."""
@@ -261,7 +263,6 @@ class Scene:
         self._check_core()
         self._check_bond()
         self._check_thermostat()
-        self._check_steps()
         if self.steps[1] < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
         for name, settings in self.observe.items():
@@ -288,13 +289,7 @@ class Scene:
                 f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
                 f"allowed: <= {half:g}",
             )
-
-    def _check_steps(self):
-        dt = self.data["integrator"]["dt"]
-        for key, unit in (("steps", 1), ("duration", dt)):
-            for part, length in self.data[key].items():
-                if length / unit > MOST_STEPS:
-                    self._fail(f"{key}.{part}", f"more than {MOST_STEPS:.0e} steps of {dt:g} tau")
+        check_limits(self)
 
     def _check_box(self):
         if len(self.box) != self.dimension:

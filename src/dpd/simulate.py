@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dpd import files
+from dpd.analysis.statistics import mean_and_error
 from dpd.digest import stage_digest
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
@@ -18,6 +19,8 @@ from dpd.start import make_start_and_record, system_of
 from dpd.start.polymerize import RECORD
 from dpd.starting import start_description, start_digest
 
+# Share by which kT may be off without a word, and standard errors that it may; samples needed.
+FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 ANOTHER = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
@@ -138,6 +141,11 @@ def simulate(
         there is no room for checkpoint and result.
     """
     begun = time.perf_counter() if begun is None else begun
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
+            "dpd.probing.settle(scene, state) first, or name scheme and dt"
+        )
     system = system_of(scene)
     simulation = Simulation(system, state, threads)
     observers = observables(scene, system)
@@ -164,6 +172,7 @@ def simulate(
     variables = {}
     for observer in observers:
         variables |= observer.variables()
+    warning = temperature_warning(scene, variables)
     attributes = {
         "scene": json.dumps(scene.data),
         "scene_digest": scene.digest,
@@ -177,6 +186,12 @@ def simulate(
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     } | versions()
+    if scene.chosen:
+        attributes["chosen"] = scene.chosen
+    if warning:
+        attributes["warning"] = warning
+        if say:
+            say(warning)
     try:
         files.write(path, variables, attributes)
     except UserError as problem:
@@ -197,7 +212,11 @@ def _with_place(problem, scene, keeper):
 
 
 def summary(scene, variables, attributes):
-    """Means of the measured series, for a person at a terminal."""
+    """Means of the measured series, for a person at a terminal.
+
+    Both pressures have the kinetic part that was measured, as ``pressure`` and
+    ``pressure_tensor_all`` in the file.
+    """
     found = {
         "beads": attributes["beads"],
         "steps": attributes["steps"],
@@ -206,11 +225,10 @@ def summary(scene, variables, attributes):
     }
     if "kT" in variables:
         found["kT"] = float(np.mean(variables["kT"][1]))
-    if "excess_conservative" in variables:
-        ideal = scene.density * scene.data["thermostat"]["kT"]
-        for forces in ("conservative", "all"):
-            excess = float(np.mean(variables[f"excess_{forces}"][1]))
-            found[f"pressure ({forces} forces)"] = ideal + excess
+    if "pressure" in variables:
+        found["pressure (conservative virial)"] = float(np.mean(variables["pressure"][1]))
+        diagonal = np.trace(variables["pressure_tensor_all"][1], axis1=1, axis2=2)
+        found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
     if "bond_mean" in variables:
         found["mean bond length"] = float(np.mean(variables["bond_mean"][1]))
     return found
@@ -228,6 +246,28 @@ def summary_of_file(scene, path):
     files.check_digest(path, attributes, "sources", stage_digest("simulate"), ANOTHER)
     files.check_digest(path, attributes, "scene_digest", scene.digest, ANOTHER)
     return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
+
+
+def temperature_warning(scene, variables):
+    """A sentence if a run was not at its temperature; nothing if it was.
+
+    It looks at the second half of the samples, so that a start that is hotter or colder may
+    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors.
+    """
+    kT = variables["kT"][1] if "kT" in variables else np.empty(0)
+    kT = kT[len(kT) // 2 :]
+    if len(kT) < FEWEST or not np.isfinite(kT).all():
+        return ""
+    asked, (mean, error, _) = scene.data["thermostat"]["kT"], mean_and_error(kT)
+    if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
+        return ""
+    cause = "dt is too large for this scene, or the run too short to reach its temperature"
+    if scene.data["thermostat"]["gamma"] == 0:
+        cause = "without friction (gamma 0) nothing holds it"
+    return (
+        f"kT is {mean:.4g} +- {error:.2g} instead of {asked:g} in the second half of the run, and "
+        f"all that was measured belongs to that: {cause}"
+    )
 
 
 def versions():

@@ -67,6 +67,8 @@ def collect(sweep, paths):
     for name, (units, long_name) in RECORDED.items():
         put(name, [run.attrs[name] for run in runs], units, long_name)
     put("scene", [run.attrs["scene"] for run in runs], "1", "the scene as JSON")
+    warnings = [run.attrs.get("warning", "") for run in runs]
+    put("warning", warnings, "1", "what the run warned of; nothing if of nothing")
     per_bead = [float(np.abs(run.momentum).max()) / run.attrs["beads"] for run in runs]
     put("momentum_per_bead", per_bead, "m r_c / tau", "largest component met, over all samples")
     for name, variable in runs[0].data_vars.items():

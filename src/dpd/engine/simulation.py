@@ -225,7 +225,8 @@ class Simulation:
         ----------
         steps : int
         measure : bool
-            Add up virial and energy in the last step.
+            Add up virial and energy where the beads are in the end: in the last step, or, where a
+            scheme has its force in the middle of a step, once more after it.
 
         Returns
         -------
@@ -237,6 +238,9 @@ class Simulation:
         Unstable
             With the state as it was before the call.
         """
+        if measure and self.system.scheme.middle:
+            self._call(steps, measure=False)
+            return self.measure()
         return self._call(steps, measure)
 
     def measure(self):
