@@ -1,9 +1,14 @@
 # make        set up, and run the quick study
+# make resume the same after Snakemake was killed
 # make test   set up, and pass the tests
 PYTHON ?= python3
 
 quick: .venv/ready
 	.venv/bin/snakemake --cores 2
+
+resume: .venv/ready
+	.venv/bin/snakemake --cores 2 $(OPTIONS) --unlock
+	.venv/bin/snakemake --cores 2 $(OPTIONS)
 
 test: .venv/ready
 	.venv/bin/python -m pytest
@@ -16,4 +21,4 @@ test: .venv/ready
 	.venv/bin/python -m compileall -q src paper_figures
 	touch $@
 
-.PHONY: quick test
+.PHONY: quick resume test

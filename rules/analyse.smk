@@ -15,8 +15,8 @@ rule collect:
         series=lambda wildcards: PAPERS[wildcards.paper].sweeps[wildcards.sweep].series,
         scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
     shell:
-        "python -m dpd collect {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
-        " 2>&1 | tee {log}"
+        "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q} -o {output:q}"
+        " 2>&1 | tee -i {log:q}"
 
 
 rule derive:
@@ -31,5 +31,5 @@ rule derive:
         sources=stage_digest("derive"),
         points=planned_digests,
     shell:
-        "python -m dpd derive {params.study} {wildcards.paper} {wildcards.sweep} -o {output}"
-        " 2>&1 | tee {log}"
+        "python -m dpd derive {params.study:q} {wildcards.paper:q} {wildcards.sweep:q} -o {output:q}"
+        " 2>&1 | tee -i {log:q}"

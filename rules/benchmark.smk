@@ -12,7 +12,7 @@ rule measure:
     priority: 0
     threads: workflow.cores
     shell:
-        "python -m dpd measure {wildcards.measurement} -o {output} 2>&1 | tee {log}"
+        "python -m dpd measure {wildcards.measurement:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 rule benchmark:
@@ -27,4 +27,4 @@ rule benchmark:
         study=STUDY,
         sources=stage_digest("report"),
     shell:
-        "python -m dpd report {params.study} benchmark -o {output.page} 2>&1 | tee {log}"
+        "python -m dpd report {params.study:q} benchmark -o {output.page:q} 2>&1 | tee -i {log:q}"

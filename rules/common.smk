@@ -105,8 +105,8 @@ def start_of(wildcards):
 
 
 def given_start(wildcards, input):
-    """The option that names it."""
-    return f"--start {input.start}" if input.start else ""
+    """The option that names it, as words of a command."""
+    return ["--start", input.start] if input.start else []
 
 
 def first_with_start(wildcards):
@@ -115,7 +115,7 @@ def first_with_start(wildcards):
     if not waiting:
         raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
     sweep, point = waiting[0]
-    return f"{sweep} {point.name}"
+    return [sweep, point.name]
 
 
 def figure_digest(wildcards):

@@ -21,5 +21,6 @@ rule draw_figure:
         study=STUDY,
         sources=figure_digest,
     shell:
-        "python -m dpd figure {params.study} {wildcards.paper} {wildcards.figure}"
-        " -o $(dirname {output.png}) --traceback {log.traceback} 2>&1 | tee {log.said}"
+        "python -m dpd figure {params.study:q} {wildcards.paper:q} {wildcards.figure:q}"
+        ' -o "$(dirname {output.png:q})"'
+        " --traceback {log.traceback:q} 2>&1 | tee -i {log.said:q}"

@@ -15,9 +15,9 @@ rule join_verdicts:
         f"{LOGS}/verdicts{PAGE}.log",
     params:
         study=STUDY,
-        papers=" ".join(REPORTED),
+        papers=list(REPORTED),
     shell:
-        "python -m dpd verdicts {params.study} {params.papers} -o {output.table} 2>&1 | tee {log}"
+        "python -m dpd verdicts {params.study:q} {params.papers:q} -o {output.table:q} 2>&1 | tee -i {log:q}"
 
 
 rule write_report:
@@ -30,7 +30,7 @@ rule write_report:
         f"{LOGS}/report{PAGE}.log",
     params:
         study=STUDY,
-        papers=" ".join(REPORTED),
+        papers=list(REPORTED),
         sources=stage_digest("report"),
     shell:
-        "python -m dpd report {params.study} {params.papers} -o {output.page} 2>&1 | tee {log}"
+        "python -m dpd report {params.study:q} {params.papers:q} -o {output.page:q} 2>&1 | tee -i {log:q}"

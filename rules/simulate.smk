@@ -21,6 +21,6 @@ rule simulate:
     priority: work_of
     threads: 1
     shell:
-        "python -m dpd simulate {params.study} {wildcards.paper} {wildcards.sweep}"
-        " {wildcards.point} {params.start} --threads {threads}"
-        " -o {output} 2>&1 | tee {log}"
+        "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+        " {wildcards.point:q} {params.start:q} --threads {threads}"
+        " -o {output:q} 2>&1 | tee -i {log:q}"

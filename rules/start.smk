@@ -11,7 +11,7 @@ rule compile_kernels:
         study=STUDY,
     priority: work_compiled_for
     shell:
-        "python -m dpd compile {params.study} {wildcards.paper} -o {output} 2>&1 | tee {log}"
+        "python -m dpd compile {params.study:q} {wildcards.paper:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 rule make_start:
@@ -27,5 +27,5 @@ rule make_start:
         point=first_with_start,
     priority: work_after
     shell:
-        "python -m dpd start {params.study} {wildcards.paper} {params.point} -o {output}"
-        " 2>&1 | tee {log}"
+        "python -m dpd start {params.study:q} {wildcards.paper:q} {params.point:q} -o {output:q}"
+        " 2>&1 | tee -i {log:q}"

@@ -25,7 +25,7 @@ GOOD = {
     "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"sample": 10},
 }
-CHAINS = GOOD | {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 2}}
+CHAINS = GOOD | {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 20}}
 
 # What is changed in GOOD, and what the message has to name: key, value, what is allowed.
 BAD = [
@@ -38,7 +38,7 @@ BAD = [
     ({"molecules": [{"architecture": "A"}]}, ["molecules.0", "density", "count"]),
     ({"molecules": [{"architecture": "a 3", "density": 3}]}, ["architecture", "a 3"]),
     ({"molecules": [{"architecture": "A", "density": 0.001}]}, ["0.001", "one molecule"]),
-    ({"integrator": {"scheme": "gw-vv", "dt": 0}}, ["integrator.dt", "0", "> 0"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": 0}}, ["integrator.dt", "0", ">= 1e-09"]),
     ({"integrator": {"scheme": "leapfrog", "dt": 0.1}}, ["integrator.scheme", "leapfrog", "euler"]),
     ({"box": 1.9}, ["box", "1.9", ">= 2"]),
     ({"box": [4, 4]}, ["box", "2 edges"]),
@@ -46,7 +46,8 @@ BAD = [
      ["repulsion", "'A B'"]),
     ({"repulsion": {"A A": 25, "A C": 3}}, ["repulsion.A C", "'C'", "allowed: A"]),
     ({"repulsion": {"A A": float("nan")}}, ["repulsion.A A", "nan", "finite"]),
-    ({"box": 1e4}, ["box", "1e+12", "too large"]),
+    ({"box": 1e4}, ["molecules.0.density", "3e+12 beads", "<= 100000000"]),
+    ({"box": 1e4, "molecules": [{"architecture": "A", "count": 9}]}, ["1e+12", "too large"]),
     ({"bond": {"stiffness": 2}}, ["bond", "single bead"]),
     ({"molecules": [{"architecture": "A 2", "density": 3}]}, ["bond", "several beads"]),
     ({"observe": ["thermo", "bonds"]}, ["observe", "single bead"]),
@@ -98,7 +99,7 @@ def test_a_scene_knows_its_system():
                 {"architecture": "A", "density": 1},
             ],
             "repulsion": {"A A": 25, "B A": 30, "B B": 20},
-            "bond": {"stiffness": 2},
+            "bond": {"stiffness": 20},
         }
     )
     assert scene.beads == 3 * 3 + 64

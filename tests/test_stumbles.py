@@ -24,7 +24,7 @@ CHAINS = merge(
     {
         "box": 10,
         "molecules": {0: {"architecture": "A 9", "density": 3}},
-        "bond": {"stiffness": 4},
+        "bond": {"stiffness": 20},
         "observe": ["thermo"],
     },
 )
@@ -257,7 +257,7 @@ def test_a_comment_on_published_numbers_redraws_nothing(mine):
     published.write_text(published.read_text() + own)
     assert snakemake(mine, *ALONE).returncode == 0
     published.write_text("# A comment.\n" + published.read_text())
-    edit(published, "figure: fig06_interface", "where: 'Fig. 6'\n    figure: fig06_interface")
+    edit(published, "the text notes a small dip", "the text notes a dip")
     assert planned(mine, *ALONE) == {}
     edit(published, "quantity: y, value: 2,", "quantity: y, value: 3,")
     assert planned(mine, *ALONE)["draw_figure"] == 1

@@ -2,6 +2,7 @@
 
 from dpd.report.accuracy import against_time, describe, draw, shows, table
 
+SHOWS_TEMPERATURE = True
 TITLE = "Run time against error: a melt of stiff bonds (rho 1, a 100, k 200)."
 PAPER_SHOWS = shows("8192")
 

@@ -19,6 +19,7 @@ from dpd.analysis.stability import (
 from dpd.report.style import BLACK, BLUE, MARKERS, ORANGE, RED, panels
 from dpd.report.text import with_error
 
+SHOWS_TEMPERATURE = True
 TITLE = "How runs fail as the time step grows."
 PAPER_SHOWS = (
     "Each mark is a run: by how much kT is off 1, or after how many tau (the number below) a bead "

@@ -8,6 +8,7 @@ from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 
+SHOWS_TEMPERATURE = True
 TITLE = "Temperature against time step (rho = 4, a = 25, sigma = 3)."
 PAPER_SHOWS = (
     "The paper shows the kinetic temperature of 4000 beads, averaged over 200 steps, for the Euler "

@@ -13,6 +13,7 @@ from dpd.analysis.statistics import (
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
+SHOWS_TEMPERATURE = True
 TITLE = "Temperature: relaxation, noise amplitude, and lambda (rho = 3, a = 25)."
 PAPER_SHOWS = (
     "Not a figure of the paper: its Sec. III states these. (a) kT - 1 at dt 0.04 after a start at "

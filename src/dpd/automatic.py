@@ -1,7 +1,8 @@
-"""``integrator: {scheme: auto}``: the cheapest scheme whose error was measured to be small.
+"""``integrator: {scheme: auto}``: a first guess, from what was measured in two systems.
 
 config/schemes.yaml holds what the benchmark found: for a fluid and for a melt of stiff bonds, at
-two frictions, the scheme and step of least run time for each tolerance in pressure and kT.
+two frictions, the scheme and step of least run time for each tolerance in pressure and kT. Other
+scenes heat up at other steps: `dpd.probing` tries the guess on the scene itself.
 """
 
 from functools import cache
@@ -13,6 +14,8 @@ from dpd.errors import UserError
 from dpd.schema import read_yaml
 
 TABLE = ROOT / "config" / "schemes.yaml"
+# Beads per r_c^3 of the systems measured. Two beads that meet alone are no softer than there.
+DENSITY = {"fluid": 3.0, "melt": 1.0}
 
 
 @cache
@@ -26,7 +29,7 @@ def table():
 
 
 def choose(data, density, where):
-    """The integrator of a scene that leaves it to us, and one sentence that says so.
+    """A guess at the integrator of a scene that leaves it to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as
     1 / sqrt(stiffness), the period of its fastest motion) or hotter.
@@ -42,8 +45,8 @@ def choose(data, density, where):
 
     Returns
     -------
-    dict, str
-        ``scheme``, ``lambda`` and ``dt``; the sentence.
+    dict
+        ``scheme``, ``lambda`` and ``dt``.
 
     Raises
     ------
@@ -56,16 +59,10 @@ def choose(data, density, where):
     measured = table()[system]
     choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
     kT = data["thermostat"]["kT"]
+    density = max(density, DENSITY[system])
     slower = np.sqrt(max(1.0, kT, *_ratios(data, density, measured["stiffness"])))
     dt = float(f"{choice['dt'] / slower:.2g}")
-    chosen = {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
-    text = (
-        f"integrator: auto is {choice['scheme']}, dt {dt:g}: the cheapest measured with pressure "
-        f"and kT within {100 * choice['tolerance']:g} % in a {system} at gamma {choice['gamma']:g}"
-    )
-    if slower > 1:
-        text += f" (there dt {choice['dt']:g}; this one is stiffer or hotter)"
-    return chosen, text
+    return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
 
 
 def _refuse(data, where):

@@ -1,31 +1,48 @@
 """`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
 
 import argparse
+import math
 import os
-import signal
 import sys
-import time
 from pathlib import Path
 
-from dpd.errors import UserError
+from dpd.errors import Stopped, UserError, reason
+from dpd.interrupts import asked
+from dpd.streams import unprinted
 
 RESULTS = Path("results")
+LITTLE = 2**20  # bytes of a result whose size is not known before
+THREADS_PER_CORE = 4  # more only wait for each other
 
 
 def main(arguments=None):
-    """Run one stage; return the exit code."""
+    """Run one stage; return the exit code.
+
+    That is 0 once the result is there, whether or not its summary could be printed; 1 for what
+    the user can mend; 128 and the number of the signal that ended it.
+    """
     options = _parser().parse_args(arguments)
     try:
         options.stage(options)
+        if options.prints and (problem := unprinted()):
+            raise UserError(f"standard output: cannot be written ({reason(problem)})")
+    except Stopped as problem:
+        return _fail(problem, 128 + asked())
     except UserError as problem:
-        print(f"error: {problem}", file=sys.stderr)
-        return 1
+        return _fail(problem)
+    except OSError as problem:  # a disk, a file or a folder that is not as it should be
+        where = f"{problem.filename}: " if problem.filename else ""
+        return _fail(f"{where}{reason(problem)}")
+    except MemoryError as problem:
+        return _fail(f"there is not enough memory: {problem}")
     except KeyboardInterrupt:
-        print("error: interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:  # as with `| head`, which has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _fail("interrupted", 130)
     return 0
+
+
+def _fail(problem, code=1):
+    print(f"error: {problem}", file=sys.stderr)
+    return code
 
 
 def _parser():
@@ -34,26 +51,27 @@ def _parser():
     )
     stages = parser.add_subparsers(title="stages", required=True, metavar="STAGE")
 
-    def stage(name, function, help, *names, output=None):
+    def stage(name, function, help, *names, output=None, prints=False):
         sub = stages.add_parser(name, help=help, description=help)
         for argument in names:
             sub.add_argument(argument, nargs="+" if argument == "papers" else None)
         if output:
             sub.add_argument("-o", "--output", required=True, type=Path, help=output)
-        sub.set_defaults(stage=function)
+        sub.set_defaults(stage=function, prints=prints)
         return sub
 
     run = stage("run", _run, "run a scene of your own", "scene", output="NetCDF file to write")
     run.add_argument(
-        "--checkpoint-every", type=float, default=60.0, metavar="SECONDS",
-        help="wall clock between checkpoints (default 60); the same command resumes from one",
+        "--checkpoint-every", type=_seconds, default=60.0, metavar="SECONDS",
+        help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
+        "clock); the same command resumes from one",
     )  # fmt: skip
     run.add_argument(
         "--start", type=Path, metavar="FILE",
         help="first configuration: read if the file is there, otherwise made and kept in it",
     )  # fmt: skip
     _add_threads(run)
-    stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
+    stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True)
     stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
     stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
     stage(
@@ -80,7 +98,9 @@ def _parser():
     )  # fmt: skip
     stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
     stage("report", _report, "write the report", "study", "papers", output="report.html")
-    plan = stage("plan", _plan, "say what a study costs before it runs, from measured rates")
+    plan = stage(
+        "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
+    )
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
@@ -101,14 +121,30 @@ def _parser():
 def _add_threads(parser):
     parser.add_argument(
         "--threads", type=_count, default=1, metavar="N",
-        help="threads that share the work (default 1); the results are the same bits",
+        help=f"threads that share the work (default 1, at most {THREADS_PER_CORE} per core); the "
+        "results are the same bits",
     )  # fmt: skip
 
 
 def _count(text):
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1, 2, ...")
+    cores = len(os.sched_getaffinity(0))
+    most = THREADS_PER_CORE * cores
+    if not text.isdecimal() or len(text) > 6 or not 1 <= int(text) <= most:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is out of range; allowed: 1 to {most}, {THREADS_PER_CORE} for each of "
+            f"{cores} cores"
+        )
     return int(text)
+
+
+def _seconds(text):
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 <= seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; allowed: 0, 60, ... seconds")
+    return seconds
 
 
 def run_folder(study, paper, sweep):
@@ -122,52 +158,25 @@ def derived_file(study, paper, sweep):
 
 
 def _run(options):
-    from dpd.progress import Progress
+    from dpd.files import check_output
+    from dpd.running import Order, run_alone
     from dpd.scene import Scene
-    from dpd.simulate import checkpoint_path, read_start, simulate, write_start
-    from dpd.start import make_start
-    from dpd.starting import start_work
 
-    if options.output.is_dir():
-        raise UserError(f"{options.output}: is a folder; name the NetCDF file to write")
+    inputs = [options.scene, *([options.start] if options.start else [])]
+    check_output(options.output, ".nc", inputs)
+    if options.start and not options.start.exists():
+        check_output(options.start, ".nc", [options.scene])
     scene = Scene.read(options.scene)
     for sentence in scene.notes:
         print(sentence)
-    checkpoint = checkpoint_path(options.output)
-    begun = time.perf_counter()
-    if checkpoint.exists():
-        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
-    with Progress(start_work(scene), f"{options.scene}: start") as progress:
-        if options.start and not options.start.exists():
-            write_start(scene, options.start, progress)
-        state = read_start(scene, options.start) if options.start else make_start(scene, progress)
-    with Progress(sum(scene.steps), options.scene) as progress:
-        found = simulate(
-            scene,
-            options.output,
-            state,
-            checkpoint=checkpoint,
-            progress=progress,
-            every_seconds=options.checkpoint_every,
-            stopping=_asked_to_stop(),
-            say=_say,
-            threads=options.threads,
-            begun=begun,
+    found = run_alone(
+        Order(
+            scene, options.output, options.scene, options.start, keep_start=True,
+            threads=options.threads, every_seconds=options.checkpoint_every, inputs=tuple(inputs),
         )
+    )  # fmt: skip
     for name, value in found.items():
         print(f"{name:32s} {value:.6g}")
-
-
-def _asked_to_stop():
-    """From now on SIGTERM only asks: a callable that says whether it came."""
-    came = []
-    signal.signal(signal.SIGTERM, lambda number, frame: came.append(number))
-    return lambda: bool(came)
-
-
-def _say(sentence):
-    if sentence:
-        print(f"warning: {sentence}", file=sys.stderr, flush=True)
 
 
 def _bench(options):
@@ -178,7 +187,10 @@ def _bench(options):
 
 def _measure(options):
     from dpd.benchmark.measure import measure
+    from dpd.files import check_output, check_room
 
+    check_output(options.output, ".nc")
+    check_room(options.output, LITTLE)
     measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
 
@@ -209,42 +221,46 @@ def _resolved_sweep(options):
 
 
 def _start(options):
+    from dpd.files import check_output, check_room
     from dpd.progress import Progress
     from dpd.simulate import write_start
     from dpd.starting import start_work
 
+    check_output(options.output, ".nc")
     scene = _sweep(options).point(options.point).scene
+    check_room(options.output, LITTLE)
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         write_start(scene, options.output, progress)
 
 
 def _simulate(options):
     from dpd.derived import is_made
-    from dpd.progress import Progress
-    from dpd.simulate import checkpoint_path, read_start, simulate
-    from dpd.start import make_start
-    from dpd.starting import start_work
+    from dpd.files import check_output
+    from dpd.running import Order, run_alone
 
-    begun, sweep = time.perf_counter(), _resolved_sweep(options)
+    inputs = (options.start,) if options.start else ()
+    check_output(options.output, ".nc", inputs)
+    sweep = _resolved_sweep(options)
     scene = sweep.point(options.point).scene
     # Snakemake cannot know that what was measured anew came out as before.
     if sweep.derived and is_made(options.output, scene):
         options.output.touch()
         print(f"{options.output}: is there already, of the same scene and the same sources")
         return
-    with Progress(start_work(scene), f"{options.sweep} start") as progress:
-        state = read_start(scene, options.start) if options.start else make_start(scene, progress)
-    with Progress(sum(scene.steps), f"{options.sweep} {options.point}") as progress:
-        found = simulate(
-            scene, options.output, state, checkpoint_path(options.output), progress,
-            stopping=_asked_to_stop(), say=_say, threads=options.threads, begun=begun,
-        )  # fmt: skip
+    found = run_alone(
+        Order(
+            scene, options.output, f"{options.sweep} {options.point}", options.start,
+            threads=options.threads, inputs=inputs, wait=True,
+        )
+    )  # fmt: skip
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
 
 
 def _collect(options):
     from dpd.analysis.collect import collect, save
+    from dpd.files import check_output
 
+    check_output(options.output, ".nc")
     sweep = _resolved_sweep(options)
     folder = run_folder(options.study, options.paper, options.sweep)
     paths = [folder / point.name / "run.nc" for point in sweep.points]

@@ -177,6 +177,6 @@ def is_made(path, scene):
         return False
     try:
         made = {name: files.attribute(path, name) for name in ("scene_digest", "sources")}
-    except (OSError, AttributeError):  # not NetCDF, or not a run
+    except (UserError, AttributeError):  # not NetCDF, or not a run
         return False
     return made == {"scene_digest": scene.digest, "sources": stage_digest("simulate")}

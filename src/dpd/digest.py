@@ -39,7 +39,10 @@ _STAGES = {
 
 def cache_folder(name):
     """Folder for what can be had again: ``~/.cache/dpd-papers/<name>``, if not elsewhere."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    except RuntimeError:  # a user without a home, as in some containers
+        home = Path(os.environ.get("TMPDIR", "/tmp")) / f"cache-{os.getuid()}"
     return Path(home) / "dpd-papers" / name
 
 

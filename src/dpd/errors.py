@@ -1,4 +1,6 @@
-"""Exceptions that reach a user as a plain sentence."""
+"""Exceptions that reach a user as a plain sentence, and how that shows a value."""
+
+LONGEST_SHOWN = 100  # characters of a value
 
 
 class UserError(Exception):
@@ -8,9 +10,24 @@ class UserError(Exception):
     """
 
 
+class Stopped(UserError):
+    """A run that was asked to stop."""
+
+
 class LostTrack(UserError):
     """Beads moved too far between two samples to be followed, at a ``step`` of the run."""
 
     def __init__(self, text, step):
         super().__init__(text)
         self.step = step
+
+
+def reason(problem):
+    """Why the system refused something, in few words."""
+    return getattr(problem, "strerror", None) or str(problem)
+
+
+def shown(value, form=repr):
+    """A value as a message shows it: on one line, and not at any length."""
+    text = " ".join(form(value).split())
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."

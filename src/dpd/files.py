@@ -2,12 +2,15 @@
 
 import os
 import shutil
+import stat
+from contextlib import contextmanager
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 
-from dpd.errors import UserError
+from dpd.drafts import draft_of
+from dpd.errors import UserError, reason
 
 
 def write(path, variables, attributes):
@@ -27,16 +30,79 @@ def write(path, variables, attributes):
 def replace_whole(path, make):
     """Let ``make(draft)`` write a draft beside ``path``, then put it in its place.
 
-    A failure removes the draft; a kill leaves it, but nothing under the name asked for.
+    A failure removes the draft; a kill leaves it, but nothing under the name asked for. The draft
+    is this process's own, so that two that write the same file do not spoil each other's.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be written, or if something is there that is not a file.
     """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(path.name + ".writing")
+    check_output(path)
     try:
-        make(draft)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(path) as draft:
+            make(draft)
+            os.replace(draft, path)
+    except OSError as problem:
+        raise UserError(f"{path}: cannot be written ({reason(problem)})") from None
+
+
+def check_output(path, suffix="", inputs=()):
+    """Refuse a place where a result would do harm, before anything is written.
+
+    Parameters
+    ----------
+    path : path
+    suffix : str
+        That the name must have, as ``.nc``.
+    inputs : list of path
+        Files that are read: a result must not take the place of one.
+
+    Raises
+    ------
+    UserError
+        If the name has another suffix or is not UTF-8, if there is something that is not a
+        file, or if it is one of the inputs, under this name or another.
+    """
+    path = Path(path)
+    _check_name(path)
+    if path.is_dir():
+        raise UserError(f"{path}: is a folder; name the file to write")
+    if path.suffix != suffix and suffix:
+        raise UserError(f"{path}: a file is written here whose name ends in {suffix}; name it so")
+    there = _status(path)
+    if there and not stat.S_ISREG(there.st_mode):
+        raise UserError(
+            f"{path}: is a device, a pipe or a socket; a result is written to a file of its own"
+        )
+    for given in inputs:
+        if os.path.realpath(given) == os.path.realpath(path) or _same(_status(given), there):
+            raise UserError(
+                f"{path}: would take the place of {given}, which is read; choose another name"
+            )
+
+
+def _check_name(path):
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        raise UserError(f"{str(path)!r}: a name that is not UTF-8; rename it") from None
+
+
+def _status(path):
+    """What the system says of a file; None if there is none."""
+    try:
+        return os.stat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as problem:
+        raise UserError(f"{path}: cannot be read or written ({reason(problem)})") from None
+
+
+def _same(one, other):
+    return one and other and os.path.samestat(one, other)
 
 
 def check_room(path, size):
@@ -54,15 +120,14 @@ def check_room(path, size):
         If the folder cannot be made or written, or its disk has less room.
     """
     path = Path(path)
-    probe = path.with_name(f"{path.name}.{os.getpid()}.probe")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        probe.write_bytes(b"0" * 4096)
-        probe.unlink()
+        with draft_of(path) as draft:
+            draft.write_bytes(b"0" * 4096)
         free = shutil.disk_usage(path.parent).free
     except OSError as problem:
         raise UserError(
-            f"{path}: cannot be written ({problem.strerror}); make {path.parent} writable or "
+            f"{path}: cannot be written ({reason(problem)}); make {path.parent} writable or "
             "choose another place"
         ) from None
     if free < size:
@@ -73,18 +138,25 @@ def check_room(path, size):
 
 
 def _fill(draft, variables, attributes):
-    with netCDF4.Dataset(draft, "w") as file:
-        for name, (dimensions, values, units, long_name) in variables.items():
-            values = np.asarray(values)
-            for axis, size in zip(dimensions, values.shape):
-                if axis not in file.dimensions:
-                    file.createDimension(axis, size)
-            kind = str if values.dtype.kind in "UO" else values.dtype
-            compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
-            variable = file.createVariable(name, kind, dimensions, **compressed)
-            variable[...] = values.astype(object) if kind is str else values
-            variable.units, variable.long_name = units, long_name
-        file.setncatts(attributes)
+    try:
+        with netCDF4.Dataset(draft, "w") as file:
+            _put(file, variables, attributes)
+    except RuntimeError as problem:  # what the library has for a full disk, besides OSError
+        raise OSError(str(problem)) from None
+
+
+def _put(file, variables, attributes):
+    for name, (dimensions, values, units, long_name) in variables.items():
+        values = np.asarray(values)
+        for axis, size in zip(dimensions, values.shape):
+            if axis not in file.dimensions:
+                file.createDimension(axis, size)
+        kind = str if values.dtype.kind in "UO" else values.dtype
+        compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
+        variable = file.createVariable(name, kind, dimensions, **compressed)
+        variable[...] = values.astype(object) if kind is str else values
+        variable.units, variable.long_name = units, long_name
+    file.setncatts(attributes)
 
 
 def read(path):
@@ -100,23 +172,35 @@ def read(path):
     UserError
         If it is missing or is not NetCDF.
     """
-    if not Path(path).is_file():
-        raise UserError(f"{path}: there is no such file")
-    try:
-        with netCDF4.Dataset(path) as file:
-            file.set_auto_mask(False)
-            variables = {name: variable[...] for name, variable in file.variables.items()}
-            return variables, {name: file.getncattr(name) for name in file.ncattrs()}
-    except OSError:
-        raise UserError(
-            f"{path}: not a whole NetCDF file; if it should be one, make it again"
-        ) from None
+    with _opened(path) as file:
+        file.set_auto_mask(False)
+        variables = {name: variable[...] for name, variable in file.variables.items()}
+        return variables, {name: file.getncattr(name) for name in file.ncattrs()}
 
 
 def attribute(path, name):
     """One attribute of a NetCDF file, its variables left unread."""
-    with netCDF4.Dataset(path) as file:
+    with _opened(path) as file:
         return file.getncattr(name)
+
+
+@contextmanager
+def _opened(path):
+    """A NetCDF file to read from."""
+    _check_name(path)
+    there = _status(path)
+    if there is None:
+        raise UserError(f"{path}: there is no such file")
+    if not stat.S_ISREG(there.st_mode):
+        raise UserError(f"{path}: is not a file")
+    try:
+        with netCDF4.Dataset(path) as file:
+            yield file
+    except (OSError, RuntimeError) as problem:
+        raise UserError(
+            f"{path}: not a whole NetCDF file ({reason(problem)}); if it should be one, make it "
+            "again"
+        ) from None
 
 
 def check_digest(path, attributes, name, expected, remedy):

@@ -1,5 +1,6 @@
 """WHAT is simulated: a validated, hashable description that knows what it needs."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
@@ -10,6 +11,7 @@ from dpd.automatic import choose
 from dpd.digest import value_digest
 from dpd.engine.integrators import coefficients
 from dpd.errors import UserError
+from dpd.limits import check_beads, check_limits
 from dpd.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
@@ -75,8 +77,11 @@ class Scene:
     def __init__(self, data, where="scene"):
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
+        check_beads(self.data, where)
         self.where = where
-        self.chosen = ""  # what was chosen for a scene that leaves the choice to us
+        self.chosen = ""  # what was chosen for a scene that left the choice to us
+        # Then its scheme and step are a first guess, until `dpd.probing.settle` has tried them.
+        self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
 
@@ -95,8 +100,8 @@ class Scene:
             return
         if "dt" in integrator:
             self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
-        integrator.setdefault("tolerance", TOLERANCE)
-        self.data["integrator"], self.chosen = choose(self.data, self.density, self.where)
+        self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
+        self.data["integrator"] = choose(self.data, self.density, self.where)
 
     @cached_property
     def digest(self):
@@ -116,7 +121,7 @@ class Scene:
 
     @property
     def volume(self):
-        return float(np.prod(self.box))
+        return math.prod(self.box)
 
     @cached_property
     def molecules(self):
@@ -156,13 +161,12 @@ class Scene:
 
     @cached_property
     def notes(self):
-        """Sentences for a person on what the scene leaves to us, or does not quite get."""
-        missed = [
+        """Sentences for a person on what the scene does not quite get."""
+        return [
             f"molecules.{density.place}.density: {self._sizes(density)} instead of "
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
         ]
-        return [self.chosen, *missed] if self.chosen else missed
 
     def _sizes(self, density):
         """Box, count and the density that they make, in words."""
@@ -285,6 +289,7 @@ class Scene:
                 f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
                 f"allowed: <= {half:g}",
             )
+        check_limits(self)
 
     def _check_box(self):
         if len(self.box) != self.dimension:

@@ -8,15 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from dpd import files
+from dpd.analysis.statistics import mean_and_error
 from dpd.digest import stage_digest
-from dpd.engine.loop import Checkpoint, run
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, State, Unstable
-from dpd.errors import LostTrack, UserError
+from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.start import make_start_and_record, system_of
 from dpd.start.polymerize import RECORD
 from dpd.starting import start_description, start_digest
 
+# Share by which kT may be off without a word, and standard errors that it may; samples needed.
+FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 ANOTHER = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
@@ -82,8 +86,18 @@ def read_start(scene, path):
             f"{attributes['start_digest']}, now {start_digest(scene)}); {ANOTHER}"
         )
     files.check_digest(path, attributes, "start_sources", stage_digest("start"), ANOTHER)
-    identity = np.arange(variables["position"].shape[1], dtype=np.uint32)
-    species = variables.get("species")
+    shape = (scene.dimension, scene.beads)
+    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}
+    if len(scene.species) > 1:
+        wanted["species"] = (shape[1:], "u")
+    for name, (expected, kind) in wanted.items():
+        found = variables.get(name)
+        if found is None or found.shape != expected or found.dtype.kind != kind:
+            raise UserError(f"{path}: has no {name} of {expected} beads that it needs; {ANOTHER}")
+    species = variables["species"] if "species" in wanted else None
+    if species is not None and species.max() >= len(scene.species):
+        raise UserError(f"{path}: has beads of a species that the scene has not; {ANOTHER}")
+    identity = np.arange(scene.beads, dtype=np.uint32)
     return State(variables["position"], variables["velocity"], None, identity, species, 0)
 
 
@@ -127,13 +141,19 @@ def simulate(
         there is no room for checkpoint and result.
     """
     begun = time.perf_counter() if begun is None else begun
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
+            "dpd.probing.settle(scene, state) first, or name scheme and dt"
+        )
     system = system_of(scene)
     simulation = Simulation(system, state, threads)
     observers = observables(scene, system)
     sizes = [a.nbytes for o in observers for a in o.arrays.values()]
     state_size = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
     # The checkpoint, the draft of the next one, and the result.
-    files.check_room(path, 3 * (sum(sizes) + state_size))
+    for place in (path, checkpoint) if checkpoint else (path,):
+        files.check_room(place, 3 * (sum(sizes) + state_size))
     keeper = None
     if checkpoint:
         key = {"scene": scene.digest, "sources": stage_digest("simulate")}
@@ -152,6 +172,7 @@ def simulate(
     variables = {}
     for observer in observers:
         variables |= observer.variables()
+    warning = temperature_warning(scene, variables)
     attributes = {
         "scene": json.dumps(scene.data),
         "scene_digest": scene.digest,
@@ -165,7 +186,18 @@ def simulate(
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     } | versions()
-    files.write(path, variables, attributes)
+    if scene.chosen:
+        attributes["chosen"] = scene.chosen
+    if warning:
+        attributes["warning"] = warning
+        if say:
+            say(warning)
+    try:
+        files.write(path, variables, attributes)
+    except UserError as problem:
+        if keeper and lost < 0:
+            keeper.save(simulation, observers)
+        raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
     return summary(scene, variables, attributes)
@@ -174,12 +206,17 @@ def simulate(
 def _with_place(problem, scene, keeper):
     """A problem of a run, with the scene's file and where the last good state is."""
     kept = keeper is not None and keeper.path.exists()
-    last = f" Its last good state is in {keeper.path}." if kept else ""
-    return UserError(f"{scene.where}: {problem}{last}")
+    last = f"; its last good state is in {keeper.path}" if kept else ""
+    kind = Stopped if isinstance(problem, Stopped) else UserError
+    return kind(f"{scene.where}: {str(problem).rstrip('.')}{last}")
 
 
 def summary(scene, variables, attributes):
-    """Means of the measured series, for a person at a terminal."""
+    """Means of the measured series, for a person at a terminal.
+
+    Both pressures have the kinetic part that was measured, as ``pressure`` and
+    ``pressure_tensor_all`` in the file.
+    """
     found = {
         "beads": attributes["beads"],
         "steps": attributes["steps"],
@@ -188,14 +225,49 @@ def summary(scene, variables, attributes):
     }
     if "kT" in variables:
         found["kT"] = float(np.mean(variables["kT"][1]))
-    if "excess_conservative" in variables:
-        ideal = scene.density * scene.data["thermostat"]["kT"]
-        for forces in ("conservative", "all"):
-            excess = float(np.mean(variables[f"excess_{forces}"][1]))
-            found[f"pressure ({forces} forces)"] = ideal + excess
+    if "pressure" in variables:
+        found["pressure (conservative virial)"] = float(np.mean(variables["pressure"][1]))
+        diagonal = np.trace(variables["pressure_tensor_all"][1], axis1=1, axis2=2)
+        found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
     if "bond_mean" in variables:
         found["mean bond length"] = float(np.mean(variables["bond_mean"][1]))
     return found
+
+
+def summary_of_file(scene, path):
+    """The same of a result on the disk.
+
+    Raises
+    ------
+    UserError
+        If it is not there, or of another scene or other sources.
+    """
+    variables, attributes = files.read(path)
+    files.check_digest(path, attributes, "sources", stage_digest("simulate"), ANOTHER)
+    files.check_digest(path, attributes, "scene_digest", scene.digest, ANOTHER)
+    return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
+
+
+def temperature_warning(scene, variables):
+    """A sentence if a run was not at its temperature; nothing if it was.
+
+    It looks at the second half of the samples, so that a start that is hotter or colder may
+    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors.
+    """
+    kT = variables["kT"][1] if "kT" in variables else np.empty(0)
+    kT = kT[len(kT) // 2 :]
+    if len(kT) < FEWEST or not np.isfinite(kT).all():
+        return ""
+    asked, (mean, error, _) = scene.data["thermostat"]["kT"], mean_and_error(kT)
+    if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
+        return ""
+    cause = "dt is too large for this scene, or the run too short to reach its temperature"
+    if scene.data["thermostat"]["gamma"] == 0:
+        cause = "without friction (gamma 0) nothing holds it"
+    return (
+        f"kT is {mean:.4g} +- {error:.2g} instead of {asked:g} in the second half of the run, and "
+        f"all that was measured belongs to that: {cause}"
+    )
 
 
 def versions():

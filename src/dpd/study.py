@@ -6,7 +6,8 @@ from zlib import crc32
 
 from dpd.derived import check_derived
 from dpd.digest import ROOT, value_digest
-from dpd.errors import UserError
+from dpd.errors import UserError, shown
+from dpd.points import check_axes, check_blocks, fixed, text_of
 from dpd.scene import Scene
 from dpd.schema import read_yaml, schema, suggestion, validate, with_defaults
 
@@ -255,20 +256,24 @@ def _unfold(paper, name, given, changes, where, described):
     """All points of a sweep."""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
-    base = merge(given["scene"], changes.get("scene", {}))
     key = f"{where}: sweeps.{name}"
-    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
+    base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
+    check_axes(described, replicas, key)
+    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
     axes.append(Axis("replica", tuple(range(replicas)), "1", "replica"))
     points = []
     for labels in product(*(axis.labels for axis in axes)):
-        at = ",".join(f"{axis.name}={_text(v)}" for axis, v in zip(axes, labels))
+        at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
+        where = f"{key} ({at})"
         scene = base
         for axis, label in zip(axes[:-1], labels):
-            scene = merge(scene, _changes(described[axis.name], label))
+            change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")
+            scene = merge(scene, change, where)
+        check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
-        points.append(Point(at, labels, Scene(scene, f"{key} ({at})")))
+        points.append(Point(at, labels, fixed(Scene(scene, where))))
     derived = tuple(
         Derived(target, rule["from"], rule["quantity"])
         for target, rule in given.get("derive", {}).items()
@@ -278,8 +283,6 @@ def _unfold(paper, name, given, changes, where, described):
 
 def _axis(name, rule, key):
     values = rule["values"]
-    if len(set(map(str, values))) < len(values) or not values:
-        raise UserError(f"{key}.axes.{name}.values: need at least one value, and none twice")
     if isinstance(values, list) and "set" not in rule:
         raise UserError(f"{key}.axes.{name}: a list of values needs 'set', the key to put them in")
     units, long_name = rule.get("units", "1"), rule.get("long_name", name.replace("_", " "))
@@ -296,10 +299,12 @@ def _chosen(values, change, key):
     return {label: values[label] for label in change}
 
 
-def _changes(rule, label):
+def _changes(rule, label, key):
     """The part of a scene that a label changes, as nested dicts."""
     if isinstance(rule["values"], dict):
         return rule["values"][label]
+    if rule.get("offset") and isinstance(label, str):
+        raise UserError(f"{key}: {label!r} is text; an offset can be added to numbers only")
     value = label + rule["offset"] if rule.get("offset") else label
     value = rule["text"].format(value) if "text" in rule else value
     targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
@@ -308,14 +313,20 @@ def _changes(rule, label):
         nested = value
         for part in reversed(target.split(".")):
             nested = {part: nested}
-        change = merge(change, nested)
+        change = merge(change, nested, key)
     return change
 
 
-def merge(base, change):
+def merge(base, change, where="scene", inside=()):
     """``base`` with ``change`` put in: dicts key by key, list items by number.
 
     Neither is altered; the result shares with them what it takes over whole.
+
+    Raises
+    ------
+    UserError
+        Naming ``where`` and the key (``inside`` are its parts so far), if keys are to be put into
+        a list that has no such item, or into something that has no keys.
     """
     if not isinstance(change, dict):
         return change
@@ -323,12 +334,18 @@ def merge(base, change):
         merged = list(base)
         for place, value in change.items():
             if not str(place).isdigit() or int(place) >= len(merged):
-                raise UserError(f"no item {place!r} in a list of {len(merged)}; they count from 0")
-            merged[int(place)] = merge(merged[int(place)], value)
+                raise UserError(
+                    f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
+                    f"{len(merged)}; they count from 0"
+                )
+            merged[int(place)] = merge(merged[int(place)], value, where, (*inside, str(place)))
         return merged
-    merged = dict(base) if isinstance(base, dict) else {}
+    if not isinstance(base, dict):
+        key = ".".join((*inside, *map(str, list(change)[:1])))
+        raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
+    merged = dict(base)
     for key, value in change.items():
-        merged[key] = merge(merged.get(key), value)
+        merged[key] = merge(merged.get(key, {}), value, where, (*inside, str(key)))
     return merged
 
 
@@ -349,7 +366,3 @@ def _with_seeds(scene, sweep, at, replica):
     own = (seed + crc32(f"{sweep}/{at}".encode())) % 2**31
     start = (seed + crc32(f"{sweep}/{replica}".encode())) % 2**31
     return merge(scene, {"seed": own, "start": {"seed": start}})
-
-
-def _text(label):
-    return f"{label:g}" if isinstance(label, float) else str(label)

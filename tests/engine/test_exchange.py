@@ -14,7 +14,7 @@ from tests.engine.build import (
     make_system,
     random_beads,
 )
-from tests.engine.reference import pair_noise
+from tests.engine.reference import Reference, pair_noise
 
 SPLIT = ("shardlow", "lowe-andersen", "aboba")
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
@@ -120,6 +120,24 @@ def test_cells_and_list_exchange_alike(scheme):
         ends.append(by_identity(simulation, "velocity"))
     moved = np.abs(ends[0] - velocity).max()
     assert np.abs(ends[0] - ends[1]).max() < 0.05 * moved
+
+
+@SEARCHES
+@pytest.mark.parametrize("scheme", [*SPLIT, "gw-vv"])
+def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin):
+    """Virial and energy of every pair and bond at one instant; to measure changes nothing."""
+    position, velocity = random_beads(BOX[3], 60)
+    bonds = (chains(10, 4), 40.0, 0.7)
+    system = make_system(BOX[3], scheme, dt=0.02, skin=skin, bonds=bonds)
+    one, other = (make_simulation(system, position, velocity) for _ in range(2))
+    for steps in (7, 1, 12):
+        sums = one.advance(steps, measure=True)
+        other.advance(steps)
+        place, speed = by_identity(one, "position"), by_identity(one, "velocity")
+        reference = Reference(system, "gw-vv", 0.5, place, speed)
+        np.testing.assert_allclose(sums.virial[0], reference.virial[0], rtol=1e-10, atol=1e-9)
+        np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-10)
+    assert_same_state(one.state, other.state)
 
 
 @SCHEMES

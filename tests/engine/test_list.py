@@ -5,7 +5,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from dpd.engine.loop import Checkpoint, run
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
 from dpd.observe import observables
 from dpd.scene import Scene
 from dpd.start import make_start, system_of

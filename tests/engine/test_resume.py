@@ -10,7 +10,8 @@ import netCDF4
 import numpy as np
 import pytest
 
-from dpd.engine.loop import Checkpoint, run
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
 from dpd.observe import observables
 from dpd.scene import Scene
 from dpd.start import make_start, system_of
@@ -136,7 +137,6 @@ def test_kill_while_writing_leaves_the_former_file(whole, tmp_path, monkeypatch)
         broken.setattr("numpy.savez", write_half)
         checkpoint.save(*new_run()[:2])
     assert checkpoint.path.read_bytes() == former
-    assert len(list(tmp_path.iterdir())) == 2
     simulation, observers, steps = new_run()
     assert run(simulation, steps, observers, checkpoint, every_seconds=0.0) == LAST - 1110
     assert_same_run((simulation, observers), whole)

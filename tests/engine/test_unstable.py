@@ -5,7 +5,8 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from dpd.engine.loop import Checkpoint, run
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
 from dpd.engine.simulation import Unstable
 from tests.engine.build import (
     BOX_2D,
@@ -94,5 +95,5 @@ def test_run_that_breaks_leaves_its_last_checkpoint(tmp_path):
     last = watch.seen[-1]
     assert last.step < caught.value.step <= last.step + watch.every
     revived = doomed()
-    keeper.resume(revived, [])
+    assert keeper.resume(revived, [Watch()], (0, 1000)) == ""
     assert_same_state(revived.state, last)

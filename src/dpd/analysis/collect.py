@@ -67,6 +67,8 @@ def collect(sweep, paths):
     for name, (units, long_name) in RECORDED.items():
         put(name, [run.attrs[name] for run in runs], units, long_name)
     put("scene", [run.attrs["scene"] for run in runs], "1", "the scene as JSON")
+    warnings = [run.attrs.get("warning", "") for run in runs]
+    put("warning", warnings, "1", "what the run warned of; nothing if of nothing")
     per_bead = [float(np.abs(run.momentum).max()) / run.attrs["beads"] for run in runs]
     put("momentum_per_bead", per_bead, "m r_c / tau", "largest component met, over all samples")
     for name, variable in runs[0].data_vars.items():
@@ -149,9 +151,12 @@ def _read(path, scene):
     """A run as a dataset, refused if it is not what the sweep asks for."""
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it")
-    run = xr.load_dataset(path, engine="netcdf4")
     # Snakemake keeps no record of a file that was moved or copied, and would leave it as it is.
     remedy = f"make it again: snakemake --cores 2 --forcerun '{Path(path).parents[1]}'/*/run.nc"
+    try:
+        run = xr.load_dataset(path, engine="netcdf4")
+    except (OSError, RuntimeError, ValueError):
+        raise UserError(f"{path}: not a whole NetCDF file; {remedy}") from None
     files.check_digest(path, run.attrs, "sources", stage_digest("simulate"), remedy)
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:

@@ -7,12 +7,17 @@ its last bits. Nor is anything compiled for parts that only Python would need, a
 the time that a kernel takes.
 """
 
+import os
 import sys
-from functools import partial
+import warnings
+from functools import cache, partial
 from importlib import import_module
 
 from numba import njit
+from numba.core.caching import NullCache
 from numba.extending import register_jitable
+
+from dpd.errors import reason
 
 
 def _without_blas():
@@ -35,7 +40,55 @@ _without_blas()
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
-kernel = partial(njit, cache=True, nogil=True, **OPTIONS)
+CACHE = os.environ["NUMBA_CACHE_DIR"]
+
+
+def kernel():
+    """Decorator of what Python calls: compiled at its first call, and kept on the disk.
+
+    A disk that is full or may not be written is no reason not to run.
+    """
+
+    def decorate(function):
+        compiled = njit(nogil=True, **OPTIONS)(function)
+        try:
+            compiled.enable_caching()
+            kept = compiled._cache
+        except RuntimeError:  # nowhere to write
+            kept = NullCache()
+        if not str(kept.cache_path).startswith(CACHE):
+            # Numba would keep it beside its source, where it does not notice that a function
+            # which the kernel calls was changed.
+            _warn("it cannot be written")
+            compiled._cache = kept = NullCache()
+        kept.save_overload = _or_without(kept.save_overload)
+        kept.load_overload = _or_without(kept.load_overload)
+        return compiled
+
+    return decorate
+
+
+def _or_without(call):
+    """A call to Numba's cache; nothing where it fails."""
+
+    def attempt(*arguments):
+        try:
+            return call(*arguments)
+        except Exception as problem:  # pickle has a dozen for files that are damaged
+            _warn(reason(problem))
+            return None
+
+    return attempt
+
+
+@cache  # one sentence for all kernels
+def _warn(why):
+    warnings.warn(
+        f"{CACHE}: compiled kernels cannot be kept ({why}); this process compiles its own, which "
+        "takes a minute", stacklevel=2,
+    )  # fmt: skip
+
+
 part = partial(register_jitable, forceinline=True, no_cfunc_wrapper=True, **OPTIONS)
 # For what two places must agree on to the last bit: rounded as written.
 exact_part = partial(part, fastmath=False)

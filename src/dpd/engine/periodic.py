@@ -2,6 +2,11 @@
 
 import numpy as np
 
+# Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
+# bead than to its own. It may so in this share of all bonds and steps; see dpd.observe.stretch.
+STRETCHED = 0.48
+MOST_STRETCHED = 1e-4
+
 
 def nearest(apart, box):
     """Separations at their nearest image.

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import Barrier
 from typing import NamedTuple
 
 import numpy as np
@@ -151,6 +152,19 @@ def _empty_like(array):
     return np.empty_like(array) if array.ndim == 1 else empty_rows(*array.shape)
 
 
+def _started(threads):
+    """Threads that are there when they are needed: the others would wait for one that is not."""
+    pool, meeting = ThreadPoolExecutor(threads), Barrier(threads + 1)
+    try:
+        for _ in range(threads):
+            pool.submit(meeting.wait)
+        meeting.wait()
+    except RuntimeError as problem:
+        meeting.abort()
+        raise UserError(f"{threads + 1} threads: {problem}; take fewer") from None
+    return pool
+
+
 class Simulation:
     """A `System` and its `State`, advanced by the compiled loop.
 
@@ -186,7 +200,7 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
-        self._others = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self._others = _started(threads - 1) if threads > 1 else None
         self._exchange = None
         if split:
             self._exchange = (system.scheme.exchange, float(system.friction), float(system.kT))
@@ -211,7 +225,8 @@ class Simulation:
         ----------
         steps : int
         measure : bool
-            Add up virial and energy in the last step.
+            Add up virial and energy where the beads are in the end: in the last step, or, where a
+            scheme has its force in the middle of a step, once more after it.
 
         Returns
         -------
@@ -223,6 +238,9 @@ class Simulation:
         Unstable
             With the state as it was before the call.
         """
+        if measure and self.system.scheme.middle:
+            self._call(steps, measure=False)
+            return self.measure()
         return self._call(steps, measure)
 
     def measure(self):

@@ -15,6 +15,7 @@ from dpd.observe.end_to_end import EndToEnd
 from dpd.observe.passes import Passes
 from dpd.observe.profile import Profile
 from dpd.observe.rdf import RadialDistribution
+from dpd.observe.stretch import Stretch
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
 
@@ -35,7 +36,7 @@ OBSERVABLES = {
 
 
 def observables(scene, system):
-    """The observables that a scene asks for.
+    """The observables that a scene asks for, and the watch over its bonds.
 
     Parameters
     ----------
@@ -46,4 +47,5 @@ def observables(scene, system):
     -------
     list
     """
-    return [OBSERVABLES[name](scene, system, **s) for name, s in scene.observe.items()]
+    asked = [OBSERVABLES[name](scene, system, **s) for name, s in scene.observe.items()]
+    return asked if system.bonds is None else [*asked, Stretch(scene, system)]

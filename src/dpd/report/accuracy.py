@@ -28,7 +28,7 @@ STYLES = {
     "aboba": ("ABOBA", GREEN, "X"),
 }
 HEAD = """\
-# What `integrator: {scheme: auto}` chooses from: the cheapest scheme and step, on one core, whose
+# What `integrator: {scheme: auto}` tries first: the cheapest scheme and step, on one core, whose
 # errors in pressure and in kT are within the tolerance, each with 97.5 % confidence. (Pressure may
 # be right by two errors that cancel. Lowe-Andersen, whose friction is another, is left out.)
 # Measured by the benchmark:

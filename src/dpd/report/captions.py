@@ -91,13 +91,28 @@ def caption(figure, module, sources, numbers):
     if any("scene" in source for source in sources.values()):
         parts.append(typeset(UNITS))
     parts.append(typeset(getattr(module, "ERRORS", ERRORS)))
-    if hasattr(module, "warnings"):
-        warned = map(typeset, module.warnings(numbers))
-        parts += [Markup("<strong>Warning.</strong> {}").format(said) for said in warned]
+    warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
+    if not getattr(module, "SHOWS_TEMPERATURE", False):
+        warned += run_warnings(sources)
+    parts += [Markup("<strong>Warning.</strong> {}").format(typeset(said)) for said in warned]
     body = Markup("\n").join(Markup("<p>{}</p>").format(part) for part in parts)
     if hasattr(module, "table"):
         body += Markup("\n") + _table(module.table(numbers), "Numbers of this figure")
     return body + Markup("\n")
+
+
+def run_warnings(sources):
+    """What runs have warned of, as of a kT that is not right: a sentence for each sweep.
+
+    A figure that shows just that, kT over the time step, says so with ``SHOWS_TEMPERATURE``.
+    """
+    for name, source in sources.items():
+        texts = (
+            [str(text) for text in source["warning"].values.ravel()] if "warning" in source else []
+        )
+        said = [text for text in texts if text]
+        if said:
+            yield f"{len(said)} of {len(texts)} runs of {name} warn; the first: {said[0]}."
 
 
 def _source_line(name, source):

@@ -82,4 +82,4 @@ def _allowed(rule):
     kind = kind if isinstance(kind, str) else " or ".join(kind)
     kind = {"object": "mapping", "array": "list"}.get(kind, kind)
     limits = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="))
-    return kind + "".join(f" {sign} {rule[key]}" for key, sign in limits if key in rule)
+    return kind + ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)

@@ -1,0 +1,42 @@
+"""Files that are no use to anybody once their process has ended: drafts, and locks."""
+
+import os
+import re
+from contextlib import contextmanager, suppress
+
+TEMPORARY = set()  # paths of this process's
+
+
+@contextmanager
+def draft_of(path):
+    """A name beside a file for what is to take its place; removed in the end if still there.
+
+    It is this process's own, so that two that write the same file do not spoil each other's.
+    """
+    draft = path.with_name(f"{path.name}.{os.getpid()}.writing")
+    TEMPORARY.add(draft)
+    try:
+        yield draft
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        TEMPORARY.discard(draft)
+
+
+def remove_drafts(path):
+    """Remove what processes left that were killed while they wrote a file.
+
+    For the one process that is at work on that file, see `dpd.lock`.
+    """
+    left = re.compile(re.escape(path.name) + r"\.\d+\.writing")
+    with suppress(OSError):
+        for other in path.parent.iterdir():
+            if left.fullmatch(other.name):
+                other.unlink(missing_ok=True)
+
+
+def remove_temporary():
+    """Remove the drafts and locks of this process, which is about to end."""
+    for path in list(TEMPORARY):
+        with suppress(OSError):
+            os.unlink(path)

@@ -1,0 +1,243 @@
+"""Checkpoints: the state of a run and what its observers have, in one file.
+
+The file is NumPy's own (`numpy.load` reads it), written whole or not at all, with a checksum of
+all that stands in it. What a run resumes from is not believed: whoever wrote it, every array must
+be one that this run could have had at that step.
+"""
+
+import hashlib
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+from dpd.drafts import draft_of
+from dpd.engine.simulation import State
+from dpd.errors import UserError, reason
+
+LONGEST_STRETCH = 500  # steps between looks at the clock,
+MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
+# The first array of the file, which tells it from any other.
+MARK = "dpd_checkpoint"
+
+
+def stretch_of(beads):
+    """Steps between looks at the clock."""
+    return max(1, min(LONGEST_STRETCH, MOST_WORK // beads))
+
+
+def next_sample(observer, now, equilibrate):
+    """Step of the observer's next sample after ``now``."""
+    return equilibrate + (_taken(observer, now, equilibrate) + 1) * observer.every
+
+
+def _taken(observer, now, equilibrate):
+    """Samples that the observer has at step ``now``."""
+    return max(now - equilibrate, 0) // observer.every
+
+
+def refuse_other_file(path):
+    """Refuse to let a checkpoint take the place of somebody's file.
+
+    Raises
+    ------
+    UserError
+        If something is there that is neither a checkpoint, whole or damaged, nor empty.
+    """
+    if not os.path.lexists(path):
+        return
+    try:
+        if os.path.isfile(path):
+            with open(path, "rb") as file:
+                head = file.read(64)
+            if not head or (head.startswith(b"PK") and MARK.encode() in head):
+                return
+    except OSError as problem:
+        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+    raise UserError(
+        f"{path}: the checkpoint of this run would take its place, and it is no checkpoint; move "
+        "it away, or choose another name for the result"
+    )
+
+
+class Checkpoint:
+    """State and observers' arrays in one file, written whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+    key : dict
+        What the run is: scene and code digests. A file with another key is ignored.
+    """
+
+    def __init__(self, path, key):
+        self.path = Path(path)
+        self.key = json.dumps(key, sort_keys=True)
+
+    def save(self, simulation, observers):
+        """Write the state; a kill while writing leaves the previous file.
+
+        Returns
+        -------
+        str
+            Why it could not be written, or nothing.
+        """
+        arrays = {MARK: np.array(self.key)} | _kept(simulation.state, observers)
+        arrays["checksum"] = np.array(_checksum(arrays))
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with draft_of(self.path) as draft:
+                with open(draft, "wb") as file:
+                    np.savez(file, **arrays)
+                os.replace(draft, self.path)
+        except OSError as problem:
+            return f"{self.path}: no checkpoint could be written ({reason(problem)}); going on"
+        return ""
+
+    def resume(self, simulation, observers, steps):
+        """Put simulation and observers where the file left them, wholly or not at all.
+
+        Parameters
+        ----------
+        simulation : Simulation
+            At its beginning, as the observers.
+        observers : list
+        steps : (int, int)
+            Of the run: to equilibrate, to sample.
+
+        Returns
+        -------
+        str
+            Why the file is refused, or nothing.
+
+        Raises
+        ------
+        UserError
+            If the file is not a checkpoint at all: it is somebody's, and stays.
+        """
+        if not os.path.lexists(self.path):
+            return ""
+        refuse_other_file(self.path)
+        try:
+            with np.load(self.path) as file:
+                stored = dict(file)
+            whole = str(stored.pop("checksum")) == _checksum(stored)
+        except Exception:  # NumPy and zipfile have a dozen for files that are damaged
+            whole = False
+        if not whole:
+            return f"{self.path}: a damaged checkpoint; starting anew"
+        if str(stored.pop(MARK)) != self.key:
+            return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
+        wrong = _mistake(stored, simulation, observers, steps)
+        if wrong:
+            return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
+        simulation.state = State(
+            stored["position"],
+            stored["velocity"],
+            stored["force"],
+            stored["identity"],
+            stored.get("species"),
+            int(stored["step"]),
+            stored.get("reference"),
+        )
+        for i, observer in enumerate(observers):
+            for name, array in observer.arrays.items():
+                array[...] = stored[f"{i}/{name}"]
+        return ""
+
+    def discard(self):
+        """Remove the file once the run's result is written."""
+        if os.path.lexists(self.path):
+            refuse_other_file(self.path)
+            self.path.unlink(missing_ok=True)
+
+
+def _kept(state, observers):
+    """All arrays of a checkpoint by name, but for mark and checksum."""
+    arrays = {"step": np.array(state.step)}
+    for name in ("position", "velocity", "force", "identity", "species", "reference"):
+        if getattr(state, name) is not None:
+            arrays[name] = getattr(state, name)
+    for i, observer in enumerate(observers):
+        arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
+    return arrays
+
+
+def _checksum(arrays):
+    """Digest of names, types, shapes and values."""
+    total = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name])
+        total.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        total.update(array.tobytes())
+    return total.hexdigest()
+
+
+def _mistake(stored, simulation, observers, steps):
+    """What in some arrays cannot be of this run, or nothing."""
+    fresh = _kept(simulation.state, observers)
+    if stored.keys() != fresh.keys():
+        return f"parts missing or too many: {', '.join(sorted(stored.keys() ^ fresh.keys()))}"
+    for name, array in fresh.items():
+        found = stored[name]
+        if found.shape != array.shape or found.dtype != array.dtype:
+            return f"{name} is {found.dtype} {found.shape}, not {array.dtype} {array.shape}"
+        # Series are NaN until they are sampled.
+        if array.dtype.kind == "f" and not np.isfinite(found[np.isfinite(array)]).all():
+            return f"{name} has values that are not finite numbers"
+    return (
+        _wrong_step(int(stored["step"]), observers, steps, stored["identity"].size)
+        or _wrong_beads(stored, simulation)
+        or _wrong_samples(stored, observers, steps)
+    )
+
+
+def _wrong_step(step, observers, steps, beads):
+    """Whether the run looks at the clock at that step."""
+    equilibrate, last = steps[0], sum(steps)
+    if not 0 <= step <= last:
+        return f"step {step} of {last}"
+    sampled = [
+        equilibrate + taken * observer.every
+        for observer in observers
+        if (taken := _taken(observer, step, equilibrate))
+    ]
+    if step != last and (step - max(sampled, default=0)) % stretch_of(beads):
+        return f"step {step}, at which no checkpoint is made"
+    return ""
+
+
+def _wrong_beads(stored, simulation):
+    """Whether every bead is there once, of its species, in the box."""
+    state, identity = simulation.state, stored["identity"]
+    if not np.array_equal(np.sort(identity), np.arange(identity.size)):
+        return "beads that are there twice or not at all"
+    if state.species is not None:
+        species = state.by_identity(state.species)
+        if not np.array_equal(stored["species"], species[identity]):
+            return "beads of another species"
+    box = np.array(simulation.system.box)[:, None]
+    for name in ("position", "reference"):
+        if name in stored and not ((stored[name] >= 0) & (stored[name] <= box)).all():
+            return f"{name} outside the box"
+    return ""
+
+
+def _wrong_samples(stored, observers, steps):
+    """Whether the observers have as many samples as they should at that step."""
+    for i, observer in enumerate(observers):
+        expected = _taken(observer, int(stored["step"]), steps[0])
+        taken = stored.get(f"{i}/taken")
+        if taken is not None and ((taken < 0).any() or taken.sum() != expected):
+            return f"{taken.sum()} samples instead of {expected}"
+        for name, array in observer.arrays.items():
+            if array.dtype.kind != "f" or np.isfinite(array).all():
+                continue
+            # A series has one entry a sample; a single configuration is there after the first.
+            found = stored[f"{i}/{name}"]
+            there = np.isfinite(found)
+            filled = expected if taken is not None else len(found) * (expected > 0)
+            if not there[:filled].all() or not np.isnan(found[filled:]).all():
+                return f"{name} with samples that are not finite numbers, or too many"
+    return ""

@@ -1,0 +1,70 @@
+"""A watch over bonds that reach across half the box."""
+
+import numpy as np
+
+from dpd.engine.periodic import MOST_STRETCHED, STRETCHED, nearest
+from dpd.errors import LostTrack
+
+EVERY = 200  # steps between looks: less than half a per cent of the run time
+FEW = 10  # finds that say nothing: so short a run knows its means far less well
+
+
+class Stretch:
+    """Ends a run in which bonds reach across half the box more than once in a while.
+
+    Bonds pull at their nearest image. One that grows longer than half an edge along an axis flips
+    to another image of its bead, and lengths, pressures and sizes of chains come out too small.
+    Before it does, and after it has, it is stretched: it reaches over 48 % of the edge. As long as
+    a share of less than `MOST_STRETCHED` of all bonds is found so, the mean square length of
+    harmonic bonds without a rest length is less than 3e-4 too small, and that of stiffer ones less.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+        With bonds.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene, system):
+        self.every = min(EVERY, scene.steps[1])
+        self._box, self._members = system.box, system.bonds[0]
+        looks = scene.steps[1] // self.every
+        self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
+        self.arrays = {"count": np.zeros(1, np.int64)}
+
+    def sample(self, simulation, sums):
+        """Look, and end the run if there are too many for all of its looks."""
+        state = simulation.state
+        position = state.by_identity(state.position)
+        self.arrays["count"] += stretched(position, self._members, self._box)
+        count = int(self.arrays["count"][0])
+        if count > self._allowed:
+            edges = " x ".join(f"{edge:g}" for edge in self._box)
+            raise LostTrack(
+                f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} "
+                f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
+                "goes to another image, which makes every number wrong (allowed in the whole run: "
+                f"{round(self._allowed)}, {MOST_STRETCHED:g} of all bonds looked at). Take a "
+                "larger box, or stiffer or shorter bonds",
+                state.step,
+            )
+
+    def variables(self):
+        """Nothing: a run that ends well has nothing to tell."""
+        return {}
+
+
+def stretched(position, members, box):
+    """Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
+
+    Parameters
+    ----------
+    position : (dimension, n) array
+        In the order of identities.
+    members : (bonds, 2) uint32 array
+    box : tuple
+    """
+    apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
+    return int((np.abs(apart) > STRETCHED * np.array(box)[:, None]).sum())

@@ -1,0 +1,47 @@
+"""What tests of the command line share."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from dpd.cli import main
+
+SCENE = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 20, "sample": 200},
+    "observe": ["thermo", {"rdf": {"range": 2}}],
+}
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory):
+    """A folder for what is known to be valid, of these tests alone."""
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, cache):
+    """A folder to work in, with a scene."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    Path("scene.yaml").write_text(yaml.safe_dump(SCENE))
+    return tmp_path
+
+
+@pytest.fixture
+def dpd(capsys):
+    """A command in this process: its exit code and what it said on standard error."""
+
+    def command(*arguments):
+        try:
+            code = main([str(argument) for argument in arguments])
+        except SystemExit as left:  # what argparse does
+            code = left.code
+        return code, capsys.readouterr().err
+
+    return command

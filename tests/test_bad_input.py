@@ -1,0 +1,419 @@
+"""Bad input: one sentence with file, key, value and what is allowed; no traceback, no hang."""
+
+import copy
+import math
+import time
+
+import pytest
+
+from dpd.errors import UserError
+from dpd.scene import Scene
+from dpd.schema import read_yaml, schema
+from dpd.study import read_paper
+
+FLUID = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 10},
+}
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path, monkeypatch):
+    """Nothing is found valid because it was before, and nothing is left in the user's cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def refusal(make, *arguments):
+    """The one sentence of what must be refused, within seconds."""
+    begun = time.process_time()
+    with pytest.raises(UserError) as caught:
+        make(*arguments)
+    assert time.process_time() - begun < 3.0
+    message = str(caught.value)
+    assert "\n" not in message and len(message) < 800, message
+    return message
+
+
+def bomb(levels):
+    """A text in which aliases stand for 9^levels values."""
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    for level in range(1, levels):
+        lines.append(f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]")
+    return "\n".join(lines)
+
+
+# A text, and what the message has to name.
+TEXTS = [
+    ("seed: 1\nbox: 4\nseed: 2", ["line 3", "seed", "twice", "line 1"]),
+    ("steps: {sample: 5, sample: 6}", ["steps.sample", "twice"]),
+    ("repulsion:\n  2: 1\n  2.0: 3", ["line 3", "repulsion.2.0", "twice"]),
+    ("x: &x {a: 1}\ny: {<<: *x, <<: *x}", ["line 2", "y.<<", "twice"]),
+    ("box: 010", ["line 1", "box", "010", "8", "leave out the leading 0"]),
+    ("dt: 1:30", ["dt", "1:30", "base 60"]),
+    ("dt: 1:30.5", ["dt", "1:30.5", "base 60"]),
+    ("architecture: No", ["architecture", "No", "false", "'No' in quotes"]),
+    ("on: 1", ["on", "true", "'on' in quotes"]),
+    ("- yes", ["0", "yes", "true"]),
+    ("day: 2001-01-01", ["day", "timestamp", "'2001-01-01' in quotes"]),
+    ("a: !!python/object:os.system x", ["a", "nothing here is"]),
+    ("a: !thing {b: 1}", ["a", "!thing"]),
+    ("a: !!int x", ["not YAML"]),
+    ("a: !!int ''", ["not YAML"]),
+    ("a: !!bool maybe", ["not YAML"]),
+    ("a: !!float '" + "9:" * 300 + "9'", ["not YAML"]),
+    ("? !!map x\n: 1", ["not YAML"]),
+    ("a: !!set {" + "b" * 5000 + "}", ["a", "a set"]),
+    ("b" * 900 + ": 010", ["bbb...", "leave out the leading 0"]),
+    ("a: &a [1, *a]", ["line 1", "a.1", "alias inside"]),
+    ("a: &a {b: {c: *a}}", ["a.b.c", "alias inside"]),
+    (bomb(9), ["more than 200000 values"]),
+    ("[" * 100_000, ["nested more than 64 levels"]),
+    ("- " * 100_000, ["nested more than 64 levels"]),
+    ("{a: " * 100_000, ["nested more than 64 levels"]),
+    ("a: " + "9" * 5000, ["a", "5000 digits"]),
+    ("? [1, 2]\n: 3", ["a key that is a list"]),
+    ("[1, 2]", ["expected keys and values", "list"]),
+    ("just text", ["expected keys and values", "str"]),
+    ("", ["empty"]),
+    ("a: [1, 2", ["not YAML", "line 2"]),
+    ("a: 1\n---\nb: 2", ["not YAML", "single document"]),
+    ("a: \x07", ["not YAML"]),
+    ("a: [" + "1, " * 300_000 + "1]", ["more than 200000"]),
+    ("#" * 2**21, ["too many", "1048576"]),
+]
+
+
+@pytest.mark.parametrize(("text", "named"), TEXTS, ids=lambda part: str(part)[:30])
+def test_texts_that_are_not_what_they_look_like(tmp_path, text, named):
+    """Refused with file and, where it is known, line and key."""
+    path = tmp_path / "my.yaml"
+    path.write_text(text)
+    message = refusal(read_yaml, path)
+    assert message.startswith(f"{path}: ")
+    for part in named:
+        assert part in message, message
+
+
+def test_texts_that_are_plain(tmp_path):
+    """Merge keys, aliases, quotes and plain words stay allowed."""
+    path = tmp_path / "my.yaml"
+    path.write_text(
+        "a: &a {x: 1, y: 0.5}\nb: {<<: *a, y: 2}\nc: 'no'\nd: [true, null, 0, -3, 0x10, 1_000]\n"
+    )
+    assert read_yaml(path) == {
+        "a": {"x": 1, "y": 0.5}, "b": {"x": 1, "y": 2}, "c": "no",
+        "d": [True, None, 0, -3, 16, 1000],
+    }  # fmt: skip
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    """A folder is called a folder, a missing file missing, bytes that are no text not YAML."""
+    assert "is a folder" in refusal(read_yaml, tmp_path)
+    assert "there is no such file" in refusal(read_yaml, tmp_path / "none.yaml")
+    path = tmp_path / "bytes.yaml"
+    path.write_bytes(b"\xff\xfe\x00\x80")
+    assert "not YAML" in refusal(read_yaml, path)
+
+
+MANY = [f"S{chr(97 + i // 26)}{chr(97 + i % 26)}" for i in range(300)]
+CHAINS = {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 50}}
+# A change to FLUID, and what the message has to name: key, value, what is allowed or what to do.
+SCENES = [
+    ({"dimension": "3"}, ["dimension", "'3' is text", "write 3 without quotes"]),
+    ({"dimension": 3.0}, ["dimension", "3.0", "write 3"]),
+    ({"dimension": True}, ["dimension", "True"]),
+    ({"box": "2e1"}, ["box", "'2e1' is text", "write 20.0", "a point"]),
+    ({"box": "4"}, ["box", "'4' is text", "write 4"]),
+    ({"box": None}, ["box", "nothing after the colon"]),
+    ({"steps": {"sample": 10.0}}, ["steps.sample", "10.0", "write 10"]),
+    ({"steps": {"sample": 1e30}}, ["steps.sample", "1e+30"]),
+    ({"steps": {"sample": 10**30}}, ["steps.sample", "out of range"]),
+    ({"steps": {"sample": 10**13}}, ["steps.sample", "<= 1000000000000"]),
+    ({"steps": {"sample": 10**12}, "box": 40}, ["bead-steps", "two years"]),
+    ({"duration": {"sample": 1e300}}, ["duration.sample", "1e+300", "<= 1000000000"]),
+    ({"duration": {"sample": 1e9}, "integrator": {"scheme": "gw-vv", "dt": 1e-9}},
+     ["steps and duration", "1e+18"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": 5e-324}}, ["integrator.dt", "5e-324", ">= 1e-09"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": 100}}, ["integrator.dt", "100", "<= 10"]),
+    ({"thermostat": {"kT": 5e-324}}, ["thermostat.kT", ">= 1e-06"]),
+    ({"thermostat": {"gamma": True}}, ["thermostat.gamma", "True", "not a number"]),
+    ({"observe": [{"rdf": {"bin": 1000, "range": 2}}]}, ["observe.0.rdf.bin", "1000", "<= 1"]),
+    ({"observe": [{"rdf": {"bin": 1e-12, "range": 2}}]}, ["observe.0.rdf.bin", ">= 0.0001"]),
+    ({"observe": [{"rdf": {"bin": 0.5, "range": 0.1}}]}, ["observe.rdf.bin", "range", "<= 0.1"]),
+    ({"observe": [{"profile": {"bin": 1000}}]}, ["observe.profile.bin", "1000", "<= 4"]),
+    ({"observe": [{"profile": {"bin": 1e-12}}]}, ["observe.0.profile.bin", ">= 0.001"]),
+    ({"observe": ["thermo", {"thermo": {"every": 2}}]}, ["observe", "'thermo'", "2 times"]),
+    ({"observe": [{"thermo": {"every": 1}}], "steps": {"sample": 10**9}},
+     ["observe.thermo.every", "10000000", "every >= 100"]),
+    ({"observe": [{"thermo": None}]}, ["observe.0", "thermo", "nothing after the colon"]),
+    ({"start": 5}, ["start", "5", "object"]),
+    ({"start": {"forces": {"gamma": 9}}}, ["start.forces", "no effect", "relax"]),
+    ({"start": {"forces": {"core": {"radius": 0.1}}, "relax": {"steps": 9, "dt": 0.01}}},
+     ["start.forces.core", "'force' is missing"]),
+    ({"start": {"forces": {"core": {}}, "relax": {"steps": 9, "dt": 0.01}}},
+     ["start.forces.core", "'radius' is missing"]),
+    ({"start": {"forces": {"bond": {"length": 1}}, "relax": {"steps": 9, "dt": 0.01}}},
+     ["start.forces.bond", "single bead"]),
+    (CHAINS | {"start": {"forces": {"core": {"radius": 0.4, "force": 9, "smooth": 0.5}},
+                         "relax": {"steps": 9, "dt": 0.01}}}, ["start.forces.core", "cutoff"]),
+    (CHAINS | {"bond": {"stiffness": 5e-324}}, ["bond", "box of 4 x 4 x 4"]),
+    ({"molecules": [{"architecture": 5, "density": 3}]}, ["molecules.0.architecture", "5"]),
+    ({"molecules": [{"architecture": "1 1", "density": 3}]}, ["architecture", "capital"]),
+    ({"molecules": [{"architecture": "A 9999999 B 9999999", "count": 9999}]},
+     ["molecules.0.count", "<= 100000000"]),
+    ({"molecules": [{"architecture": "A " + "9" * 40, "count": 1}]},
+     ["architecture", "is not allowed"]),
+    ({"molecules": [{"architecture": "A", "count": "7"}]}, ["count", "write 7 without quotes"]),
+    ({"molecules": [{"architecture": "A", "count": 10**9}]}, ["count", "<= 100000000"]),
+    ({"repulsion": {1: 25}}, ["repulsion", "1", '"A B"']),
+    ({"repulsion": {"A A": "25"}}, ["repulsion.A A", "write 25"]),
+    ({"repulsion": {"A A": None}}, ["repulsion.A A", "nothing after the colon"]),
+    ({"repulsion": {"A A": "many " * 1000}}, ["repulsion.A A", "..."]),
+    ({"molecules": [{"architecture": s, "count": 1} for s in MANY],
+      "repulsion": {f"{s} {t}": 25 for i, s in enumerate(MANY) for t in MANY[i:]}},
+     ["molecules", "300 species", "<= 256"]),
+    ({1: 2}, ["unknown key 1"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "named"), SCENES, ids=lambda part: str(part)[:40])
+def test_scenes_that_cannot_be_meant(change, named):
+    """Named with key, value, and what is allowed."""
+    message = refusal(Scene, FLUID | change, "my.yaml")
+    assert message.startswith("my.yaml: ")
+    for part in named:
+        assert part in message, message
+
+
+def test_as_many_species_as_a_byte_tells_apart():
+    """256 species run, each with a number of its own."""
+    names = MANY[:256]
+    scene = Scene(
+        FLUID
+        | {
+            "molecules": [{"architecture": name, "count": 1} for name in names],
+            "repulsion": {f"{s} {t}": 25 for i, s in enumerate(names) for t in names[i:]},
+        }
+    )
+    from dpd.start import make_start
+
+    assert sorted(make_start(scene).species) == list(range(256))
+
+
+WHOLE = FLUID | {
+    "molecules": [{"architecture": "A 2 B", "density": 3}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "box": [4, 4, 4],
+    "bond": {"stiffness": 50, "length": 0.5},
+    "core": {"radius": 0.1, "force": 30, "smooth": 0.1},
+    "thermostat": {"kind": "dpd", "kT": 1, "gamma": 4.5, "noise": "uniform"},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04, "lambda": 0.5},
+    "pairs": {"search": "cells", "skin": 0.15},
+    "start": {
+        "method": "random", "kT": 1, "seed": 3, "relax": {"steps": 10, "dt": 0.01},
+        "forces": {
+            "core": {"radius": 0.1, "force": 9, "smooth": 0}, "gamma": 4,
+            "bond": {"stiffness": 3, "length": 0},
+        },
+        "polymerize": {
+            "radius": 1, "partner": "random", "initiators": 1.05, "spare": 0.2, "interval": 0.05,
+            "mixing": 0.5, "dt": 0.002,
+        },
+    },
+    "steps": {"equilibrate": 5, "sample": 10},
+    "duration": {"equilibrate": 0.1, "sample": 0.1},
+    "observe": [
+        {"thermo": {"every": 1, "pressure": True}}, {"rdf": {"every": 5, "range": 1, "bin": 0.1}},
+        {"profile": {"every": 5, "bin": 0.5}}, {"bonds": {"every": 5, "bin": 0.1}},
+        {"chains": {"every": 5}}, {"displacement": {"every": 5}}, {"end_to_end": {"every": 5}},
+        {"trace": {"every": 5}}, {"configuration": {"every": 5}}, {"passes": {"every": 5}},
+    ],
+    "unstable": "fail",
+    "seed": 1,
+}  # fmt: skip
+WRONG = [
+    None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
+    math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
+]  # fmt: skip
+
+
+def places(data, inside=()):
+    """Every key of nested dicts and lists, as a tuple."""
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    for part, value in items:
+        yield (*inside, part)
+        if isinstance(value, dict | list):
+            yield from places(value, (*inside, part))
+
+
+def with_value(data, place, value):
+    """A copy of nested dicts and lists with one value put in."""
+    changed = copy.deepcopy(data)
+    at = changed
+    for part in place[:-1]:
+        at = at[part]
+    at[place[-1]] = value
+    return changed
+
+
+def key_of(place):
+    return ".".join(map(str, place))
+
+
+def test_the_whole_scene_has_every_key():
+    """So that a key that comes in is tried out too."""
+    Scene(WHOLE)
+    rules = schema("scene")["properties"]
+    assert set(WHOLE) == set(rules)
+    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond"):
+        assert set(rules[name]["properties"]) - set(WHOLE[name]) <= {"tolerance"}, name
+    observables = rules["observe"]["items"]["oneOf"][0]["enum"]
+    assert set(observables) - {next(iter(item)) for item in WHOLE["observe"]} == {
+        "crossings",  # in two dimensions
+        "configurational",  # without a core
+    }
+
+
+@pytest.mark.parametrize("place", list(places(WHOLE)), ids=key_of)
+def test_any_value_at_any_key(place):
+    """Either a scene, or one sentence with the file and the key or what it belongs to."""
+    for value in WRONG:
+        try:
+            scene = Scene(with_value(WHOLE, place, value), "my.yaml")
+        except UserError as problem:
+            message = str(problem)
+            assert message.startswith("my.yaml: ") and "\n" not in message, message
+            assert len(message) < 800
+            named = {str(part) for part in place} | {place[0]}
+            assert any(part in message for part in named), (place, value, message)
+        else:
+            assert 0 < scene.beads < 10**8 and math.isfinite(scene.work)
+
+
+PAPER = {
+    "title": "A title",
+    "reference": "A journal",
+    "sweeps": {
+        "fluid": {
+            "scene": FLUID,
+            "replicas": 2,
+            "axes": {
+                "a": {"set": "repulsion.A A", "values": [15, 25], "units": "1", "long_name": "a"},
+                "density": {"set": ["molecules.0.density"], "values": [3, 4]},
+                "scheme": {"values": {"euler": {"integrator": {"scheme": "euler"}}}},
+                "shifted": {"set": "seed", "values": [2, 3], "offset": 1},
+                "length": {"set": "molecules.0.architecture", "values": [1], "text": "A {}"},
+            },
+        }
+    },
+    "figures": {"fig": {"sweeps": ["fluid"]}},
+}
+STUDY = {
+    "description": "A study",
+    "papers": {
+        "groot_warren_1997": {
+            "fluid": {
+                "scene": {"box": 5, "steps": {"sample": 5}, "duration": {"sample": 1}},
+                "sampling": 2,
+                "replicas": 1,
+                "axes": {"a": [15, 30], "scheme": ["euler"]},
+            }
+        }
+    },
+}
+
+
+@pytest.fixture
+def unfold(monkeypatch):
+    """Unfold a paper under a study, both given as data."""
+    import dpd.study as module
+
+    def unfold(paper, study):
+        texts = {"papers": paper, "studies": study}
+        monkeypatch.setattr(module, "read_yaml", lambda path: texts[path.parent.name])
+        return read_paper("groot_warren_1997", "smoke")
+
+    return unfold
+
+
+def axes_of(**axes):
+    """The paper with other axes."""
+    return with_value(PAPER, ("sweeps", "fluid", "axes"), axes)
+
+
+DT = {"set": "integrator.dt", "values": [0.01, 0.02]}
+PAPERS = [
+    (with_value(PAPER, ("sweeps", "s t"), {"scene": FLUID}), ["sweeps", "'s t'", "small letters"]),
+    (with_value(PAPER, ("sweeps", 5), {"scene": FLUID}), ["sweeps", "5", "small letters"]),
+    (axes_of(replica=DT), ["axes.replica", "has this name already"]),
+    (axes_of(seed=DT), ["axes.seed", "has this name already"]),
+    (axes_of(dt=DT | {"values": [15, 15.0]}), ["axes.dt.values", "15 and 15.0", "named '15'"]),
+    (axes_of(dt=DT | {"values": [15.0, 15.00001]}), ["15.0 and 15.00001", "first six digits"]),
+    (axes_of(dt=DT | {"values": []}), ["axes.dt.values", "at least one"]),
+    (axes_of(dt=DT | {"values": ["a/b"]}), ["axes.dt.values", "'a/b'", "letters, digits"]),
+    (axes_of(dt=DT | {"values": [None]}), ["axes.dt.values", "None"]),
+    (axes_of(dt=DT | {"values": [True]}), ["axes.dt.values", "True"]),
+    (axes_of(dt=DT | {"values": ["x"], "offset": 1}), ["axes.dt", "'x' is text", "offset"]),
+    (axes_of(dt=DT | {"set": "box.x"}), ["box.x", "cannot be set"]),
+    (axes_of(dt=DT | {"set": "molecules.9.density"}), ["no item '9'", "count from 0"]),
+    (axes_of(dt=DT | {"set": "a..b"}), ["axes.dt.set", "'a..b'"]),
+    (axes_of(dt=DT | {"text": "{} {}"}), ["axes.dt.text"]),
+    (axes_of(dt=DT, step=DT), ["axes.step", "integrator.dt", "the axis 'dt'"]),
+    (axes_of(dt=DT, scheme={"values": {"a": {"integrator": {"dt": 0.04}}}}),
+     ["axes.scheme", "integrator.dt", "the axis 'dt'"]),
+    (axes_of(a=DT | {"values": list(range(1, 101))}, b={"values": {i: {} for i in range(100)}}),
+     ["20000 points", "<= 5000"]),
+    (with_value(PAPER, ("sweeps", "fluid", "replicas"), 1_000_000), ["replicas", "<= 1000"]),
+    (with_value(PAPER, ("sweeps", "fluid", "scene"), FLUID | {"start": 5}), ["start", "5"]),
+    (with_value(PAPER, ("sweeps", "fluid", "scene"), FLUID | {"steps": {"sample": "10"}}),
+     ["steps.sample", "'10'"]),
+    (with_value(axes_of(dt=DT), ("sweeps", "fluid", "scene", "seed"), "1"), ["seed", "'1'"]),
+    (with_value(axes_of(dt={"set": "steps.equilibrate", "values": [1]}),
+                ("sweeps", "fluid", "scene", "integrator"), {"scheme": "auto"}),
+     ["integrator.scheme", "'auto'", "python -m dpd run"]),
+]  # fmt: skip
+
+
+def test_the_paper_and_the_study_are_good(unfold):
+    """What the tables change is all that is wrong."""
+    assert len(unfold(PAPER, STUDY).sweeps["fluid"].points) == 8
+    assert len(unfold(PAPER, {"description": "none"}).sweeps["fluid"].points) == 16
+
+
+@pytest.mark.parametrize(("paper", "named"), PAPERS, ids=lambda part: str(part)[-40:])
+def test_papers_that_cannot_be_meant(unfold, paper, named):
+    """File, key, value, and what is allowed, before a point is unfolded."""
+    message = refusal(unfold, paper, {"description": "none"})
+    assert message.startswith("config/papers/groot_warren_1997.yaml: ")
+    for part in named:
+        assert part in message, message
+
+
+@pytest.mark.parametrize("place", list(places(PAPER)), ids=key_of)
+def test_any_value_at_any_key_of_a_paper(unfold, place):
+    """Either points with names of their own, or one sentence with the file."""
+    any_value(lambda value: unfold(with_value(PAPER, place, value), {"description": "none"}))
+
+
+@pytest.mark.parametrize("place", list(places(STUDY)), ids=key_of)
+def test_any_value_at_any_key_of_a_study(unfold, place):
+    """The same."""
+    any_value(lambda value: unfold(PAPER, with_value(STUDY, place, value)))
+
+
+def any_value(make):
+    for value in WRONG:
+        try:
+            paper = make(value)
+        except UserError as problem:
+            message = str(problem)
+            assert message.startswith("config/") and "\n" not in message, message
+            assert len(message) < 800
+        else:
+            for sweep in paper.sweeps.values():
+                names = [point.name for point in sweep.points]
+                assert len(set(names)) == len(names)

@@ -1,0 +1,311 @@
+"""What a run resumes from is not believed, and what it cannot write is no reason to lose it."""
+
+import os
+import resource
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+import yaml
+
+from dpd.engine.checkpoint import MARK, Checkpoint, _checksum
+from dpd.engine.jit import kernel
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation
+from dpd.observe import observables
+from dpd.scene import Scene
+from dpd.schema import MOST_MARKS, validate
+from dpd.start import make_start, system_of
+from dpd.study import read_paper
+
+SCENE = {
+    "dimension": 2,
+    "box": 5,
+    "molecules": [{"architecture": "A 2 B", "count": 20}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "bond": {"stiffness": 20, "length": 0.4},
+    "integrator": {"scheme": "gw-vv", "dt": 0.004},
+    "steps": {"equilibrate": 20, "sample": 700},
+    "observe": [
+        "thermo", {"rdf": {"range": 2, "every": 10}}, {"displacement": {"every": 5}},
+        {"crossings": {"every": 5}}, {"configuration": {"every": 100}},
+        {"trace": {"every": 10}},
+    ],
+}  # fmt: skip
+KEY = {"scene": "this"}
+STEPS = (20, 700)
+
+
+def new_run():
+    """A simulation with a pair list, and its observers, at their beginning."""
+    scene = Scene(SCENE)
+    system = system_of(scene)
+    assert system.skin > 0
+    return Simulation(system, make_start(scene)), observables(scene, system)
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """Arrays of a checkpoint after 220 steps."""
+    checkpoint = Checkpoint(tmp_path_factory.mktemp("good") / "run.checkpoint", KEY)
+    simulation, observers = new_run()
+    run(simulation, (20, 200), observers)
+    assert checkpoint.save(simulation, observers) == ""
+    with np.load(checkpoint.path) as file:
+        return dict(file)
+
+
+def resumed(arrays, path):
+    """What a run says of a checkpoint of some arrays, and the step at which it then is."""
+    with open(path, "wb") as file:
+        np.savez(file, **arrays)
+    simulation, observers = new_run()
+    said = Checkpoint(path, KEY).resume(simulation, observers, STEPS)
+    return said, simulation.state.step
+
+
+def sealed(arrays):
+    """The same with a checksum that fits, as by one who knows how."""
+    rest = {name: array for name, array in arrays.items() if name != "checksum"}
+    return rest | {"checksum": np.array(_checksum(rest))}
+
+
+def test_a_good_one_is_taken(good, tmp_path):
+    """So that the tests below can fail."""
+    assert resumed(good, tmp_path / "run.checkpoint") == ("", 220)
+    assert resumed(sealed(good), tmp_path / "run.checkpoint") == ("", 220)
+
+
+NAMES = (
+    "step", "position", "velocity", "force", "identity", "species", "reference", "0/taken", "0/kT",
+    "1/sums", "1/taken", "2/kept", "2/last", "2/taken", "3/crossings", "3/pairs", "4/position",
+    "5/trace",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_edit_is_seen(good, tmp_path, name):
+    """One value of one array, changed by the least there is: the checksum does not fit."""
+    arrays = {key: array.copy() for key, array in good.items()}
+    flat = arrays[name].reshape(-1).view(np.uint8)
+    flat[0] ^= 1
+    said, step = resumed(arrays, tmp_path / "run.checkpoint")
+    assert "damaged" in said and "starting anew" in said and step == 0
+
+
+def with_first(value):
+    def change(array):
+        array.reshape(-1)[0] = value
+        return array
+
+    return change
+
+
+# To what they apply (f: floats, i: integers, all), and what they do; with a checksum that fits.
+EDITS = {
+    "not a number": ("f", with_first(np.nan)),
+    "infinite": ("f", with_first(np.inf)),
+    "single precision": ("f", lambda a: a.astype(np.float32)),
+    "integers for floats": ("f", lambda a: np.zeros(a.shape, np.int64)),
+    "floats for integers": ("i", lambda a: a.astype(float)),
+    "narrow integers": ("i", lambda a: a.astype(np.int16)),
+    "one axis more": ("all", lambda a: a[None]),
+    "text": ("all", lambda a: np.full(a.shape, "x")),
+    "complex": ("all", lambda a: a.astype(complex)),
+    "empty": ("all", lambda a: np.zeros(0, a.dtype)),
+    "one less": ("all", lambda a: a.reshape(-1)[:-1]),
+    "other bytes": ("all", lambda a: a.astype(a.dtype.newbyteorder()) if a.itemsize > 1 else a[:0]),
+}
+BAD_ARRAYS = [
+    (name, edit)
+    for name in NAMES
+    for edit, (kind, _) in EDITS.items()
+    if kind in ("all", "i" if name in ("step", "identity", "species") or "taken" in name else "f")
+    and not (kind == "f" and name == "3/pairs")
+]
+
+
+@pytest.mark.parametrize(("name", "edit"), BAD_ARRAYS)
+def test_an_array_of_another_kind_is_refused(good, tmp_path, name, edit):
+    """Type, shape, and numbers that are none."""
+    change = EDITS[edit][1]
+    said, step = resumed(
+        sealed(good | {name: change(good[name].copy())}), tmp_path / "run.checkpoint"
+    )
+    assert "cannot be right" in said and "starting anew" in said and step == 0
+
+
+def put(name, value, at=0):
+    def change(arrays):
+        arrays[name].reshape(-1)[at] = value
+
+    return change
+
+
+def swap_species(arrays):
+    arrays["species"][:] = 1 - arrays["species"]
+
+
+def one_sample_more(arrays):
+    arrays["0/taken"] += 1
+
+
+def drop(name):
+    return lambda arrays: arrays.pop(name)
+
+
+IMPOSSIBLE = {
+    "step beyond the run": (put("step", 10**9), "step 1000000000 of 720"),
+    "step before the run": (put("step", -1), "step -1"),
+    "step between two looks": (put("step", 222), "at which no checkpoint is made"),
+    "later step": (put("step", 230), "samples instead of"),
+    "a bead twice": (put("identity", 7), "twice"),
+    "a bead that is not there": (put("identity", 2**31), "twice"),
+    "other species": (swap_species, "species"),
+    "species that is not there": (put("species", 250), "species"),
+    "outside": (put("position", 5.5), "outside"),
+    "far outside": (put("position", -1e300), "outside"),
+    "list made outside": (put("reference", 7.0), "outside"),
+    "one sample more": (one_sample_more, "samples instead of"),
+    "samples less than none": (put("2/taken", -1), "samples instead of"),
+    "a sample too early": (put("0/kT", 1.0, -1), "or too many"),
+    "no reference": (drop("reference"), "parts missing"),
+    "no force": (drop("force"), "parts missing"),
+    "more": (lambda arrays: arrays.update({"9/more": np.zeros(3)}), "too many"),
+}
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_what_this_run_cannot_have_had_is_refused(good, tmp_path, name):
+    """With a checksum that fits; the sentence says what it is."""
+    change, word = IMPOSSIBLE[name]
+    arrays = {key: array.copy() for key, array in good.items()}
+    change(arrays)
+    said, step = resumed(sealed(arrays), tmp_path / "run.checkpoint")
+    assert "cannot be right" in said and word in said and step == 0
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_damaged_bytes(good, tmp_path, seed):
+    """Bytes changed, cut off or doubled anywhere: refused, taken as they were, or left alone."""
+    path, rng = tmp_path / "run.checkpoint", np.random.default_rng(seed)
+    with open(path, "wb") as file:
+        np.savez(file, **good)
+    data = bytearray(path.read_bytes())
+    at = int(rng.integers(len(data)))
+    if seed % 4 == 0:
+        data = data[:at]
+    elif seed % 4 == 1:
+        data[at:at] = data[at : at + 1000]
+    else:
+        data[at] ^= 1 << int(rng.integers(8))
+    path.write_bytes(data)
+    simulation, observers = new_run()
+    said = Checkpoint(path, KEY).resume(simulation, observers, STEPS)
+    assert (simulation.state.step == 220) == (said == "")
+
+
+@pytest.mark.parametrize("scheme", ["euler", "gw-vv", "verlet-no-acceleration", "dpd-vv"])
+@pytest.mark.parametrize("dt", [0.004, 0.006])
+def test_every_checkpoint_of_a_run_is_taken(tmp_path, scheme, dt):
+    """At every look, with list and without: what a run wrote is never refused."""
+    integrator = {"integrator": {"scheme": scheme, "dt": dt}}
+    scene = Scene(SCENE | integrator)
+    system, checkpoint = system_of(scene), Checkpoint(tmp_path / "run.checkpoint", KEY)
+    simulation, observers = Simulation(system, make_start(scene)), observables(scene, system)
+    looks = 0
+
+    def look(step):
+        nonlocal looks
+        looks += 1
+        if looks % 7 > 1:  # two in a row, of seven
+            return
+        assert checkpoint.save(simulation, observers) == ""
+        fresh = Simulation(system, make_start(scene)), observables(scene, system)
+        assert checkpoint.resume(*fresh, STEPS) == "", step
+        assert fresh[0].state.step == step
+
+    run(simulation, STEPS, observers, progress=look)
+    assert looks >= 140
+
+
+@contextmanager
+def files_up_to(size):
+    """The system refuses larger files, as a full disk does."""
+    former = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, former)
+
+
+def test_a_result_that_cannot_be_written_is_not_lost(folder, dpd):
+    """The disk is full at the end: a sentence, and the last state is kept; then it goes on."""
+    scene = yaml.safe_load((folder / "scene.yaml").read_text())
+    scene["observe"] += [{"trace": {"every": 1}}]
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene))
+    code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 0
+    size = os.path.getsize("run.nc")
+    os.remove("run.nc")
+    with files_up_to(size // 2):
+        code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 1 and "run.nc: cannot be written" in errors and "Traceback" not in errors
+    assert len(errors.splitlines()) == 1
+    assert sorted(os.listdir()) in (["run.checkpoint", "scene.yaml"], ["scene.yaml"])
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
+
+
+def test_a_cut_run_is_not_collected(tmp_path, monkeypatch, dpd):
+    """A sentence that names the file and says what to do."""
+    monkeypatch.chdir(tmp_path)
+    sweep = read_paper("groot_warren_1997", "smoke", only=["fluid"]).sweeps["fluid"]
+    for point in sweep.points:
+        path = tmp_path / "results/smoke/groot_warren_1997/runs/fluid" / point.name / "run.nc"
+        path.parent.mkdir(parents=True)
+        with open(path, "wb") as file:
+            file.write(b"\x89HDF\r\n\x1a\n" + bytes(500))
+    code, errors = dpd("collect", "smoke", "groot_warren_1997", "fluid", "-o", "sweep.nc")
+    assert code == 1 and "run.nc: not a whole NetCDF file" in errors and "Traceback" not in errors
+    assert not (tmp_path / "sweep.nc").exists()
+
+
+def test_a_full_cache_is_no_reason_not_to_run(monkeypatch):
+    """A kernel that cannot be kept is compiled and runs; one sentence says so."""
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    @kernel()
+    def twice(x):
+        return 2 * x
+
+    monkeypatch.setattr(twice._cache, "_save_overload", full, raising=False)
+    monkeypatch.setattr(twice._cache, "_load_overload", full, raising=False)
+    with pytest.warns(UserWarning, match="No space left") as said:
+        assert twice(21) == 42
+    assert len(said) == 1
+
+
+def test_marks_of_what_is_valid_do_not_grow_without_end(tmp_path, monkeypatch):
+    """The oldest are dropped; a folder that cannot be made is no reason to fail."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    marks = tmp_path / "dpd-papers" / "valid"
+    marks.mkdir(parents=True)
+    for number in range(MOST_MARKS):
+        (marks / str(number)).touch()
+        os.utime(marks / str(number), ns=(number, number))
+    validate(SCENE, "scene", "here")
+    left = list(marks.iterdir())
+    assert len(left) == MOST_MARKS // 2 and not (marks / "0").exists()
+    assert (marks / str(MOST_MARKS - 1)).exists() and max(len(mark.name) for mark in left) == 64
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    validate(SCENE, "scene", "here")
+
+
+def test_all_names_are_those_of_a_checkpoint(good):
+    """The table above names arrays that are there."""
+    assert set(NAMES) <= set(good) and MARK in good

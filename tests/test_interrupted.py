@@ -1,0 +1,315 @@
+"""Commands that are interrupted, started twice, or heard by nobody: processes of their own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+import yaml
+
+from dpd.digest import ROOT, cache_folder
+from dpd.engine.simulation import _started
+from dpd.errors import UserError
+from dpd.files import read
+from dpd.lock import alone
+from dpd.streams import Steady
+from tests.conftest import SCENE
+from tests.test_faults import POINT
+
+LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 10_000_000}}
+LARGE = SCENE | {"box": 45, "steps": {"equilibrate": 100_000, "sample": 10}}  # seconds in a kernel
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with scenes; what tests of one process share is the cache."""
+    monkeypatch.chdir(tmp_path)
+    scenes = {"scene": SCENE, "long": LONG, "large": LARGE}
+    for name, scene in scenes.items():
+        Path(f"{name}.yaml").write_text(yaml.safe_dump(scene))
+    return tmp_path
+
+
+def made():
+    """Names of what commands have made here."""
+    return sorted(name for name in os.listdir() if not name.endswith(".yaml"))
+
+
+def begin(*arguments, environment=None):
+    """A command on its way."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "dpd", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, env=environment or ENVIRONMENT,
+    )  # fmt: skip
+
+
+def dpd(*arguments, environment=None):
+    """Exit code, output and errors of a command."""
+    with begin(*arguments, environment=environment) as process:
+        output, errors = process.communicate(timeout=200)
+    return process.returncode, output, errors
+
+
+def wait_for(condition):
+    """Until something holds, or a minute is over."""
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def at_work(name="run.nc"):
+    """Whether a run has begun to write who it is."""
+    lock = Path(f"{name}.lock")
+    return lock.exists() and lock.stat().st_size > 0
+
+
+SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("wait", [0.0, 0.3, 1.5])
+def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
+    """At any moment: its code, one sentence, the state or nothing, no lock."""
+    with begin("run", "long.yaml", "-o", "run.nc") as process:
+        wait_for(at_work)
+        time.sleep(wait)
+        process.send_signal(number)
+        output, errors = process.communicate(timeout=60)
+    assert process.returncode == SIGNALS[number], errors
+    assert len(errors.splitlines()) == 1 and errors.startswith("error: "), errors
+    assert output == "" and made() in ([], ["run.checkpoint"])
+    if "stopped at step" in errors:
+        assert made() == ["run.checkpoint"] and "run.checkpoint" in errors
+    assert wait < 1 or "stopped at step" in errors
+
+
+def test_a_signal_that_comes_twice_at_once_is_one(here):
+    """As make and snakemake pass on what the terminal has sent to all."""
+    with begin("run", "long.yaml", "-o", "run.nc") as process:
+        wait_for(at_work)
+        time.sleep(1)
+        for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGINT):
+            process.send_signal(number)
+        errors = process.communicate(timeout=60)[1]
+    assert process.returncode in (130, 143) and "stopped at step" in errors
+    assert len(errors.splitlines()) == 1 and made() == ["run.checkpoint"]
+
+
+def test_a_second_interrupt_ends_a_run_in_its_kernel(here):
+    """At once, with no lock left."""
+    with begin("run", "large.yaml", "-o", "run.nc") as process:
+        wait_for(at_work)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.8)
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        errors = process.communicate(timeout=60)[1]
+    assert process.returncode == 130 and time.monotonic() - sent < 1
+    assert errors in ("error: interrupted\n", "") or "stopped at step" in errors
+    assert made() in ([], ["run.checkpoint"])
+
+
+@pytest.mark.parametrize("stage", [("start", *POINT), ("collect", *POINT[:3])])
+def test_other_stages_end_at_once(here, stage):
+    """With their own code and one sentence, from the first moment on."""
+    with begin(*stage, "-o", "made.nc") as process:
+        time.sleep(0.4)
+        process.send_signal(signal.SIGINT)
+        errors = process.communicate(timeout=60)[1]
+    ended = process.returncode == 130 and errors == "error: interrupted\n"
+    early = process.returncode in (-signal.SIGINT, 130) and made() == []
+    assert ended or early or process.returncode in (0, 1), errors
+    assert "Traceback" not in errors or early
+
+
+def test_a_second_run_is_told_who_is_at_work(here):
+    """It is refused; the first goes on."""
+    with begin("run", "long.yaml", "-o", "run.nc") as first:
+        wait_for(at_work)
+        code, _, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+        assert code == 1 and f"process {first.pid}" in errors, errors
+        assert len(errors.splitlines()) == 1 and "at work" in errors
+        assert first.poll() is None
+        first.send_signal(signal.SIGTERM)
+        first.communicate(timeout=60)
+    assert made() == ["run.checkpoint"]
+
+
+def test_runs_that_begin_together(here):
+    """One of them makes the result; the others say why they do not, or come later."""
+    started = [begin("run", "scene.yaml", "-o", "run.nc") for _ in range(5)]
+    ended = [(process.communicate(timeout=200)[1], process.returncode) for process in started]
+    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 100
+    assert any(code == 0 for _, code in ended)
+    for errors, code in ended:
+        assert (code, errors) == (0, "") or (code == 1 and "another run is at work" in errors)
+
+
+def test_points_that_begin_together(here):
+    """The second waits for the first, as after a kill of Snakemake, and takes its result."""
+    started = [begin("simulate", *POINT, "-o", "run.nc") for _ in range(2)]
+    said = [process.communicate(timeout=200) for process in started]
+    assert [process.returncode for process in started] == [0, 0], said
+    assert made() == ["run.nc"]
+    waited = [errors for _, errors in said if "waiting for it" in errors]
+    if waited:  # unless the first had ended when the second came
+        assert said[0][0] == said[1][0]
+    assert "Traceback" not in "".join(errors for _, errors in said)
+
+
+def test_what_a_killed_run_left_is_taken_over(here):
+    """Lock and drafts, with a sentence; another's files of like names stay."""
+    with begin("run", "long.yaml", "-o", "run.nc") as process:
+        wait_for(at_work)
+        process.kill()
+        process.communicate(timeout=60)
+    for name in ("run.nc.123.writing", "run.checkpoint.4.writing", "other.nc.5.writing"):
+        Path(name).write_text("draft")
+    code, output, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 0 and "kT" in output
+    assert f"process {process.pid}" in errors and "taking over" in errors
+    assert made() == ["other.nc.5.writing", "run.nc"]
+
+
+def test_a_lock_of_another_machine_is_respected(here):
+    """It says how to remove it; after a start of this machine the lock is taken over."""
+    said = []
+    with alone("run.nc", said.append):
+        owner = json.loads(Path("run.nc.lock").read_text())
+        with pytest.raises(UserError, match=f"process {os.getpid()}"), alone("run.nc", said.append):
+            pass
+    assert made() == [] and said == []
+    lock = Path("run.nc.lock")
+    lock.write_text(json.dumps(owner | {"host": "elsewhere", "boot": "another"}))
+    refused = pytest.raises(UserError, match=r"another machine.*remove that file")
+    with refused, alone("run.nc", said.append):
+        pass
+    lock.write_text(json.dumps(owner | {"boot": "before"}))
+    with alone("run.nc", said.append):
+        assert json.loads(lock.read_text())["pid"] == os.getpid()
+    assert made() == [] and len(said) == 1 and "taking over" in said[0]
+
+
+def test_where_files_cannot_be_locked_the_process_is_looked_for(here, monkeypatch):
+    """As on some cluster's disks: alive, or dead, or another of the same number."""
+
+    def unknown(*arguments):
+        raise OSError(38, "Function not implemented")
+
+    monkeypatch.setattr("fcntl.flock", unknown)
+    lock, said = Path("run.nc.lock"), []
+    with alone("run.nc", said.append):
+        owner = json.loads(lock.read_text())
+        with pytest.raises(UserError, match="at work"), alone("run.nc", said.append):
+            pass
+    for change in ({"pid": 2**22 + 1}, {"ticks": owner["ticks"] - 1}):
+        lock.write_text(json.dumps(owner | change))
+        with alone("run.nc", said.append):
+            pass
+    assert len(said) == 2 and made() == []
+
+
+NOBODY = {
+    "output closed": ">&-",
+    "errors closed": "2>&-",
+    "all closed": "<&- >&- 2>&-",
+    "output full": ">/dev/full",
+    "errors full": "2>/dev/full",
+    "reader of one line": "| head -1",
+    "no reader": "| true",
+    "no reader of anything": "2>&1 | true",
+}
+
+
+@pytest.mark.parametrize("name", NOBODY)
+def test_a_summary_that_nobody_reads_is_no_failure(here, name):
+    """The result is there and whole, and the exit code 0."""
+    command = f"{sys.executable} -m dpd run scene.yaml -o run.nc {NOBODY[name]}"
+    done = subprocess.run(
+        ["bash", "-c", f"{command}; exit ${{PIPESTATUS[0]}}"], env=ENVIRONMENT, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 100
+
+
+def test_text_that_cannot_be_printed(tmp_path):
+    """A stream is silent from then on, and knows why."""
+    with open("/dev/full", "w") as full, open(tmp_path / "text", "w") as good:
+        for stream, number in ((full, 28), (good, None)):
+            steady = Steady(stream)
+            print(os.fsdecode(b"a name \xff"), "x" * 100_000, file=steady)
+            steady.flush()
+            assert getattr(steady.problem, "errno", None) == number
+    assert (tmp_path / "text").read_text().startswith(r"a name \udcff x")
+
+
+def test_threads_that_cannot_be_started(monkeypatch):
+    """A sentence; the threads that were started do not wait for the others."""
+    submit, started = ThreadPoolExecutor.submit, []
+
+    def some(pool, call):
+        if len(started) == 2:
+            raise RuntimeError("can't start new thread")
+        started.append(submit(pool, call))
+        return started[-1]
+
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", some)
+    with pytest.raises(UserError, match="6 threads: can't start new thread; take fewer"):
+        _started(5)
+    for thread in started:
+        assert thread.exception(timeout=10) is not None
+
+
+def test_a_user_without_a_home(monkeypatch):
+    """Then the cache lies among temporary files."""
+
+    def unknown():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", unknown)
+    assert cache_folder("valid").is_absolute()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", ["no folder", "no room"])
+def test_kernels_that_cannot_be_kept(here, fault):
+    """The run compiles its own, says so once, and has its result."""
+    Path("file").write_text("")
+    folder = here / ("file" if fault == "no folder" else "cache")
+    command = f"{sys.executable} -m dpd run scene.yaml -o run.nc"
+    limit = "ulimit -f 100; " if fault == "no room" else ""
+    done = subprocess.run(
+        ["bash", "-c", limit + command], capture_output=True, text=True, check=False,
+        env=ENVIRONMENT | {"XDG_CACHE_HOME": str(folder), "NUMBA_CACHE_DIR": str(folder)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    warned = [line for line in done.stderr.splitlines() if "cannot be kept" in line]
+    others = [line for line in done.stderr.splitlines() if ": step " not in line]
+    assert warned == others and len(warned) == 1, done.stderr
+    assert read("run.nc")[0]["kT"].size == 100
+
+
+def test_what_was_made_for_a_dead_snakemake_is_taken(here):
+    """The shell's parent dies; the result has a second name, and is there again in no time."""
+    command = f"{sys.executable} -m dpd simulate {' '.join(POINT)} -o run.nc; true"
+    parent = subprocess.Popen(["bash", "-c", f"bash -c '{command}' & wait"], env=ENVIRONMENT)
+    wait_for(at_work)
+    parent.kill()
+    parent.wait()
+    wait_for(lambda: Path("run.nc").exists() and not at_work())
+    assert made() == ["run.left", "run.nc"]
+    first = read("run.nc")[1]["seconds"]
+    os.remove("run.nc")  # as Snakemake does with what it calls incomplete
+    code, output, errors = dpd("simulate", *POINT, "-o", "run.nc")
+    assert code == 0 and errors == "" and "kT" in output
+    assert made() == ["run.nc"] and read("run.nc")[1]["seconds"] == first

@@ -1,0 +1,141 @@
+"""Bonds longer than half the box: never a wrong number, and exact ones just below the limit."""
+
+import numpy as np
+import pytest
+
+import dpd.limits as limits
+from dpd.engine.simulation import Simulation
+from dpd.errors import LostTrack, UserError
+from dpd.files import read
+from dpd.limits import stretched_share
+from dpd.observe import observables
+from dpd.observe.stretch import stretched
+from dpd.scene import Scene
+from dpd.simulate import simulate
+from dpd.start import make_start, system_of
+
+DIMERS = {
+    "dimension": 3,
+    "box": 3,
+    "molecules": [{"architecture": "A 2", "count": 500}],
+    "repulsion": {"A A": 0},
+    "bond": {"stiffness": 2},
+    "thermostat": {"kind": "langevin", "gamma": 4.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 200, "sample": 1000},
+    "observe": [{"thermo": {"every": 10}}, {"bonds": {"every": 10}}],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "share"),
+    [({}, "0.13"), ({"box": 4, "bond": {"stiffness": 50, "length": 3}}, "1 of"),
+     ({"bond": {"stiffness": 0}}, "1 of"), ({"thermostat": {"kT": 100}, "box": 20}, "0.52"),
+     ({"dimension": 2, "bond": {"stiffness": 2, "length": 1.5}}, "0.")],
+)  # fmt: skip
+def test_bonds_that_are_too_long_for_the_box_are_refused(change, share):
+    """Before anything runs, with the share that is expected and the remedy."""
+    with pytest.raises(UserError) as caught:
+        Scene(DIMERS | change, "my.yaml")
+    message = str(caught.value)
+    for part in ("my.yaml: bond: stiffness", share, "larger box", "allowed: 0.0001"):
+        assert part in message, message
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_share_is_that_of_drawn_bonds(dimension):
+    """Against bonds drawn from their distribution: normal ones, and stiff ones of any direction."""
+    rng = np.random.default_rng(3)
+    box = (4.0, 5.0, 6.0)[:dimension]
+    loose = rng.normal(scale=np.sqrt(1 / 2), size=(10**6, dimension))
+    length = rng.normal(2.2, 0.05, 10**6)
+    weight = length ** (dimension - 1)
+    unit = rng.normal(size=(10**6, dimension))
+    stiff = length[:, None] * unit / np.linalg.norm(unit, axis=1, keepdims=True)
+    for bonds, weights, bond in (
+        (loose, np.ones(len(loose)), {"stiffness": 2, "length": 0}),
+        (stiff, weight, {"stiffness": 400, "length": 2.2}),
+    ):
+        over = (np.abs(bonds) > 0.48 * np.array(box)).sum(axis=1)
+        expected = np.average(over, weights=weights)
+        error = np.sqrt(np.average((over - expected) ** 2, weights=weights) / 10**6)
+        assert abs(stretched_share(bond, 1.0, box) - expected) < 4 * error
+
+
+@pytest.fixture
+def unchecked(monkeypatch):
+    """Scenes are not refused for what their bonds are expected to do."""
+    monkeypatch.setattr(limits, "stretched_share", lambda *given: 0.0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"box": 4, "bond": {"stiffness": 50, "length": 3}}, {"bond": {"stiffness": 0}},
+     {"dimension": 2}, {"box": [3, 9, 9]}, {"integrator": {"scheme": "aboba", "dt": 0.02},
+      "thermostat": {}}],
+)  # fmt: skip
+def test_a_run_whose_bonds_grow_too_long_ends_without_a_result(unchecked, tmp_path, change):
+    """It says at which step and what to do."""
+    scene = Scene(DIMERS | change, "my.yaml")
+    with pytest.raises(UserError) as caught:
+        simulate(scene, tmp_path / "run.nc", make_start(scene), tmp_path / "run.checkpoint")
+    for part in ("my.yaml: ", "by step", "48% of an edge", "larger box"):
+        assert part in str(caught.value)
+    assert not (tmp_path / "run.nc").exists()
+
+
+def test_a_run_of_a_map_records_it(unchecked, tmp_path):
+    """As it does a run that blows up."""
+    scene = Scene(DIMERS | {"unstable": "record"})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    variables, attributes = read(tmp_path / "run.nc")
+    assert 0 < attributes["lost_step"] <= 1200
+    assert np.isnan(variables["kT"][-1])
+
+
+def test_what_is_counted():
+    """Once for each axis, at nearest images."""
+    box = (4.0, 6.0)
+    position = np.array([[0.1, 2.0, 1.0, 3.1, 0.1, 3.9], [0.1, 0.1, 0.1, 2.8, 0.1, 0.1]])
+    members = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]], np.uint32)
+    # Along x 1.9, 1, 1.9, 1, 0.2 (limit 1.92), along y 0, 0, 2.7, 2.7, 0 (limit 2.88).
+    assert stretched(position, members, box) == 0
+    position[0, 1] = 2.05
+    assert stretched(position, members, box) == 1
+    for y in (2.99, 3.11):  # before and after both flip
+        position[1, 3] = y
+        assert stretched(position, members, box) == 3
+
+
+def test_a_run_that_goes_on_remembers_what_it_found(unchecked, tmp_path):
+    """What a checkpoint holds of it is a count."""
+    scene = Scene(DIMERS)
+    system = system_of(scene)
+    watch = observables(scene, system)[-1]
+    assert list(watch.arrays) == ["count"] and not watch.variables()
+    watch.arrays["count"][0] = 10**6
+    simulation = Simulation(system, make_start(scene))
+    with pytest.raises(LostTrack):
+        watch.sample(simulation, None)
+
+
+def test_numbers_just_below_the_limit_are_exact(tmp_path):
+    """The smallest box that is not refused: <r^2> = 3 kT / C, excess pressure -n kT / V."""
+    box = 6.2
+    change = {
+        "box": box, "integrator": {"scheme": "gw-vv", "dt": 0.02},
+        "steps": {"equilibrate": 500, "sample": 8000},
+    }  # fmt: skip
+    with pytest.raises(UserError):
+        Scene(DIMERS | change | {"box": 6})
+    scene = Scene(DIMERS | change)
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    variables, _ = read(tmp_path / "run.nc")
+    for name, exact in (
+        ("bond_mean_square", 1.5),
+        ("excess_conservative", -500 / box**3),
+    ):
+        blocks = variables[name].reshape(50, -1).mean(axis=1)
+        error = blocks.std(ddof=1) / np.sqrt(50)
+        assert abs(blocks.mean() - exact) < 4 * error
+        assert error < 0.005 * abs(exact)

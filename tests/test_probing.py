@@ -1,0 +1,162 @@
+"""Scheme auto: what it promises of kT and pressure holds, or it promises nothing."""
+
+import numpy as np
+import pytest
+
+from dpd import probing
+from dpd.analysis.statistics import mean_and_error
+from dpd.errors import UserError
+from dpd.probing import Bounds, Probe, settle, thermostat_time
+from dpd.scene import Scene
+from dpd.simulate import simulate
+from dpd.start import make_start
+
+
+def scene_of(dimension, density, a, gamma, tolerance=0.03, beads=400):
+    """A fluid that leaves its scheme to us."""
+    return Scene(
+        {
+            "dimension": dimension,
+            "box": round((beads / density) ** (1 / dimension), 3),
+            "molecules": [{"architecture": "A", "count": beads}],
+            "repulsion": {"A A": a},
+            "thermostat": {"gamma": gamma},
+            "integrator": {"scheme": "auto", "tolerance": tolerance},
+            "steps": {"sample": 1000},
+        },
+        "my.yaml",
+    )
+
+
+def test_a_fluid_settles_and_says_what_was_found():
+    """Scheme and step are named then; the same scene leads to the same; its start stays."""
+    scene = scene_of(3, 3, 25, 4.5)
+    state = make_start(scene)
+    before = state.position.copy(), state.velocity.copy()
+    settled, again = settle(scene, state), settle(scene, state)
+    assert settled.chosen == again.chosen and settled.digest == again.digest
+    assert not settled.is_auto and settle(settled, state) is settled
+    integrator = settled.data["integrator"]
+    assert set(integrator) == {"scheme", "lambda", "dt"}
+    for part in (f"dt {integrator['dt']:g}", "kT is within", "asked for: 3 %"):
+        assert part in settled.chosen
+    np.testing.assert_array_equal(state.position, before[0])
+    np.testing.assert_array_equal(state.velocity, before[1])
+
+
+def test_a_step_that_heats_or_blows_up_is_made_shorter(monkeypatch):
+    """A first guess of 0.12 and of 1 tau ends at steps whose kT is right."""
+    scene = scene_of(3, 3, 25, 4.5)
+    for guess in (0.12, 1.0):
+        scene.data["integrator"]["dt"] = guess
+        settled = settle(scene, make_start(scene))
+        assert settled.data["integrator"]["dt"] <= 0.08
+        assert kT_of(settled, 400.0)[0] == pytest.approx(1, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "density", "a", "gamma"),
+    [(3, 0.3, 250, 4.5), (3, 0.05, 1500, 4.5), (3, 3, 25, 0.01)],
+)  # fmt: skip
+def test_nothing_is_promised_that_cannot_be_shown(monkeypatch, dimension, density, a, gamma):
+    """Where the thermostat is too slow for a probe: a sentence with what it needs."""
+    monkeypatch.setattr(probing, "LEAST_WORK", 1e7)
+    scene = scene_of(dimension, density, a, gamma, tolerance=0.01)
+    with pytest.raises(UserError) as caught:
+        settle(scene, make_start(scene))
+    for part in (
+        "my.yaml: integrator.tolerance",
+        "could not show",
+        "thermostat needs",
+        "name scheme",
+    ):
+        assert part in str(caught.value)
+
+
+def test_a_scene_that_was_not_tried_does_not_run(tmp_path):
+    """There is no way around the probe."""
+    scene = scene_of(3, 3, 25, 4.5)
+    with pytest.raises(UserError, match="has not been tried"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene))
+
+
+def test_bounds_decide():
+    """Within, beyond, or neither yet; what is unknown is neither."""
+    good, bad, near = (
+        Bounds(0.002, 0.005, 0, 0.003),
+        Bounds(0.02, 0.005, 0, 0),
+        Bounds(0.008, 0.003, 0, 0),
+    )
+    open_ = Bounds(0.012, 0.02, 0, 0.001)
+    assert good.within(0.01) and not good.beyond(0.01)
+    for one in (bad, near):
+        assert one.beyond(0.01) and not one.within(0.01)
+    for one in (open_, probing.UNKNOWN):
+        assert not one.beyond(0.01) and not one.within(0.01)
+
+
+def test_the_thermostat_time_is_that_of_a_hot_start():
+    """Twice as hot, without repulsion: the excess falls by e in that time."""
+    scene = scene_of(3, 3, 0, 1.0, beads=4000)
+    _, pushes, _ = probing._at_rest(scene, make_start(scene), 0.01)
+    assert pushes == pytest.approx(3 * 2 * np.pi / 30, rel=0.03)
+    state = make_start(scene)
+    state.velocity *= np.sqrt(2)
+    probe, time = Probe(scene, state, 0.01), thermostat_time(scene, pushes)
+    probe.run(time)
+    assert probe.kT[-1] - 1 == pytest.approx(np.exp(-len(probe.kT) * 0.1 / time), abs=0.08)
+
+
+def kT_of(scene, time):
+    """Mean and error of kT in a run of its own, from other noise."""
+    scene = Scene(scene.data | {"seed": 77})
+    probe = Probe(scene, make_start(scene), scene.data["integrator"]["dt"])
+    probe.run(time)
+    return mean_and_error(probe.kT[len(probe.kT) // 4 :])[:2]
+
+
+def random_scenes():
+    """A dozen, in two and three dimensions."""
+    rng = np.random.default_rng(20)
+    for number in range(12):
+        density, a, gamma = (
+            float(f"{low * (high / low) ** rng.random():.2g}")
+            for low, high in ((0.3, 5), (5, 250), (0.1, 40))
+        )
+        yield 2 + number % 2, density, a, gamma
+
+
+NAMED = [
+    (2, 0.5, 100, 4.5),
+    (3, 1, 100, 4.5),
+    (3, 3, 25, 0.05),
+    (3, 0.3, 250, 4.5),
+    (3, 3, 25, 4.5),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", [*NAMED, *random_scenes()], ids=str)
+def test_promises_hold(system):
+    """In a longer run with other noise kT is within the tolerance, and so is the pressure."""
+    scene = scene_of(*system, tolerance=0.02, beads=1000)
+    try:
+        settled = settle(scene, make_start(scene))
+    except UserError as problem:
+        assert "could not show" in str(problem)
+        return
+    dt = settled.data["integrator"]["dt"]
+    scene = Scene(settled.data | {"seed": 77})
+    probes = [Probe(scene, make_start(scene), step) for step in (dt, dt / 4)]
+    found = []
+    for probe in probes:
+        probe.run(600.0)
+        quarter = len(probe.kT) // 4
+        found.append([mean_and_error(s[quarter:])[:2] for s in (probe.kT, probe.excess)])
+    (kT, kT_error), (excess, error) = found[0]
+    _, (exact, exact_error) = found[1]
+    assert abs(kT - 1) < 0.02 + 3 * kT_error
+    pressure = scene.density + exact
+    off = scene.density * (kT - 1) + excess - exact
+    sigma = np.hypot(scene.density * kT_error, np.hypot(error, exact_error))
+    assert abs(off) < 0.02 * pressure + 3 * sigma

@@ -1,0 +1,90 @@
+"""What a run says of itself: pressures as in its file, and a word where kT is not right."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd.files import read
+from dpd.report.captions import run_warnings
+from dpd.scene import Scene
+from dpd.simulate import simulate, temperature_warning
+from dpd.start import make_start
+
+FLUID = {
+    "dimension": 3,
+    "box": 5,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 200, "sample": 600},
+    "observe": [{"thermo": {"every": 2}}],
+}
+
+
+def run(tmp_path, change):
+    """Summary, variables, attributes, and what was said."""
+    scene, said = Scene(FLUID | change), []
+    found = simulate(scene, tmp_path / "run.nc", make_start(scene), say=said.append)
+    return found, *read(tmp_path / "run.nc"), [sentence for sentence in said if sentence]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"thermostat": {"gamma": 0}}, {"integrator": {"scheme": "euler", "dt": 0.02}}],
+    ids=["gw-vv", "no friction", "euler"],
+)
+def test_the_printed_pressures_are_those_of_the_file(tmp_path, change):
+    """With the kinetic part that was measured, whatever the thermostat was asked for."""
+    found, variables, _, _ = run(tmp_path, change)
+    pressure = float(variables["pressure"].mean())
+    assert found["pressure (conservative virial)"] == pytest.approx(pressure, rel=1e-12)
+    tensor = variables["pressure_tensor_all"].mean(axis=0)
+    assert found["pressure (virial of all forces)"] == pytest.approx(np.trace(tensor) / 3)
+    kinetic = 3 * variables["kT"].mean()
+    excess = variables["excess_conservative"].mean()
+    assert pressure == pytest.approx(kinetic + excess, rel=1e-9)
+
+
+def test_a_hot_run_says_so(tmp_path):
+    """On the screen and in the file: how hot, and why."""
+    hot = {"thermostat": {"gamma": 50}}
+    _, variables, attributes, said = run(tmp_path, hot)
+    mean = variables["kT"][150:].mean()
+    assert mean > 1.3
+    assert attributes["warning"] == said[0]
+    for part in (f"kT is {mean:.4g}", "instead of 1", "dt is too large"):
+        assert part in said[0]
+
+
+def test_a_run_without_friction_says_that_nothing_holds_its_temperature(tmp_path):
+    """The heat of the random start stays in it."""
+    _, _, attributes, said = run(tmp_path, {"thermostat": {"gamma": 0}})
+    assert "gamma 0" in attributes["warning"] and said == [attributes["warning"]]
+
+
+@pytest.mark.parametrize("change", [{}, {"start": {"kT": 10}, "steps": {"sample": 4000}}])
+def test_a_good_run_says_nothing(tmp_path, change):
+    """Nor one that was hot at first."""
+    _, _, attributes, said = run(tmp_path, change)
+    assert "warning" not in attributes and not said
+
+
+@pytest.mark.parametrize(
+    ("mean", "spread", "warned"),
+    [(1.04, 0.01, False), (1.06, 0.01, True), (0.94, 0.01, True), (1.2, 3.0, False)],
+)
+def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
+    """Of independent samples."""
+    kT = mean + spread * np.random.default_rng(1).normal(size=800)
+    assert bool(temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})) == warned
+    kT[-1] = np.nan
+    assert not temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
+
+
+def test_a_caption_shows_what_runs_warned_of():
+    """A sentence for each sweep with warnings; none for measurements, nor for good runs."""
+    texts = np.array([["", "kT is 1.2"], ["", "kT is 1.3"]], dtype=object)
+    bad = xr.Dataset({"warning": (("dt", "replica"), texts)})
+    good = xr.Dataset({"warning": (("dt",), np.array(["", ""], dtype=object))})
+    said = list(run_warnings({"hot": bad, "fine": good, "timing": xr.Dataset()}))
+    assert said == ["2 of 4 runs of hot warn; the first: kT is 1.2."]
