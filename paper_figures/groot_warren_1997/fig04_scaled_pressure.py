@@ -13,8 +13,9 @@ TITLE = "Excess pressure divided by a rho^2, alpha = (p - rho kT) / (a rho^2)."
 PAPER_SHOWS = (
     "The paper shows the excess pressure over a rho^2 for a = 15, 25 and 30, with the points at "
     "rho = 0 from the second virial coefficient, and concludes alpha = 0.101 +- 0.001 for rho > 2 "
-    "(shaded). Alpha is fitted here as there, by one parabola p - rho kT = alpha a rho^2 through "
-    "all runs denser than 2, every point with the same weight. Star: Monte Carlo at rho 3, a 25, "
+    "(shaded). The text does not say how it was fitted; as its Figure 3 shows a parabola, alpha is "
+    "fitted here by one parabola p - rho kT = alpha a rho^2 through all runs denser than 2, every "
+    "point with the same weight, so that dense runs decide. Star: Monte Carlo at rho 3, a 25, "
     "without time step error. Dotted: mean field, pi / 30."
 )
 STYLES = {15.0: (BLUE, "X"), 25.0: (GREEN, "s"), 30.0: (RED, "o")}
