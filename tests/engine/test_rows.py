@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from numba import njit
 
 from dpd.engine import rows
 from dpd.engine.arrays import CACHE_LINE, axes_of, rows_of
-from dpd.engine.jit import kernel
+from dpd.engine.jit import OPTIONS
 
 BEADS, PAIRS = 50, 200
 BOXES = [(3.0, 5.5), (3.0, 5.5, 2.25)]
@@ -47,7 +48,7 @@ def test_rows_of_few(box, count):
 
 
 def test_copies(beads, box):
-    @kernel(cache=False)
+    @njit(**OPTIONS)
     def reverse(target, source, box):
         for i in range(len(source)):
             rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), box)
@@ -58,7 +59,7 @@ def test_copies(beads, box):
 
 
 def test_sums(beads, box):
-    @kernel(cache=False)
+    @njit(**OPTIONS)
     def lay_out(target, source, shift, box):
         for i in range(len(source)):
             rows.sum_to_column(target, i, source, i, shift, i % len(shift), box)
@@ -70,7 +71,7 @@ def test_sums(beads, box):
 
 
 def test_differences(beads, pairs, box):
-    @kernel(cache=False)
+    @njit(**OPTIONS)
     def differences(found, array, i, j, along, box):
         for p in range(len(i)):
             found[p] = rows.difference_along(array, i[p], j[p], along, p, box)
@@ -85,7 +86,7 @@ def test_differences(beads, pairs, box):
 def test_pushes(beads, pairs, box):
     """Equal and opposite, bit by bit."""
 
-    @kernel(cache=False)
+    @njit(**OPTIONS)
     def push(force, i, j, scale, along, box):
         for p in range(len(i)):
             rows.push_apart(force, i[p], j[p], scale[p], along, p, box)
@@ -106,7 +107,7 @@ def test_images(beads, box, own):
     inside = position.copy()
     first, end = (10 * slot for slot in own)
     own = (np.uint64(first), np.uint64(end))
-    kernel(cache=False)(put_all_inside)(inside, own, box)
+    njit(**OPTIONS)(put_all_inside)(inside, own, box)
     moved = axes_of(inside, len(box))[:, first:end]
     edges = np.array(box)[:, None]
     assert (moved >= 0).all() and (moved < edges).all()
