@@ -127,7 +127,7 @@ def test_the_same_seed_gives_the_same_bits(melt):
     assert not np.isin(other.velocity, state.velocity).any()
 
 
-SMALL = SCENE | {"box": [7.0, 6.0]}
+SMALL = SCENE | {"box": [6.4, 6.25]}  # 8 chains of 10
 
 
 def test_copolymers_and_solvent_have_the_species_asked_for():
@@ -207,7 +207,7 @@ def test_start_forces_grow_what_the_forces_of_the_run_cannot():
 def test_three_dimensions_and_single_beads_are_refused():
     """Both name the key."""
     with pytest.raises(UserError, match=r"my\.yaml: start\.method: .* two dimensions"):
-        Scene(SCENE | {"dimension": 3, "box": 4}, "my.yaml")
+        Scene(SCENE | {"dimension": 3, "box": 5}, "my.yaml")
     beads = {key: value for key, value in SCENE.items() if key != "bond"}
     beads["molecules"] = [{"architecture": "A", "density": 2}]
     with pytest.raises(UserError, match=r"my\.yaml: start\.method: .* no bond"):
