@@ -247,7 +247,7 @@ def _known(key, name, folder):
 
 def _check_name(key, name):
     """Refuse a name that would not do for a folder, or would mean something in a shell."""
-    if not NAME.fullmatch(name):
+    if not NAME.fullmatch(str(name)):  # YAML has numbers as keys
         raise UserError(
             f"{key}: {shown(name)} cannot be a name here; allowed: letters, digits and _ . -, the "
             "first one no . or -"
