@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dpd.analysis.composition import composition, in_bulk
-from dpd.analysis.interfaces import FARTHEST, interface_width, interfaces, slabs
+from dpd.analysis.interfaces import FARTHEST, interface_width, interfaces, recentred, slabs
 
 LENGTH, SLICES = 20.0, 100
 THICKNESS = LENGTH / SLICES
@@ -37,6 +37,16 @@ def test_moving_interfaces_are_followed():
     found = interfaces(density, Z, LENGTH)
     assert np.abs(found - moved).max() < 0.1
     assert np.std(found - moved) < 0.03
+
+
+def test_moving_interfaces_are_put_back():
+    """As if they had never moved; left where they are, they smear the mean."""
+    moved = np.random.default_rng(2).normal([0.0, LENGTH / 2], 0.4, (20, 2))
+    density = np.array([profile(*at, 1.5, 0.04) for at in moved])
+    still = profile(0.0, LENGTH / 2, 1.5, 0.04)
+    back = recentred(density, Z, LENGTH, moved)
+    assert np.abs(back - still).max() < 0.05  # lines between slices cut corners
+    assert np.abs(density.mean(axis=0) - still).max() > 0.15
 
 
 @pytest.mark.parametrize("width", [0.9, 1.5, 3.0])

@@ -127,7 +127,7 @@ def test_the_same_seed_gives_the_same_bits(melt):
     assert not np.isin(other.velocity, state.velocity).any()
 
 
-SMALL = SCENE | {"box": [6.4, 6.25]}  # 8 chains of 10
+SMALL = SCENE | {"box": [7.5, 6.0]}
 
 
 def test_copolymers_and_solvent_have_the_species_asked_for():
@@ -175,7 +175,7 @@ def test_a_melt_that_cannot_grow_is_refused(monkeypatch):
     scene = Scene(SMALL | {"start": start}, "my.yaml")
     with pytest.raises(UserError) as refusal:
         make_start(scene)
-    for part in ("my.yaml: start.polymerize: ", "8 of 8 are unfinished", "radius (now 0.01)"):
+    for part in ("my.yaml: start.polymerize: ", "9 of 9 are unfinished", "radius (now 0.01)"):
         assert part in str(refusal.value)
 
 

@@ -11,13 +11,13 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 SHOWS_TEMPERATURE = True
 TITLE = "Temperature against time step (rho = 4, a = 25, sigma = 3)."
 PAPER_SHOWS = (
-    "The paper shows the kinetic temperature of 4000 beads, averaged over 200 steps, for the Euler "
-    "scheme, Verlet without the acceleration term, and Verlet with lambda 0.5 and 0.65, and states "
-    "2 % at dt 0.04 and 3 % at 0.05 for lambda 0.5 (stars; their bars are the scatter of means "
-    "over 200 steps from run to run, measured here). (a) The paper's layout. (b) The same on "
-    "logarithmic axes, where the order of a scheme is a slope; arrows point down from upper "
-    "bounds (95 %) of what is not clear of zero. Filled: uniform noise; open: Gaussian noise. "
-    "tau_0 is the unit of time of DPD."
+    "The paper shows the kinetic temperature of 4000 beads, averaged over 200 steps, for the Euler"
+    " scheme, Verlet without the acceleration term, and Verlet with lambda 0.5 and 0.65, and "
+    "states 2 % at dt 0.04 and 3 % at 0.05 for lambda 0.5 (stars; their bars are the scatter of "
+    "means over 200 steps from run to run, measured here). (a) The paper's layout. (b) How far kT "
+    "is from 1, above or below, on logarithmic axes, where the order of a scheme is a slope; "
+    "arrows point down from upper bounds (95 %) of what is not clear of zero. Filled: uniform "
+    "noise; open: Gaussian noise. tau_0 is the unit of time of DPD."
 )
 
 STEPS_AVERAGED, BEADS = 200, 4000  # of the paper's points

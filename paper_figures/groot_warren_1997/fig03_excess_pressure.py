@@ -44,6 +44,6 @@ def draw(data):
         label = r"published $0.101\, a \rho^2$" if a == data.repulsion.values[0] else None
         published_line(axes, rho[rho <= most], ALPHA * a * rho[rho <= most] ** 2, label)
     axes.set(xlim=(0, rho[-1]), ylim=(0, None), xlabel=r"density $\rho$ $r_c^3$",
-             ylabel=r"excess pressure $p - \rho k_BT$ / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
+             ylabel=r"excess pressure $(p - \rho k_BT)$ / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
     axes.legend(loc="upper left")
     return figure

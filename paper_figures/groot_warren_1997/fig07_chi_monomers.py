@@ -12,10 +12,11 @@ TITLE = "chi against excess repulsion Delta a = a_AB - a for monomers."
 PAPER_SHOWS = (
     "The paper shows chi by Eq. 18 from the minority fraction in the bulk of both phases at rho 3 "
     "(a 25) and rho 5 (a 15), and fits chi = s Delta a through the origin where chi > 3: s = 0.286 "
-    "+- 0.002 and 0.689 +- 0.002 (dashed). Open points are not fitted: chi below 3, or a "
-    "composition that drifted by more than 2 standard errors between the halves of the run, or "
-    "whose run is worth fewer than 5 independent samples or too short for an error. The "
-    "bulk of a phase is taken from the positions that the interfaces have in each block of the run."
+    "+- 0.002 and 0.689 +- 0.002 (dashed). Open points are not fitted: chi is below 3, the "
+    "composition drifted by more than 2 standard errors between the halves of the run, its "
+    "relative error is above 30 %, or the run is worth fewer than 5 independent samples or too "
+    "short for an error. The bulk of a phase is taken from the positions that the interfaces have "
+    "in each block of the run."
 )
 DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
 MEAN_FIELD_RANGE = 3.0
@@ -90,9 +91,9 @@ def draw(data):
             points(axes, part.excess, part.chi, part.chi_error, label, color, marker, fitted)
         x = np.array([0, float(at.excess.max()) * 1.05])
         slope, error = float(at.slope), float(at.slope_error)
-        label = f"fit {slope:.3f} ± {COVERAGE * error:.3f}"
+        label = rf"$\rho$ = {rho}, fit: {slope:.3f} ± {COVERAGE * error:.3f}"
         axes.plot(x, slope * x, color=color, linewidth=0.8, label=label)
-        published_line(axes, x, published * x, "published" if rho == 3 else None)
+        published_line(axes, x, published * x, "published, Eq. 24" if rho == 3 else None)
     axes.axhline(MEAN_FIELD_RANGE, color=BLACK, linewidth=0.4, linestyle=":")
     axes.set(xlim=(0, None), ylim=(0, 7), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",
              ylabel=r"$\chi$")  # fmt: skip

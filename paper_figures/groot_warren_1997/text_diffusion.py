@@ -14,12 +14,13 @@ PAPER_SHOWS = (
     "Not a figure of the paper: its text gives D = 0.306 +- 0.006 (shaded) and no box. In a "
     "periodic box D falls by 2.837 kT / (6 pi eta L), because a bead drags its images along, so "
     "the value for an infinite box is the intercept of a straight line in 1 / L. At the paper's "
-    "dt 0.04 kT is too high, and D with it; at the smaller dt it is nearly right. tau_0 is the "
-    "unit of time of DPD."
+    "dt 0.04 kT is too high, and D with it; at the smaller dt it is nearly right. Open: the "
+    "intercept. tau_0 is the unit of time of DPD."
 )
 ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
-    " out tenths of the run. Times up to a tenth of the run, so that tenths are independent."
+    " out tenths of the run. Times up to a tenth of the run, so that tenths are independent. In the"
+    " legend, ± of this work is a 95 % interval, too; that of the published value is as printed."
 )
 AFTER = 5.0  # units of time, beyond which displacements grow in proportion to time
 PUBLISHED, PUBLISHED_ERROR = 0.306, 0.006
@@ -151,7 +152,7 @@ def draw(data):
     axes.set(
         xlim=(-0.04 * end, end),
         ylim=(lowest - 0.035, None),  # room for the legend
-        xlabel="$1 / L$ / $r_c^{-1}$",
+        xlabel="inverse edge of the box $r_c / L$",
         ylabel=r"diffusion constant $D$ / ($r_c^2$ $\tau_0^{-1}$)",
     )
     axes.legend(loc="lower left")

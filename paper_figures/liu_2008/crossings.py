@@ -23,6 +23,7 @@ SYSTEMS = {"sets": "", "melts": "set (1), Fig. 6, ", "rigidity": "N 20, "}
 NAMES = {"set_1": "set (1), N 100", "set_2": "set (2), N 100", "standard": "standard DPD, N 100"}
 AT_LEAST = 3.0  # counts that exclude none at 95 %
 PAPER_EXPOSURE = 19_800 * 1e7 * 0.002  # bonds of N 100 among 20 000 beads, times the time
+ENOUGH = 0.1  # of the paper's exposure, below which none seen decides nothing; ours
 
 
 def compute(sweeps):
@@ -61,11 +62,17 @@ def measured(data):
         at = data.isel(run=[k for k, run in enumerate(data.run.values) if f"set ({number})" in run])
         count, exposure = float(at.begun.sum()), float(at.exposure.sum())
         rate = f"rate {count / exposure:.2g}" if count else f"rate < {AT_LEAST / exposure:.1e}"
+        share = exposure / PAPER_EXPOSURE
         note = (
-            f"in {exposure:.3g} bonds times DPD time units, {exposure / PAPER_EXPOSURE:.1%} of the "
-            f"paper's; {rate}; a single one would deviate"
+            f"in {exposure:.3g} bonds times DPD time units, {share:.1%} of the paper's; {rate}; a "
+            "single one would deviate"
         )
-        found[f"crossings_{number}"] = Measured(count, 0.0, note)
+        few = (
+            ""
+            if count or share >= ENOUGH
+            else f"less than {ENOUGH:.0%} of the paper's bonds times time"
+        )
+        found[f"crossings_{number}"] = Measured(count, 0.0, note, few)
     grown = data.where(data.sweep == "melts", drop=True)
     note = f"{grown.sizes['run']} melts, at the first look after equilibration"
     found["grown"] = Measured(float(grown["first"].sum()), 0.0, note)

@@ -22,8 +22,8 @@ PAPER_SHOWS = (
     "lower edge of the first bin (0.01 r_c wide) of g(r) that is not empty in one configuration "
     "of 20 000 beads, median over 50 configurations. The line is 2 r_0 = 2 r_s. (c) The same for "
     "g(r) made of several configurations: the core is finite, so the first bin that is not empty "
-    "keeps falling; the last point has no error. Hollow: where g = 0.05, which "
-    "does not depend on sampling."
+    "keeps falling; hollow circles: all of the run, without an error. Hollow squares: where g = "
+    "0.05, which does not depend on sampling."
 )
 ERRORS = (
     "(a) and (c): 95 % intervals from blocks of the run. (b): one bin either way. Peaks: a cubic "
@@ -174,7 +174,9 @@ def draw(data):
         middle.errorbar(2 * radius, at.contact, data.bin, fmt="o", color=color, capsize=2)
         points(right, at.samples, at.contact_over_sampling, at.contact_error, None, color,
                linestyle="-")  # fmt: skip
-        points(right, at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False)
+        points(
+            right, 1.3 * at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False
+        )
     for k, place in enumerate(PUBLISHED_PEAKS):
         label = "published" if k == 0 else None
         left.axvline(place, color=BLACK, linestyle=":", linewidth=0.9, label=label)
@@ -184,7 +186,7 @@ def draw(data):
     middle.set(xlim=(-0.03, 0.65), ylim=(0, 0.65), xlabel="preset diameter $2 r_s$ / $r_c$",
                ylabel="closest contact $2 r_0$ / $r_c$")  # fmt: skip
     ends = 0.5 * float(data.samples.min()), 2 * float(data.samples.max())
-    right.set(xscale="log", xlim=ends, ylim=(0, 0.65), xlabel="bead-samples in g(r)",
+    right.set(xscale="log", xlim=ends, ylim=(-0.06, 0.65), xlabel="bead-samples in g(r)",
               ylabel="first bin not empty / $r_c$")  # fmt: skip
     right.xaxis.set_minor_formatter(mpl.ticker.NullFormatter())
     return figure

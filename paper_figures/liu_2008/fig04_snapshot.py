@@ -21,6 +21,7 @@ PAPER_SHOWS = (
 ERRORS = "The window is as large as the paper's, or the whole box where that is smaller."
 WINDOW = 30.0
 PAPER_LENGTH = 100
+CLOSE = 2.0  # r_c: chains that come closer are neighbours
 FEWEST = 10  # chains for an error of their shapes
 
 
@@ -103,19 +104,44 @@ def draw(data):
     figure, axes = panels(1, height=3.4)
     chains, box = data.position.values, data.box.values
     window = min(WINDOW, box.min())
-    colors = mpl.colormaps["hsv"](
-        np.random.default_rng(0).permutation(chains.shape[1]) / chains.shape[1]
-    )
-    colors[:, :3] *= 0.8  # darker: pure yellow does not show on white
+    colors = _apart(chains, box)
     for chain, color in zip(np.moveaxis(chains, 1, 0), colors):
         lines = [chain.T + shift for shift in _images(chain, box)]
         axes.add_collection(LineCollection(lines, colors=[color], linewidths=0.8))
     axes.set(
         xlim=(0, window), ylim=(0, window), xlabel="x / $r_c$", ylabel="y / $r_c$", aspect="equal"
     )
-    axes.set_title(f"N = {data.sizes['bead']}, {int(data.steps)} steps, "
+    steps = f"{int(data.steps):,}".replace(",", " ")
+    axes.set_title(f"N = {data.sizes['bead']}, {steps} steps, "
                    f"{float(data.crossings):.0f} crossings in the box")  # fmt: skip
     return figure
+
+
+def _apart(chains, box):
+    """A colour for each chain, far in hue from those of chains that come close to it.
+
+    Chains take the hues in turn, each the free one farthest from the hues of its neighbours.
+    """
+    count = chains.shape[1]
+    place = np.moveaxis(chains, 0, 2)
+    near = np.zeros((count, count), dtype=bool)
+    for k, chain in enumerate(place):
+        apart = place[:, :, None] - chain[None, None]
+        apart -= box * np.round(apart / box)
+        near[k] = (np.square(apart).sum(axis=3).min(axis=(1, 2))) < CLOSE**2
+    hues, free = np.full(count, np.nan), list(np.arange(count) / count)
+    for k in np.argsort(-near.sum(axis=1)):  # the most neighbours first
+        taken = hues[near[k] & np.isfinite(hues)]
+        gaps = [min(_around(hue - taken), default=1.0) for hue in free]
+        hues[k] = free.pop(int(np.argmax(gaps)))
+    colors = mpl.colormaps["hsv"](hues)
+    colors[:, :3] *= 0.8  # darker: pure yellow does not show on white
+    return colors
+
+
+def _around(difference):
+    """Distance of hues on their circle."""
+    return np.abs(difference - np.round(difference))
 
 
 def _images(chain, box):

@@ -14,9 +14,9 @@ PAPER_SHOWS = (
     "fitted for rho > 2, and (b) the pressure over a rho^2, which has a plateau for r_s = 0 and "
     "0.15 and none for 0.20 and 0.25. Its axis in (b) says P; drawn here is the excess p - rho kT"
     " over a rho^2, as in Groot and Warren's Fig. 4, of which the parabola's plateau is kappa. "
-    "The legend gives the exponent n of p - rho kT ~ rho^n for rho > 2 (a parabola: 2). Diamond "
-    "at rho = 0: B2 / a without a core, exact. Dotted: mean field, pi / 24, an upper bound without "
-    "cores."
+    "The legend gives the exponent n of p - rho kT ~ rho^n for rho > 2 (a parabola: 2), with its "
+    "95 % interval. Diamond at rho = 0: B2 / a without a core, exact. Dotted: mean field, pi / 24, "
+    "an upper bound without cores."
 )
 RADII = (0.0, 0.15, 0.2, 0.25)
 COLORS = dict(zip(RADII, (BLACK, BLUE, GREEN, RED)))

@@ -23,8 +23,9 @@ PAPER_SHOWS = (
     "a control of ours: the same melts with friction and noise on each bead (Langevin), which "
     "conserve no momentum. Solid: g_i, dashed: g_cm, relative to the centre of mass of the box; "
     "thick where 4 <l^2> < g_i < R_g^2, beyond two bonds and inside the chain's own size, where "
-    "the exponent is fitted. A plateau is a horizontal line; the other of the two power laws is "
-    "dotted, both through the first thick point of the longest chains. Times in DPD units tau_0."
+    "the exponent is fitted, which the legend gives with its 95 % interval. Black: t^(8/15) solid, "
+    "t^(1/2) dotted, through the first thick point of the longest chains; the law by which a panel "
+    "divides is level there. Times in DPD units tau_0."
 )
 ERRORS = (
     "Bands: 95 % intervals; the larger of two jackknife errors, leaving out molecules, and "
@@ -235,6 +236,6 @@ def _guide(panel, at, power):
     time = np.geomspace(float(first.time), float(at.time.max()), 50)
     for theory, label in ((ROUSE, "1/2"), (SEMENOV_JOHNER, "8/15")):
         guide = float(first.inner) * (time / float(first.time)) ** theory / time**power
-        style = "-" if theory == power else ":"
+        style = "-" if theory == SEMENOV_JOHNER else ":"
         shown = rf"$t^{{{label}}}$" if power == SEMENOV_JOHNER else None
         panel.plot(time, guide, style, color=BLACK, linewidth=0.9, label=shown)

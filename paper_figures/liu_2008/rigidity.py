@@ -156,7 +156,8 @@ def _heat(data, name):
     at = data.sel(set=name)
     dt = float(at.set_dt)
     other = "" if np.isclose(dt, PAPER_STEP) else f"these runs have dt {dt:g}"
-    return Measured(float(at.set_kT) - 1, float(at.set_kT_error), _tried(data), other)
+    tried = _tried(data) if name == "set_1" else ""
+    return Measured(float(at.set_kT) - 1, float(at.set_kT_error), tried, other)
 
 
 def _tried(data):
@@ -166,10 +167,10 @@ def _tried(data):
         return ""
     at = data.sel(place)
     tried = ", ".join(
-        f"{float(kT):.3f} +- {float(error):.3f} at {dt:g}"
+        f"{float(kT):.3f} {f'+- {float(error):.3f}' if error > 0 else '(no error)'} at {dt:g}"
         for dt, kT, error in zip(data.dt.values, at.kT, at.kT_error)
     )
-    return f"short runs with F_max {SET[0]}, C {SET[1]}, N 20: kT {tried}"
+    return f"shorter runs with chains of 20: kT {tried}"
 
 
 def warnings(data):

@@ -15,8 +15,8 @@ PAPER_SHOWS = (
     "and noise on each bead (Langevin), which conserve no momentum: chains alone, without flow. "
     "(c) N = 50 in boxes of other sizes and with other frictions, with and without momentum. "
     "Where (a) and (b) differ, flow carries the beads, and a power law of g_i is not one of the "
-    "chain. The legends give exponents inside the chain's own size, 4 <l^2> < g_i < R_g^2. Times "
-    "in DPD units tau_0."
+    "chain. The legends give exponents inside the chain's own size, 4 <l^2> < g_i < R_g^2, in (a) "
+    "and (b) with 95 % intervals. Times in DPD units tau_0."
 )
 ERRORS = (
     "Each slope is that of a straight line over a factor of 4 in time. Bands: 95 % intervals; the"
@@ -24,6 +24,7 @@ ERRORS = (
     "Times up to a tenth of the run, so that tenths are independent."
 )
 COLORS = (BLUE, GREEN, RED, PURPLE, ORANGE, BLACK)
+LENGTHS = {"20": BLUE, "50": GREEN, "100": RED, "200": PURPLE}  # a colour for each N, as in Fig. 6
 AXES = {
     "melts": "length", "langevin": "length", "box_size": "box", "langevin_box_size": "box",
     "friction": "gamma",
@@ -132,6 +133,7 @@ def draw(data):
         for run, color in zip(runs, COLORS):
             at = data.sel(run=run)
             at = at.isel(lag=np.flatnonzero(at.time >= FROM))
+            color = color if together else LENGTHS.get(run.split()[1], color)
             reach = COVERAGE * at.slope_error
             style = "--" if run.startswith("langevin") and together else "-"
             axes.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.2,

@@ -24,8 +24,9 @@ PAPER_SHOWS = (
     "cannot cross if sqrt(2) r_min > l_max. Insets: the ends of the curves; dots: our r_min and "
     "l_max; ticks above: those of Table II. The control a 25, k 50 has no published numbers. Here: "
     "the longest chains of this study; what their length changes is in the figure of Table II. "
-    "Table: the criterion, and the first shell of g(r), of which bonds are a part; the peak of "
-    "the pairs that no bond connects is given beside it."
+    "Table: the criterion, the peak of g(r), of which bonds are a part, beside the highest peak of "
+    "the pairs that no bond connects (for a 25 that of the second shell), and the neighbours up to "
+    "the first minimum of g(r)."
 )
 ERRORS = (
     "Errors of g(r) and of densities are smaller than the lines; those of numbers by leaving out "

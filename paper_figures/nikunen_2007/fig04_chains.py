@@ -9,14 +9,27 @@ from dpd.analysis.relaxation import chain_dynamics, end_to_end, in_tail
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PURPLE, RED, SKY, panels, points
+from dpd.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    panels,
+    points,
+    published_line,
+)
 
 TITLE = (
     "Radius of gyration over N^(1/2) (a), and autocorrelation of the end-to-end vector for a 100, "
     "k 200 (b)."
 )
 PAPER_SHOWS = (
-    "The paper shows (a) R_g over N for every set, which follows N^(1/2), level here, and (b) the "
+    "The paper shows (a) R_g over N for every set, which follows N^(1/2), level here (dashed, "
+    "through the longest chains of a 100), and (b) the "
     "correlation <R(t) . R(0)>, whose exponential tail gives the relaxation time tau. Hollow in "
     "(a): equilibrated for less than two tau of a 100 (its longest known tau / N^2 beyond the runs"
     " that have one), left out of exponents; sets stand side by side. Time in (b) is in units tau_0"
@@ -38,6 +51,7 @@ BOX = 16  # length of the chains in the small box
 SETTLED = 2.0  # relaxation times: of a wrong R^2 at the start exp(-4) is left, 2 %
 ROOM = 1.75  # box over end-to-end distance that the paper asks for
 PUBLISHED_CHAINS, PUBLISHED_LENGTH = 128, 256
+MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a Gaussian vector
 
 
 def compute(sweeps):
@@ -160,19 +174,23 @@ def _box_effect(data, quantity):
     change = value[0] / value[1] - 1
     return Measured(
         float(change), float(value[0] / value[1] * np.hypot(*(error / value))),
-        f"N {BOX} in boxes of {room} R",
+        f"N {BOX} in boxes of {room} <R^2>^(1/2)",
     )  # fmt: skip
 
 
 def _box_rule(data):
-    """Edge over end-to-end distance of the paper's own system, from the longest chains."""
+    """Edge over mean end-to-end distance of the paper's own system, from the longest chains.
+
+    The paper's rule is on the average of R = |R|, which is smaller than the root of <R^2>; chains
+    of the paper's length are long enough for the ratio of a Gaussian chain.
+    """
     n, size, error = _sizes(data, MAIN, "end_to_end")
     if not len(n):
         return Measured(np.nan, np.nan, "", "no run is equilibrated")
     edge = np.cbrt(PUBLISHED_CHAINS * PUBLISHED_LENGTH)
-    grown = size[-1] * np.sqrt((PUBLISHED_LENGTH - 1) / (n[-1] - 1))
+    grown = MEAN * size[-1] * np.sqrt((PUBLISHED_LENGTH - 1) / (n[-1] - 1))
     room, spread = edge / grown, edge / grown * error[-1] / size[-1]
-    note = f"from R of N {n[-1]:g} by R^2 ~ N - 1"
+    note = f"from <R^2> of N {n[-1]:g} by R^2 ~ N - 1 and <R> = {MEAN:.3f} <R^2>^(1/2)"
     if n[-1] >= PUBLISHED_LENGTH:
         return Measured(float(room), float(spread), note)
     # R^2 / (N - 1) still grows, so this is an upper bound, which can miss the rule but not meet it.
@@ -242,6 +260,9 @@ def _draw_sizes(panel, data):
             label = f"a = {name[1:]}" if settled else None
             points(panel, n * aside, size / np.sqrt(n), error / np.sqrt(n), label, COLORS[name],
                    MARKERS[k], filled=settled)  # fmt: skip
+    n, size, _ = _sizes(data, MAIN, "gyration")
+    if len(n):
+        published_line(panel, n[[0, -1]], [size[-1] / np.sqrt(n[-1])] * 2, "$N^{1/2}$")
     lengths = np.unique(data.length.values)
     panel.set(xscale="log", xlabel="chain length N", ylabel="$R_g$ / ($N^{1/2}$ $r_c$)")
     panel.set_xticks(lengths, [f"{n:g}" for n in lengths])

@@ -1,4 +1,4 @@
-"""Uniform noise, as everywhere here, beside the Gaussian noise of the paper."""
+"""What uniform noise would change, in place of the Gaussian noise of the paper."""
 
 import numpy as np
 import pandas as pd
@@ -13,10 +13,10 @@ from dpd.report.text import with_error
 
 TITLE = "What changes with uniform noise in place of Gaussian noise, a 100, k 200."
 PAPER_SHOWS = (
-    "Not a figure of the paper, which has Gaussian noise; all other runs here have uniform noise "
-    "of the same variance. Drawn: the value with uniform noise less that with Gaussian noise, of "
-    "(a) kT, and (b) r_min, l_max, the mean bond length and its rms deviation. Shaded: half of the "
-    "last digit that Table II prints."
+    "Not a figure of the paper, which has Gaussian noise, as all other runs here have. Uniform "
+    "noise of the same variance is cheaper. Drawn: the value with uniform noise less that with "
+    "Gaussian noise, of (a) kT, and (b) r_min, l_max, the mean bond length and its rms deviation. "
+    "Shaded: half of the last digit that Table II prints."
 )
 ERRORS = "Bars: 95 % intervals of the difference; blocks of both runs."
 NAMES = {
@@ -26,6 +26,10 @@ NAMES = {
     "mean_bond": r"$\langle l \rangle$",
     "rms": "rms",
 }
+WORDS = {
+    "kT": "kT, set to 1", "r_min": "r_min / r_c", "l_max": "l_max / r_c",
+    "mean_bond": "mean bond length / r_c", "rms": "rms deviation of bonds / r_c",
+}  # fmt: skip
 PRINTED = 0.0005  # half of the last digit of Table II
 
 
@@ -72,8 +76,9 @@ def table(data):
     for name in NAMES:
         at = data.sel(quantity=name)
         both = (at.sel(noise=noise) for noise in ("uniform", "gaussian"))
-        rows.append((name, *(with_error(float(one.value), float(one.error)) for one in both)))
-    return pd.DataFrame(rows, columns=["quantity (kT, and r_c)", "uniform", "Gaussian"])
+        texts = (with_error(float(one.value), float(one.error)) for one in both)
+        rows.append((WORDS[name], *texts))
+    return pd.DataFrame(rows, columns=["quantity", "uniform", "Gaussian"])
 
 
 def describe(data):

@@ -32,6 +32,7 @@ CHECKED = ("a100", "a200")  # the set of the dynamics, and the one that meets th
 CONTROL = "a25"
 LONG = (60, np.inf)  # chain lengths beyond the published crossover
 CERTAIN = 2.0  # standard errors
+LIFT = 8  # points from a symbol to its label
 
 
 def compute(sweeps):
@@ -201,17 +202,19 @@ def draw(data):
         steps = at.interval.item()
         label = f"looks every {steps} steps" if steps > 1 else "looks every step"
         points(axes, at.margin[seen], rate[seen], error[seen], label, color)
+        # Both intervals have the same bound where none was seen: the second is drawn smaller.
         axes.plot(at.margin[~seen], AT_LEAST / at.exposure[~seen], "v", color=color,
-                  markerfacecolor="white")  # fmt: skip
-    for k, name in enumerate(data.set.values):
+                  markerfacecolor="white", markersize=6 - 3 * k)  # fmt: skip
+    for name in data.set.values:
         at = data.sel(set=name).isel(interval=0)
         height = float(np.maximum(at["count"], AT_LEAST) / at.exposure)
-        # Neighbours stand close together: every other label one line higher.
-        axes.annotate(f"a = {str(name)[1:]}", (float(at.margin), height), (0, 7 + 11 * (k % 2)),
-                      textcoords="offset points", fontsize=7, ha="center")  # fmt: skip
+        # Neighbours stand close together, the last at the dashed line: labels are upright.
+        axes.annotate(f"a = {str(name)[1:]}", (float(at.margin), height), (0, LIFT),
+                      textcoords="offset points", fontsize=7, ha="center", rotation=90,
+                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
-    axes.margins(0.12)
-    axes.set(yscale="log", xlabel=r"margin $\sqrt{2} r_{min} - l_{max}$ / $r_c$",
+    axes.margins(x=0.12, y=0.4)  # room for the highest label
+    axes.set(yscale="log", xlabel=r"margin $(\sqrt{2} r_{min} - l_{max})$ / $r_c$",
              ylabel=r"passes per bond and $\tau_0$")  # fmt: skip
     axes.legend()
     return figure

@@ -84,8 +84,9 @@ def _at_published_length(at):
     """Value and error of one quantity of one set."""
     lengths = ", ".join(f"{n:g}" for n in at.length.values)
     line = (
-        f"line through N {lengths}: {float(at.fitted):.4f} ± {float(at.fitted_error):.4f}, "
-        f"p {float(at.p_value):.2f}"
+        f"line through N {lengths}: {float(at.fitted):.5f} ± {float(at.fitted_error):.5f} at N "
+        f"{PUBLISHED_LENGTH}; points scatter about a line as much or more with probability "
+        f"{float(at.p_value):.2f}"
     )
     if PUBLISHED_LENGTH in at.length.values:
         run = at.sel(length=PUBLISHED_LENGTH)

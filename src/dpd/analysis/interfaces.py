@@ -103,6 +103,33 @@ def interfaces(density, z, length):
     return np.clip(found, began - reach, began + reach)
 
 
+def recentred(density, z, length, position):
+    """Densities over the whole box, with both interfaces put back to where they began.
+
+    In a window that stays in place, an interface that drifts makes the densities beside it drift,
+    too slowly for an error. Seen from the interface they do not.
+
+    Parameters
+    ----------
+    density, z, length
+        As for `slabs`.
+    position : (block, 2) array
+        Of the interfaces, as from `interfaces`.
+
+    Returns
+    -------
+    (block, 2, n) array
+        The quarter of the box on either side of 0 moved with the interface there, the other half
+        with the one near half the box. Between slices densities are interpolated.
+    """
+    near_first = np.abs((z + length / 4) % length - length / 4) < length / 4
+    moved = []
+    for block, (first, second) in zip(density, position):
+        place = np.where(near_first, z + first, z + second - length / 2)
+        moved.append([np.interp(place, z, profile, period=length) for profile in block])
+    return np.array(moved)
+
+
 def _slab(z, length, first, second, width):
     """1 inside a slab between two interfaces, 0 outside, in a periodic box."""
     inside = np.zeros_like(z)

@@ -16,7 +16,8 @@ ERRORS = (
     "autocorrelation time into account, those of profiles come from blocks of the run, and both "
     "are carried through to what is derived from them. They are widened by Student's t where few "
     "independent samples have fixed them. Hollow, without a bar: the run is too short for an "
-    "error (fewer than about 20 correlation times)."
+    "error (fewer than about 20 correlation times). In legends, ± of this work is a 95 % interval, "
+    "too; that of a published value is as printed."
 )
 UNITS = (
     "Units: length r_c, energy kT, time r_c sqrt(m/kT). Settings and noise seed of each run: "
