@@ -6,6 +6,7 @@
 """
 
 import os
+import re
 import sys
 import time
 from pathlib import Path
@@ -16,6 +17,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 from dpd.digest import ROOT, files_digest, stage_digest, value_digest
 from dpd.errors import UserError
 from dpd.overlay import edited_in_vain
+from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
 from dpd.schema import read_yaml, validate
@@ -64,9 +66,9 @@ STAMPS = [f"{LOGS}/{name}{PAGE}.made" for name in ("verdicts", "report")]  # see
 
 
 wildcard_constraints:
-    paper="|".join(PAPERS),
+    paper="|".join(map(re.escape, PAPERS)),
     sweep="[a-z0-9_]+",
-    measurement="[a-z0-9_]+",
+    measurement="[^/]+",
     point="[^/]+",
     figure="[a-z0-9_]+",
 
@@ -83,6 +85,10 @@ onsuccess:
     for page in (REPORT, f"{OUT}/benchmark.html"):
         if os.path.exists(page) and os.path.getmtime(page) >= BEGUN:
             print(f"report: {page}")
+
+
+onerror:
+    say_at_exit(LOGS, BEGUN)
 
 
 localrules:

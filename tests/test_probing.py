@@ -1,15 +1,22 @@
 """Scheme auto: what it promises of kT and pressure holds, or it promises nothing."""
 
+import os
+import signal
+from itertools import count
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
-from dpd import probing
+from dpd import cli, files, probing, running
 from dpd.analysis.statistics import mean_and_error
 from dpd.errors import UserError
 from dpd.probing import Bounds, Probe, settle, thermostat_time
 from dpd.scene import Scene
 from dpd.simulate import simulate
 from dpd.start import make_start
+from tests.conftest import SCENE
 
 
 def scene_of(dimension, density, a, gamma, tolerance=0.03, beads=400):
@@ -78,6 +85,35 @@ def test_a_scene_that_was_not_tried_does_not_run(tmp_path):
     scene = scene_of(3, 3, 25, 4.5)
     with pytest.raises(UserError, match="has not been tried"):
         simulate(scene, tmp_path / "run.nc", make_start(scene))
+
+
+AUTO = SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.05}}
+
+
+def test_a_command_tries_the_step_and_keeps_what_it_found(folder, dpd, capsys):
+    """On the screen and in the file; the run has the step that was chosen."""
+    Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
+    assert cli.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
+    said = capsys.readouterr().out
+    _, attributes = files.read("run.nc")
+    assert attributes["chosen"].startswith("integrator: auto is ")
+    assert attributes["chosen"] in said.splitlines()
+    assert yaml.safe_load(attributes["scene"])["integrator"].keys() == {"scheme", "lambda", "dt"}
+    assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
+
+
+@pytest.mark.parametrize("calls", [0, 3, 50])
+def test_a_search_for_a_step_can_be_stopped(folder, dpd, monkeypatch, calls):
+    """A signal ends it at its next look, whatever it does; nothing is left."""
+    Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
+    asked = count()
+    monkeypatch.setattr(running, "asked", lambda: signal.SIGTERM * (next(asked) >= calls))
+    monkeypatch.setattr(cli, "asked", lambda: signal.SIGTERM)
+    code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 143
+    assert errors == "error: stopped while a time step was looked for, as asked\n"
+    assert next(asked) == calls + 1
+    assert os.listdir() == ["scene.yaml"]
 
 
 def test_bounds_decide():

@@ -11,11 +11,11 @@ import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
 
-from dpd import files
+from dpd import files, overlay
 from dpd.analysis.verdicts import COLUMNS
 from dpd.report import overhead, style
 from dpd.report.judged import counts, judged_rows
-from dpd.report.page import write_page
+from dpd.report.page import _commit, write_page
 from dpd.study import Figure, Paper
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
@@ -209,7 +209,7 @@ def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
     monkeypatch.setattr(overhead.time, "time", lambda: 1110.0)
     for number, name in enumerate(("a/runs/s/p/run.nc", "a/starts/0.nc", "b/runs/s/p/run.nc")):
         files.write(tmp_path / name, {}, {"seconds": 50.0 + number})
-        os.utime(tmp_path / name, (1005.0, 1005.0))
+        os.utime(tmp_path / name, (1105.0, 1105.0))
     said = overhead.overhead(tmp_path, 1000.0, 2)
     assert said.startswith("simulation 153 s (runs and starts: 3), wall clock 110 s on 2 cores")
     assert ": 44% more" in said
@@ -218,8 +218,33 @@ def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
         "simulation 101 s (runs and starts: 2)"
     )
     assert ": 116% more" in overhead.overhead(tmp_path, 1000.0, 4)  # no faster than one run
-    assert overhead.overhead(tmp_path, 1006.0, 2) == ""
+    assert overhead.overhead(tmp_path, 1106.0, 2) == ""
     # Nothing runs beside a measurement: it takes all cores.
     files.write(tmp_path / "b/measurements/m.nc", {}, {"seconds": 40.0})
     said = overhead.overhead(tmp_path, 1000.0, 2)
     assert "measurements 40 s on all cores" in said and ": 21% more" in said
+
+
+def test_work_of_an_earlier_workflow_is_no_gain(tmp_path, monkeypatch):
+    """Results that were taken over after a resume never make the overhead negative."""
+    monkeypatch.setattr(overhead.time, "time", lambda: 1010.0)
+    names = [tmp_path / f"a/runs/s/{number}/run.nc" for number in range(3)]
+    for name in names:
+        files.write(name, {}, {"seconds": 500.0})
+        os.utime(name, (1005.0, 1005.0))
+    assert overhead.overhead(tmp_path, 1000.0, 2) == ""  # none can be of its making
+    for name in names:
+        files.write(name, {}, {"seconds": 7.0})
+        os.utime(name, (1009.0, 1009.0))
+    assert overhead.overhead(tmp_path, 1000.0, 2) == (
+        "simulation 21 s (runs and starts: 3), wall clock 10 s on 2 cores: some of that was done "
+        "before this workflow began"
+    )
+
+
+def test_a_page_without_git(monkeypatch, tmp_path):
+    """It says so, and does not fail."""
+    assert "git not found" not in _commit()
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert _commit() == "unknown: git not found"
+    assert overlay._committed("config/config.yaml") is None

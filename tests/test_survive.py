@@ -166,6 +166,15 @@ def test_room_is_asked_for_before_a_run(tmp_path, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=5 * 2**20))
     with pytest.raises(UserError, match="5 MiB are free there, 9 MiB are needed"):
         check_room(tmp_path / "run.nc", 9 * 2**20)
+    for free, needed, said in (
+        (0, 700, "0 bytes are free there, 700 bytes are needed"),
+        (2**19, 3 * 2**19, "512 KiB are free there, 1.5 MiB are needed"),
+    ):
+        monkeypatch.setattr(
+            shutil, "disk_usage", lambda path, free=free: SimpleNamespace(free=free)
+        )
+        with pytest.raises(UserError, match=said):
+            check_room(tmp_path / "run.nc", needed)
 
 
 def command(folder, name):

@@ -82,10 +82,10 @@ def quick_to_start(scene, grow=True):
         return scene
     if grow:
         kinds = [
-            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 8}
+            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 32}
             for kind in scene.molecules
         ]
-        small = {"box": 4, "molecules": kinds, "observe": ["thermo"]}
+        small = {"box": 8, "molecules": kinds, "observe": ["thermo"]}
         make_start(Scene(scene.data | small, scene.where))
     random = {"method": "random", "seed": start.get("seed", 1)}
     return Scene(scene.data | {"start": random}, scene.where)

@@ -132,9 +132,17 @@ def check_room(path, size):
         ) from None
     if free < size:
         raise UserError(
-            f"{path}: {free / 2**20:.0f} MiB are free there, {size / 2**20:.0f} MiB are needed for "
-            "checkpoint and result; make room or choose another place"
+            f"{path}: {_amount(free)} are free there, {_amount(size)} are needed for checkpoint "
+            "and result; make room or choose another place"
         )
+
+
+def _amount(size):
+    """Bytes in the largest unit of which there is at least one."""
+    for unit, power in (("GiB", 30), ("MiB", 20), ("KiB", 10)):
+        if size >= 2**power:
+            return f"{size / 2**power:.1f}".removesuffix(".0") + f" {unit}"
+    return f"{size} bytes"
 
 
 def _fill(draft, variables, attributes):

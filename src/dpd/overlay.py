@@ -133,9 +133,11 @@ def _in_vain(study, paper, value):
 
 def _committed(path):
     """A YAML file as the last commit has it; None if there is none, or it is no YAML."""
-    found = subprocess.run(
-        ["git", "show", f"HEAD:./{path}"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    command = ["git", "show", f"HEAD:./{path}"]
+    try:
+        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    except OSError:  # no git here
+        return None
     if found.returncode:
         return None
     try:

@@ -1,5 +1,6 @@
 """From config to runs: a study changes a paper's sweeps, a sweep unfolds into points."""
 
+import re
 from dataclasses import astuple, dataclass
 from itertools import product
 from zlib import crc32
@@ -12,6 +13,7 @@ from dpd.scene import Scene
 from dpd.schema import read_yaml, schema, suggestion, validate, with_defaults
 
 CONFIG = ROOT / "config"
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
 
 @dataclass(frozen=True)
@@ -235,9 +237,21 @@ def _feeds(given, sweeps, measurements, key):
 
 
 def _known(key, name, folder):
+    _check_name(key, name)
     names = sorted(path.stem for path in (CONFIG / folder).glob("*.yaml"))
     if name not in names:
-        raise UserError(f"{key}: {name!r} is not in config/{folder}; {suggestion(name, names)}")
+        raise UserError(
+            f"{key}: {shown(name)} is not in config/{folder}; {suggestion(name, names)}"
+        )
+
+
+def _check_name(key, name):
+    """Refuse a name that would not do for a folder, or would mean something in a shell."""
+    if not NAME.fullmatch(str(name)):  # YAML has numbers as keys
+        raise UserError(
+            f"{key}: {shown(name)} cannot be a name here; allowed: letters, digits and _ . -, the "
+            "first one no . or -"
+        )
 
 
 def _described(given, changes, key, study):

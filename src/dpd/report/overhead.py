@@ -24,9 +24,10 @@ def overhead(results, begun, cores):
     Returns
     -------
     str
-        Empty if nothing was simulated or measured. Simulation is what runs, and starts that take
-        steps, say that they took; that Python starts, kernels compile and figures are drawn comes
-        on top.
+        Empty if nothing was simulated or measured. Without a comparison where some of the work was
+        done before the workflow began, as after a resume. Simulation is what runs, and starts that
+        take steps, say that they took; that Python starts, kernels compile and figures are drawn
+        comes on top.
     """
     simulated, measured = (_seconds(results, begun, kind) for kind in (SIMULATED, MEASURED))
     if not simulated and not measured:
@@ -37,13 +38,19 @@ def overhead(results, begun, cores):
     said = f"simulation {sum(simulated):.0f} s (runs and starts: {len(simulated)})"
     if measured:
         said += f", measurements {sum(measured):.0f} s on all cores"
-    return (
-        f"{said}, wall clock {wall:.0f} s on {cores} cores: {wall / ideal - 1:.0%} more than "
-        "that alone"
-    )
+    said += f", wall clock {wall:.0f} s on {cores} cores"
+    if wall < ideal:
+        return f"{said}: some of that was done before this workflow began"
+    return f"{said}: {wall / ideal - 1:.0%} more than that alone"
 
 
 def _seconds(results, begun, patterns):
-    """Of each file that the workflow made, the seconds it says that it took."""
+    """Of each file that the workflow made, the seconds it says that it took.
+
+    What took longer than there was time since the workflow began was taken over from an earlier
+    one.
+    """
     paths = [path for pattern in patterns for path in Path(results).glob(f"*/{pattern}")]
-    return [attribute(path, "seconds") for path in paths if path.stat().st_mtime >= begun]
+    there = {path: path.stat().st_mtime - begun for path in paths}
+    took = {path: attribute(path, "seconds") for path, since in there.items() if since >= 0}
+    return [seconds for path, seconds in took.items() if seconds <= there[path]]

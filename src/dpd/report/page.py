@@ -170,8 +170,9 @@ def _span(values, pattern):
 
 def _commit():
     """The commit that the sources stand on, with a mark if they were edited."""
-    found = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
+    command = ["git", "describe", "--always", "--dirty"]
+    try:
+        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    except OSError:
+        return "unknown: git not found"
     return found.stdout.strip() or "not under version control"

@@ -1,0 +1,131 @@
+"""Names that mean something in a shell: refused in one sentence, and never executed."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+import dpd.study as module
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.study import read_config, read_paper, read_study
+from tests.test_bad_input import FLUID, PAPER, with_value
+from tests.test_pipeline import copy_repository, edit, snakemake
+
+HOSTILE = (
+    "$(touch X)", "`touch X`", "${HOME}", "a&touch X", "a|touch X", "a>X", "a;touch X", "a b",
+    "it's", 'a"b', "f(x)", "a\nb", "fluid\n", "a\\b", "*", "~", "-o", "--help", ".hidden", "..",
+    "../fluid", "a/b", "{sweep}", "", "\u00e9", "x" * 5000 + "!",
+)  # fmt: skip
+
+
+@pytest.fixture
+def config(tmp_path, monkeypatch):
+    """A copy of config that tests may change, in a folder in which X would be made."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.setattr(module, "CONFIG", tmp_path / "config")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "config"
+
+
+def copied(folder, old, new):
+    """A file under a hostile name, where the file system has such names."""
+    try:
+        shutil.copy(folder / f"{old}.yaml", folder / f"{new}.yaml")
+    except OSError:
+        return
+
+
+def assert_one_sentence(make, name):
+    """Refused, with the name or its beginning, and what is allowed."""
+    with pytest.raises(UserError) as caught:
+        make()
+    message = str(caught.value)
+    assert "\n" not in message and len(message) < 800, message
+    assert repr(name)[1:-1][:80].split(" ")[0] in message, message
+    assert "letters" in message, message
+    assert not Path("X").exists()
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_names_of_studies_and_papers(config, name):
+    """Refused where they come from, even if there is such a file."""
+    copied(config / "studies", "smoke", name)
+    copied(config / "papers", "groot_warren_1997", name)
+    assert_one_sentence(lambda: read_config({"study": name}), name)
+    assert_one_sentence(lambda: read_config({"papers": [name]}), name)
+    assert_one_sentence(lambda: read_study(name), name)
+    assert_one_sentence(lambda: read_paper(name, "smoke"), name)
+    study = {"description": "mine", "papers": {name: {}}}
+    (config / "studies" / "mine.yaml").write_text(yaml.safe_dump(study))
+    assert_one_sentence(lambda: read_study("mine"), name)
+
+
+@pytest.mark.parametrize("name", ["mine", "Mine-2.1", "_x", "2nd"])
+def test_names_that_are_good(config, name):
+    """Letters, digits, points and hyphens inside."""
+    copied(config / "studies", "smoke", name)
+    copied(config / "papers", "groot_warren_1997", name)
+    found = read_config({"study": name, "papers": [name]})
+    assert found == {"study": name, "papers": [name]}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_names_of_sweeps_figures_and_measurements(config, name):
+    """And of axes; a measurement is one of a list."""
+    fluid = PAPER["sweeps"]["fluid"]
+    axis = fluid["axes"]["a"]
+    for paper in (
+        PAPER | {"sweeps": {name: fluid}, "figures": {"fig": {"sweeps": [name]}}},
+        PAPER | {"figures": {name: {"sweeps": ["fluid"]}}},
+        with_value(PAPER, ("sweeps", "fluid", "axes"), {name: axis}),
+    ):
+        (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
+        assert_one_sentence(lambda: read_paper("mine", "smoke"), name)
+    paper = PAPER | {"measurements": [name]}
+    (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
+    with pytest.raises(UserError, match="allowed: lammps, scaling"):
+        read_paper("mine", "smoke")
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_labels_of_axes(config, name):
+    """A label is part of the name of a folder; with its axis before it, it may begin with - or .
+
+    Here it is the text that chooses among parts of a scene.
+    """
+    axes = {"choice": {"values": {"plain": {}, name: {"repulsion": {"A A": 20}}}}}
+    paper = with_value(PAPER, ("sweeps", "fluid"), {"scene": FLUID, "axes": axes})
+    (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
+    if name in ("-o", "--help", ".hidden", ".."):
+        names = [point.name for point in read_paper("mine", "smoke").sweeps["fluid"].points]
+        assert set(names) == {"choice=plain,replica=0", f"choice={name},replica=0"}
+        return
+    assert_one_sentence(lambda: read_paper("mine", "smoke"), name)
+
+
+PLACES = {
+    "study": (None, ("--config", "study=$(touch X)")),
+    "paper": (None, ("--config", "study=smoke", "papers=['`touch X`']")),
+    "sweep": ("\n  fluid:", ("--config", "study=smoke")),
+    "label": ("values: [", ("--config", "study=smoke")),
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_snakemake_refuses_them(tmp_path, place):
+    """One sentence, nothing planned, nothing executed."""
+    folder = copy_repository(tmp_path / "copy")
+    old, arguments = PLACES[place]
+    if old:
+        path = folder / "config" / "papers" / "groot_warren_1997.yaml"
+        new = '\n  "a$(touch X)":' if place == "sweep" else "values: ['$(touch X)', "
+        edit(path, old, new)
+    done = snakemake(folder, *arguments)
+    said = done.stdout + done.stderr
+    assert done.returncode != 0 and "Traceback" not in said, said
+    assert len([line for line in said.splitlines() if "touch X" in line]) == 1, said
+    assert "letters" in said, said
+    assert not list(folder.rglob("X")) and not (folder / "results").exists()
