@@ -1,11 +1,18 @@
 """What tests of the command line share."""
 
+import signal
 from pathlib import Path
 
 import pytest
 import yaml
 
 from dpd.cli import main
+
+# Tests that are started in the background ignore Ctrl-C, and so would all commands that they start;
+# so it is with nohup and a terminal that is closed.
+for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, usual)
 
 SCENE = {
     "dimension": 3,

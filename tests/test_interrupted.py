@@ -41,9 +41,17 @@ def made():
     return sorted(name for name in os.listdir() if not name.endswith(".yaml"))
 
 
+class Command(subprocess.Popen):
+    """A process that does not outlive its ``with``, which would wait for it."""
+
+    def __exit__(self, *problem):
+        self.kill()
+        return super().__exit__(*problem)
+
+
 def begin(*arguments, environment=None):
     """A command on its way."""
-    return subprocess.Popen(
+    return Command(
         [sys.executable, "-m", "dpd", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, env=environment or ENVIRONMENT,
     )  # fmt: skip
