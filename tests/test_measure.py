@@ -27,7 +27,7 @@ from tests.test_pipeline import copy_repository, planned
 
 FIGURES = ("lammps", "scaling", "features")
 FEW = {"steps": {"sample": 20}}
-FLUID = workload("W1", box=6, start={"relax": {"steps": 100, "dt": 0.02}}, **FEW)
+FLUID = workload("W1", box=7, start={"relax": {"steps": 100, "dt": 0.02}}, **FEW)
 CHAINS = {
     "box": 8,
     "molecules": [{"architecture": "A 16", "count": 32}],
