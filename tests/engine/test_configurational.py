@@ -78,7 +78,7 @@ def test_a_scene_may_ask_for_it(tmp_path):
     from dpd.simulate import simulate
 
     scene = {
-        "dimension": 2, "box": 5, "molecules": [{"architecture": "A 4", "density": 2}],
+        "dimension": 2, "box": 6, "molecules": [{"architecture": "A 4", "density": 2}],
         "repulsion": {"A A": 25}, "bond": {"stiffness": 20, "length": 0.5},
         "integrator": {"scheme": "gw-vv", "dt": 0.02}, "steps": {"equilibrate": 50, "sample": 400},
         "observe": ["thermo", {"configurational": {"every": 20}}],

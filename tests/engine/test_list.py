@@ -111,7 +111,7 @@ def test_ten_steps_are_three_and_seven_with_a_list():
 
 SCENE = {
     "dimension": 2,
-    "box": 6.0,
+    "box": [6.0, 6.25],
     "molecules": [{"architecture": "A 4 B", "density": 2}],
     "repulsion": {"A A": 25, "A B": 40, "B B": 30},
     "core": {"radius": 0.15, "force": 100},
@@ -159,7 +159,7 @@ def test_an_interrupted_run_with_a_list_goes_on_to_the_same_bits(tmp_path):
     [
         (0.001, 6.0, "auto", 0.15),
         (0.04, 6.0, "auto", 0.0),
-        (0.001, 2.2, "auto", 0.0),
+        (0.001, 2.24, "auto", 0.0),
         (0.001, 6.0, "cells", 0.0),
         (0.04, 6.0, "list", 0.15),
     ],
