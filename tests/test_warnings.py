@@ -7,7 +7,7 @@ import xarray as xr
 from dpd.files import read
 from dpd.report.captions import run_warnings
 from dpd.scene import Scene
-from dpd.simulate import simulate, temperature_warning
+from dpd.simulate import FEWEST, simulate, temperature_warning
 from dpd.start import make_start
 
 FLUID = {
@@ -79,6 +79,15 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
     assert bool(temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})) == warned
     kT[-1] = np.nan
     assert not temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
+
+
+def test_a_warning_without_an_error_says_so(monkeypatch):
+    """Where the samples are too few, or too much alike, to know it."""
+    kT = np.full(2 * FEWEST, 1.27)
+    monkeypatch.setattr("dpd.simulate.mean_and_error", lambda kT: (kT.mean(), np.nan, 0.5))
+    said = temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
+    assert "kT is 1.27" in said and "too short a run to know its error" in said
+    assert "nan" not in said
 
 
 def test_a_caption_shows_what_runs_warned_of():

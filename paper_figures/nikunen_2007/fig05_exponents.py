@@ -39,7 +39,8 @@ def compute(sweeps):
         for regime, limits in REGIMES.items():
             found = [power(*_counted(data, name, quantity), *limits) for name in runs]
             data[f"{quantity}_{regime}"] = ("set", [fit.exponent for fit in found], {"units": "1"})
-            data[f"{quantity}_{regime}_error"] = ("set", [fit.error for fit in found])
+            errors = [fit.error for fit in found]
+            data[f"{quantity}_{regime}_error"] = ("set", errors, {"units": "1"})
         counted, ranges = _counted(data, MAIN, quantity), tuple(REGIMES.values())
         free = meeting(*counted, ranges)
         fixed = meeting(*counted, ranges, tuple(LAWS[quantity].values()))

@@ -264,8 +264,9 @@ def temperature_warning(scene, variables):
     cause = "dt is too large for this scene, or the run too short to reach its temperature"
     if scene.data["thermostat"]["gamma"] == 0:
         cause = "without friction (gamma 0) nothing holds it"
+    known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
     return (
-        f"kT is {mean:.4g} +- {error:.2g} instead of {asked:g} in the second half of the run, and "
+        f"kT is {mean:.4g} {known} instead of {asked:g} in the second half of the run, and "
         f"all that was measured belongs to that: {cause}"
     )
 
