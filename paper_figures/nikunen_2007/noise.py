@@ -38,9 +38,9 @@ def compute(sweeps):
     runs = sweeps["noise"]
     rows = [_quantities(runs.sel(noise=noise)) for noise in runs.noise.values]
     values, errors = np.moveaxis(np.array(rows), -1, 0)
-    along = ("noise", "quantity")
+    along, units = ("noise", "quantity"), {"units": "kT, and r_c"}
     return xr.Dataset(
-        {"value": (along, values, {"units": "kT, and r_c"}), "error": (along, errors)},
+        {"value": (along, values, units), "error": (along, errors, units)},
         {"noise": runs.noise, "quantity": list(NAMES)},
         {"length": len(first_scene(runs).molecules[0].beads)},
     )
