@@ -10,16 +10,7 @@ import yaml
 
 from dpd.digest import ROOT
 from dpd.files import read
-
-SCENE = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"equilibrate": 20, "sample": 200},
-    "observe": ["thermo", {"rdf": {"range": 2}}],
-}
+from tests.conftest import SCENE
 
 
 def dpd(*arguments, cwd):
