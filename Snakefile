@@ -16,13 +16,13 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from dpd.digest import ROOT, files_digest, stage_digest, value_digest
 from dpd.errors import UserError
-from dpd.overlay import edited_in_vain
+from dpd.pipeline.overlay import edited_in_vain
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
-from dpd.schema import read_yaml, validate
-from dpd.starting import start_digest, start_is_shared
-from dpd.study import page_suffix, read_config, read_paper
+from dpd.scene.schema import read_yaml, validate
+from dpd.start.description import start_digest, start_is_shared
+from dpd.pipeline.study import page_suffix, read_config, read_paper
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd import automatic
 from dpd.analysis.accuracy import bound, cheapest, front, limit
 from dpd.errors import UserError
 from dpd.report.accuracy import choices, recommendations
-from dpd.scene import Scene
+from dpd.scene import automatic
+from dpd.scene.scene import Scene
 
 DT = np.array([0.005, 0.01, 0.02, 0.04])
 SCHEMES = ["gw-vv-0.5", "shardlow", "aboba"]

@@ -25,8 +25,8 @@ from dpd.analysis.statistics import (
 )
 from dpd.analysis.verdicts import Measured, judge
 from dpd.digest import stage_digest
-from dpd.scene import Scene
-from dpd.study import Axis, Point, Sweep
+from dpd.pipeline.study import Axis, Point, Sweep
+from dpd.scene.scene import Scene
 from dpd.theory.flory_huggins import chi_of_composition
 
 MEMORY = 0.9  # of the autoregressive series below

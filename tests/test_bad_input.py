@@ -7,9 +7,9 @@ import time
 import pytest
 
 from dpd.errors import UserError
-from dpd.scene import Scene
-from dpd.schema import read_yaml, schema
-from dpd.study import read_paper
+from dpd.pipeline.study import read_paper
+from dpd.scene.scene import Scene
+from dpd.scene.schema import read_yaml, schema
 
 FLUID = {
     "dimension": 3,
@@ -199,7 +199,7 @@ def test_as_many_species_as_a_byte_tells_apart():
             "repulsion": {f"{s} {t}": 25 for i, s in enumerate(names) for t in names[i:]},
         }
     )
-    from dpd.start import make_start
+    from dpd.start.make import make_start
 
     assert sorted(make_start(scene).species) == list(range(256))
 
@@ -330,7 +330,7 @@ STUDY = {
 @pytest.fixture
 def unfold(monkeypatch):
     """Unfold a paper under a study, both given as data."""
-    import dpd.study as module
+    import dpd.pipeline.study as module
 
     def unfold(paper, study):
         texts = {"papers": paper, "studies": study}

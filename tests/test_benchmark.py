@@ -9,7 +9,7 @@ from dpd.benchmark.speed import as_text, installed
 from dpd.benchmark.workloads import workload
 from dpd.engine.periodic import nearest
 from dpd.engine.simulation import Simulation
-from dpd.start import make_start, system_of
+from dpd.start.make import make_start, system_of
 
 SMALL = {
     "W1": {"box": 5, "start": {}},

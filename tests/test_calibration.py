@@ -15,8 +15,8 @@ from dpd.analysis.statistics import (
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import make_start, system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 
 LEAST, MOST = 0.93, 0.985
 HARD = 0.92  # of few blocks, joined to four parts, and of a slow part under noise

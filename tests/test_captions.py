@@ -16,7 +16,7 @@ from dpd.report.captions import caption, label, span, sweep_line
 from dpd.report.figure_file import load_module
 from dpd.report.notation import typeset
 from dpd.report.text import with_error
-from dpd.scene import Scene
+from dpd.scene.scene import Scene
 
 NUMBERS = [
     (0.12345, 0.0067, "0.1235 ± 0.0067"),

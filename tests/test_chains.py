@@ -8,8 +8,8 @@ import pytest
 from dpd.engine.simulation import State
 from dpd.observe import observables
 from dpd.observe.chains import sizes, unwrapped
-from dpd.scene import Scene
-from dpd.start import system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import system_of
 
 
 def rods(count, length, spacing, box, seed=0):

@@ -9,14 +9,14 @@ import pytest
 import yaml
 
 from dpd.engine.checkpoint import MARK, Checkpoint, _checksum
-from dpd.engine.jit import kernel
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
+from dpd.jit import kernel
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.schema import MOST_MARKS, validate
-from dpd.start import make_start, system_of
-from dpd.study import read_paper
+from dpd.pipeline.study import read_paper
+from dpd.scene.scene import Scene
+from dpd.scene.schema import MOST_MARKS, validate
+from dpd.start.make import make_start, system_of
 
 SCENE = {
     "dimension": 2,

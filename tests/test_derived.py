@@ -12,10 +12,10 @@ import xarray as xr
 
 from dpd.analysis.derive import derive
 from dpd.analysis.structure import closest_contact, peak
-from dpd.derived import check_derived, read_derived, resolved, write_derived
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.study import read_paper
+from dpd.pipeline.derived import check_derived, read_derived, resolved, write_derived
+from dpd.pipeline.study import read_paper
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 PAPER, SWEEP, SOURCE = "liu_2008", "rigidity", "contacts"

@@ -12,9 +12,9 @@ from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.displacement import Displacement
 from dpd.observe.multitau import COARSER, KEPT
-from dpd.scene import Scene
-from dpd.simulate import simulate
-from dpd.start import make_start, system_of
+from dpd.pipeline.simulate import simulate
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from tests.engine.build import by_identity
 
 SCENE = {

@@ -11,9 +11,9 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.observe.multitau import COARSER, KEPT, PARTS, MultipleTau
-from dpd.scene import Scene
-from dpd.simulate import simulate
-from dpd.start import make_start, system_of
+from dpd.pipeline.simulate import simulate
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from tests.engine.build import by_identity
 
 # Lags of each level, and how many samples apart those are that it begins with.

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd import running
+from dpd.pipeline import running
 from tests.conftest import SCENE
 
 POINT = ("smoke", "groot_warren_1997", "fluid", "replica=0")
@@ -121,7 +121,7 @@ def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch
     """The same for files that are no results of runs."""
     names = {"compile": ("smoke", POINT[1]), "verdicts": ("smoke", POINT[1])}
     names |= {"report": ("smoke", POINT[1]), "schemes": ("smoke",)}
-    monkeypatch.setattr("dpd.compiling.compile_for", lambda scenes: ["compiled"])
+    monkeypatch.setattr("dpd.pipeline.compiling.compile_for", lambda scenes: ["compiled"])
     make("made")
     before = everything()
     assert_refused(dpd(stage, *names.get(stage, ()), "-o", "made"), before)

@@ -16,7 +16,7 @@ from dpd.digest import ROOT, cache_folder
 from dpd.engine.simulation import _started
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.lock import alone
+from dpd.pipeline.lock import alone
 from dpd.streams import Steady
 from tests.conftest import SCENE
 from tests.test_faults import POINT

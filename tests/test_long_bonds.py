@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-import dpd.limits as limits
+import dpd.scene.limits as limits
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostTrack, UserError
 from dpd.files import read
-from dpd.limits import stretched_share
 from dpd.observe import observables
 from dpd.observe.stretch import stretched
-from dpd.scene import Scene
-from dpd.simulate import simulate
-from dpd.start import make_start, system_of
+from dpd.pipeline.simulate import simulate
+from dpd.scene.limits import stretched_share
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 
 DIMERS = {
     "dimension": 3,

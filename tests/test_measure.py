@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 import yaml
 
-from dpd import study
 from dpd.analysis.verdicts import COLUMNS
 from dpd.benchmark import beside, scaling, speed
 from dpd.benchmark.measure import MEASUREMENTS, measure
@@ -18,11 +17,12 @@ from dpd.benchmark.speed import installed
 from dpd.benchmark.workloads import workload
 from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.pipeline import study
+from dpd.pipeline.study import read_paper
 from dpd.report.figures import joined_verdicts, load_module, make_figure
 from dpd.report.notation import typeset
 from dpd.report.page import write_page
-from dpd.schema import schema
-from dpd.study import read_paper
+from dpd.scene.schema import schema
 from tests.test_pipeline import copy_repository, planned
 
 FIGURES = ("lammps", "scaling", "features")

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-import dpd.study as module
+import dpd.pipeline.study as module
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.study import read_config, read_paper, read_study
+from dpd.pipeline.study import read_config, read_paper, read_study
 from tests.test_bad_input import FLUID, PAPER, with_value
 from tests.test_pipeline import copy_repository, edit, snakemake
 

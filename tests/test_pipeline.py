@@ -13,9 +13,9 @@ import xarray as xr
 
 from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import ROOT
+from dpd.pipeline.study import read_config, read_paper
 from dpd.report.notation import typeset
-from dpd.starting import start_digest, start_is_shared
-from dpd.study import read_config, read_paper
+from dpd.start.description import start_digest, start_is_shared
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
 PAPERS = read_config()["papers"]
@@ -242,7 +242,7 @@ def test_an_edited_sweep_runs_only_its_new_point(study):
 
 def test_an_edited_kernel_reruns_simulations(study):
     """All runs; and a stage that is called by hand refuses what the old kernel made."""
-    path = study / "src" / "dpd" / "engine" / "forces.py"
+    path = study / "src" / "dpd" / "physics" / "pair.py"
     kept = path.read_text()
     path.write_text(kept + "# edited\n")
     try:

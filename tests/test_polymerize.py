@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.engine.crossings import crossing_bonds
+from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import State
 from dpd.errors import UserError
-from dpd.scene import Scene
-from dpd.simulate import read_start, write_start
-from dpd.start import make_start, make_start_and_record
+from dpd.pipeline.simulate import read_start, write_start
+from dpd.scene.scene import Scene
+from dpd.start.description import start_work
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
+from dpd.start.make import make_start, make_start_and_record
 from dpd.start.polymerize import RECORD, Growth
-from dpd.starting import start_work
 from tests.engine.build import assert_same_state
 from tests.engine.exact import crossings_by_looking
 

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd import cli, files, probing, running
+from dpd import cli, files
 from dpd.analysis.statistics import mean_and_error
 from dpd.errors import UserError
-from dpd.probing import Bounds, Probe, settle, thermostat_time
-from dpd.scene import Scene
-from dpd.simulate import simulate
-from dpd.start import make_start
+from dpd.pipeline import probing, running
+from dpd.pipeline.probing import Bounds, Probe, settle, thermostat_time
+from dpd.pipeline.simulate import simulate
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start
 from tests.conftest import SCENE
 
 

@@ -8,8 +8,8 @@ import pytest
 from dpd.analysis.verdicts import COLUMNS
 from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.pipeline.study import read_config
 from dpd.report import readme
-from dpd.study import read_config
 
 README = (ROOT / "README.md").read_text()
 

@@ -11,12 +11,13 @@ import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
 
-from dpd import files, overlay
+from dpd import files
 from dpd.analysis.verdicts import COLUMNS
+from dpd.pipeline import overlay
+from dpd.pipeline.study import Figure, Paper
 from dpd.report import overhead, style
 from dpd.report.judged import counts, judged_rows
 from dpd.report.page import _commit, write_page
-from dpd.study import Figure, Paper
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
     "alpha": ("fig02_shapes", "simulated", "replicated", 0.1),

@@ -5,17 +5,17 @@ import copy
 import numpy as np
 import pytest
 
-from dpd import schema as rules
 from dpd.digest import ROOT
-from dpd.engine.integrators import SCHEMES
 from dpd.engine.periodic import nearest
 from dpd.errors import UserError
+from dpd.physics.schemes import SCHEMES
+from dpd.pipeline.study import merge, read_paper, read_study
 from dpd.report.document import config_readme
-from dpd.scene import Scene
-from dpd.schema import read_yaml, schema, validate
-from dpd.start import make_start
-from dpd.starting import FLIGHT, start_digest
-from dpd.study import merge, read_paper, read_study
+from dpd.scene import schema as rules
+from dpd.scene.scene import Scene
+from dpd.scene.schema import read_yaml, schema, validate
+from dpd.start.description import FLIGHT, start_digest
+from dpd.start.make import make_start
 
 GOOD = {
     "dimension": 3,
@@ -211,7 +211,7 @@ def test_every_study_unfolds(study, name):
 
 def test_points_keep_their_scenes_when_others_come(monkeypatch):
     """An added density leaves the digests of the other points as they were."""
-    import dpd.study as module
+    import dpd.pipeline.study as module
 
     before = {
         p.name: p.scene.digest
@@ -281,7 +281,7 @@ BAD_STUDIES = [
 @pytest.mark.parametrize(("sweeps", "named"), BAD_STUDIES)
 def test_bad_studies_are_refused(monkeypatch, sweeps, named):
     """A study that names what is not there says so, and what is."""
-    import dpd.study as module
+    import dpd.pipeline.study as module
 
     def edited(path):
         if path.stem != "smoke":

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.scene import Scene
-from dpd.simulate import read_start, simulate, write_start
-from dpd.start import make_start
-from dpd.starting import start_is_shared
-from dpd.study import merge
+from dpd.pipeline.simulate import read_start, simulate, write_start
+from dpd.pipeline.study import merge
+from dpd.scene.scene import Scene
+from dpd.start.description import start_is_shared
+from dpd.start.make import make_start
 
 FLUID = {
     "dimension": 3,

@@ -12,10 +12,10 @@ import xarray as xr
 import yaml
 
 from dpd.errors import UserError
-from dpd.overlay import replaced_values
+from dpd.pipeline.overlay import replaced_values
+from dpd.pipeline.study import _check_seeds, merge, read_paper
 from dpd.report.captions import sweep_line
-from dpd.scene import Scene
-from dpd.study import _check_seeds, merge, read_paper
+from dpd.scene.scene import Scene
 from tests.test_cli import SCENE, dpd, write
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 

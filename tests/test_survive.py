@@ -22,10 +22,10 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import Stopped, UserError
 from dpd.files import check_room
 from dpd.observe import observables
-from dpd.plan import as_text, measured_speed, plan
-from dpd.scene import Scene
-from dpd.start import make_start, system_of
-from dpd.study import Paper, read_paper
+from dpd.pipeline.plan import as_text, measured_speed, plan
+from dpd.pipeline.study import Paper, read_paper
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 
 SCENE = {
     "dimension": 3,
@@ -243,7 +243,7 @@ def test_a_plan_on_a_busy_machine_says_so(monkeypatch):
     paper = read_paper("groot_warren_1997", "smoke")
     some = Paper(paper.name, paper.title, paper.reference, {"fluid": paper.sweeps["fluid"]}, (), {})
     clock = time.process_time
-    monkeypatch.setattr("dpd.plan.time.process_time", lambda: clock() / 3)
+    monkeypatch.setattr("dpd.pipeline.plan.time.process_time", lambda: clock() / 3)
     (row,) = plan([some], measure_seconds=0.1)
     assert 0 < row["share"] < 0.4
     assert "process got 0." in as_text([row], 2)

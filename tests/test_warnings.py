@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 from dpd.files import read
+from dpd.pipeline.simulate import FEWEST, simulate, temperature_warning
 from dpd.report.captions import run_warnings
-from dpd.scene import Scene
-from dpd.simulate import FEWEST, simulate, temperature_warning
-from dpd.start import make_start
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start
 
 FLUID = {
     "dimension": 3,
@@ -84,7 +84,7 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
 def test_a_warning_without_an_error_says_so(monkeypatch):
     """Where the samples are too few, or too much alike, to know it."""
     kT = np.full(2 * FEWEST, 1.27)
-    monkeypatch.setattr("dpd.simulate.mean_and_error", lambda kT: (kT.mean(), np.nan, 0.5))
+    monkeypatch.setattr("dpd.pipeline.simulate.mean_and_error", lambda kT: (kT.mean(), np.nan, 0.5))
     said = temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
     assert "kT is 1.27" in said and "too short a run to know its error" in said
     assert "nan" not in said

@@ -159,8 +159,8 @@ def derived_file(study, paper, sweep):
 
 def _run(options):
     from dpd.files import check_output
-    from dpd.running import Order, run_alone
-    from dpd.scene import Scene
+    from dpd.pipeline.running import Order, run_alone
+    from dpd.scene.scene import Scene
 
     inputs = [options.scene, *([options.start] if options.start else [])]
     check_output(options.output, ".nc", inputs)
@@ -195,9 +195,9 @@ def _measure(options):
 
 
 def _compile(options):
-    from dpd.compiling import compile_for
     from dpd.files import replace_whole
-    from dpd.study import read_paper
+    from dpd.pipeline.compiling import compile_for
+    from dpd.pipeline.study import read_paper
 
     scenes = []
     for paper in options.papers:
@@ -208,23 +208,23 @@ def _compile(options):
 
 
 def _sweep(options):
-    from dpd.study import read_paper
+    from dpd.pipeline.study import read_paper
 
     return read_paper(options.paper, options.study, only=[options.sweep]).sweeps[options.sweep]
 
 
 def _resolved_sweep(options):
     """The sweep with what other sweeps have measured for it."""
-    from dpd.derived import resolved
+    from dpd.pipeline.derived import resolved
 
     return resolved(_sweep(options), derived_file(options.study, options.paper, options.sweep))
 
 
 def _start(options):
     from dpd.files import check_output, check_room
+    from dpd.pipeline.simulate import write_start
     from dpd.progress import Progress
-    from dpd.simulate import write_start
-    from dpd.starting import start_work
+    from dpd.start.description import start_work
 
     check_output(options.output, ".nc")
     scene = _sweep(options).point(options.point).scene
@@ -234,9 +234,9 @@ def _start(options):
 
 
 def _simulate(options):
-    from dpd.derived import is_made
     from dpd.files import check_output
-    from dpd.running import Order, run_alone
+    from dpd.pipeline.derived import is_made
+    from dpd.pipeline.running import Order, run_alone
 
     inputs = (options.start,) if options.start else ()
     check_output(options.output, ".nc", inputs)
@@ -271,7 +271,7 @@ def _derive(options):
     import xarray as xr
 
     from dpd.analysis.derive import derive
-    from dpd.derived import write_derived
+    from dpd.pipeline.derived import write_derived
 
     sweep = _sweep(options)
     folder = RESULTS / options.study / options.paper / "sweeps"
@@ -286,13 +286,13 @@ def _derive(options):
 
 
 def _figure(options):
+    from dpd.pipeline.study import read_paper
     from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
-    from dpd.study import read_paper
 
     paper = read_paper(options.paper, options.study, only=[])
     if options.figure not in paper.figures:
-        from dpd.schema import suggestion
+        from dpd.scene.schema import suggestion
 
         raise UserError(
             f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
@@ -312,8 +312,8 @@ def _figure(options):
 
 def _verdicts(options):
     from dpd.files import replace_whole
+    from dpd.pipeline.study import read_paper
     from dpd.report.figures import joined_verdicts
-    from dpd.study import read_paper
 
     papers = [read_paper(name, options.study) for name in options.papers]
     table = joined_verdicts(papers, RESULTS / options.study)
@@ -321,9 +321,9 @@ def _verdicts(options):
 
 
 def _report(options):
+    from dpd.pipeline.study import read_paper, read_study
     from dpd.report.overhead import overhead
     from dpd.report.page import write_page
-    from dpd.study import read_paper, read_study
 
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study)["description"]
@@ -335,9 +335,9 @@ def _report(options):
 
 
 def _plan(options):
-    from dpd.plan import as_text, plan
+    from dpd.pipeline.plan import as_text, plan
+    from dpd.pipeline.study import read_config, read_paper
     from dpd.progress import Progress
-    from dpd.study import read_config, read_paper
 
     given = {"study": options.study, "papers": options.papers}
     config = read_config({key: value for key, value in given.items() if value})
@@ -350,7 +350,7 @@ def _plan(options):
 
 
 def _show(options):
-    from dpd.overlay import overview, sweep_in_force
+    from dpd.pipeline.overlay import overview, sweep_in_force
 
     if options.sweep is None:
         print(overview(options.study, options.paper))

@@ -14,14 +14,15 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent.parent
 
-_START = ("errors.py", "files.py", "scene.py", "starting.py", "engine", "start")
-_SIMULATION = (*_START, "simulate.py", "observe")
+_ENGINE = ("jit.py", "numba_settings.py", "physics", "engine")
+_START = ("errors.py", "files.py", "scene/scene.py", *_ENGINE, "start")
+_SIMULATION = (*_START, "pipeline/simulate.py", "observe")
 _STAGES = {
-    "engine": ("engine",),
+    "engine": _ENGINE,
     "start": _START,
     "simulate": _SIMULATION,
     "collect": ("analysis/collect.py", "analysis/statistics.py", "files.py"),
-    "derive": ("analysis/derive.py", "analysis/structure.py", "derived.py"),
+    "derive": ("analysis/derive.py", "analysis/structure.py", "pipeline/derived.py"),
     "figure": (
         "analysis",
         "theory",

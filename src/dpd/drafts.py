@@ -26,7 +26,7 @@ def draft_of(path):
 def remove_drafts(path):
     """Remove what processes left that were killed while they wrote a file.
 
-    For the one process that is at work on that file, see `dpd.lock`.
+    For the one process that is at work on that file, see `dpd.pipeline.lock`.
     """
     left = re.compile(re.escape(path.name) + r"\.\d+\.writing")
     with suppress(OSError):

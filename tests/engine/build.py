@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dpd.engine.integrators import coefficients
 from dpd.engine.simulation import Simulation, State, System
+from dpd.physics.schemes import coefficients
 
 BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
 BOX_2D = (5.1, 2.2)  # the rows of cells run along the last axis

@@ -7,7 +7,7 @@ order of their identities, and positions are not wrapped.
 import numpy as np
 
 from dpd.engine import noise
-from dpd.engine.jit import kernel
+from dpd.jit import kernel
 
 NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langevin noise with
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 from dpd.engine.simulation import Simulation, State
-from dpd.scene import Scene
-from dpd.start import system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import system_of
 from tests.engine.build import (
     assert_same_place,
     assert_same_state,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from dpd.engine.configurational import force_and_curvature
-from dpd.scene import Scene
-from dpd.start import make_start, system_of
+from dpd.engine.queries.configurational import force_and_curvature
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from tests.engine.build import chains, make_simulation, make_system, random_beads
 
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
@@ -75,7 +75,7 @@ def test_a_scene_may_ask_for_it(tmp_path):
     import netCDF4
 
     from dpd.errors import UserError
-    from dpd.simulate import simulate
+    from dpd.pipeline.simulate import simulate
 
     scene = {
         "dimension": 2, "box": 6, "molecules": [{"architecture": "A 4", "density": 2}],

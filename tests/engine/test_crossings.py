@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from dpd.engine.crossings import crossing_bonds
+from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
 from dpd.start.growth import segments_meet
 from tests.engine.build import chains

@@ -8,8 +8,8 @@ import pytest
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import make_start, system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from tests.engine.build import (
     assert_same_place,
     assert_same_state,

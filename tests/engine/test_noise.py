@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from dpd.engine.jit import kernel
+from dpd.jit import kernel
 from tests.engine.build import BOX_3D, by_identity, make_simulation, make_system
 from tests.engine.reference import (
     cos_pi,

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
-from dpd.engine.arrays import rows_of
-from dpd.engine.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.jit import kernel
-from dpd.engine.pairs import pair_histogram
-from dpd.engine.search import next_pairs, search_buffers
+from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
+from dpd.engine.neighbours.search import next_pairs, search_buffers
+from dpd.engine.queries.pairs import pair_histogram
+from dpd.engine.vectors.arrays import rows_of
+from dpd.jit import kernel
 from tests.engine.build import BOX_3D, make_simulation, make_system, random_beads
 
 DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side

@@ -12,8 +12,8 @@ from scipy import stats
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import make_start, system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from tests.engine.build import (
     BOX_2D,
     BOX_3D,

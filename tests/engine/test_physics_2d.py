@@ -16,9 +16,9 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.simulate import checkpoint_path, simulate
-from dpd.start import make_start, system_of
+from dpd.pipeline.simulate import checkpoint_path, simulate
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from dpd.theory.virial import MEAN_FIELD, second_virial
 
 A = 25.0

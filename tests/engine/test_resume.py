@@ -13,8 +13,8 @@ import pytest
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import make_start, system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
 from tests.engine.build import assert_same_state, make_simulation
 
 SCENE = {
@@ -180,9 +180,9 @@ def test_seed_decides_the_noise():
 
 PROGRAM = """
 import json, sys
-from dpd.scene import Scene
-from dpd.simulate import simulate
-from dpd.start import make_start
+from dpd.scene.scene import Scene
+from dpd.pipeline.simulate import simulate
+from dpd.start.make import make_start
 text, result, checkpoint = sys.argv[1:]
 scene = Scene(json.loads(text))
 simulate(

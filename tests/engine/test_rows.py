@@ -5,8 +5,8 @@ import pytest
 from numba import njit
 
 from dpd.engine import rows
-from dpd.engine.arrays import CACHE_LINE, axes_of, rows_of
-from dpd.engine.jit import OPTIONS
+from dpd.engine.vectors.arrays import CACHE_LINE, axes_of, rows_of
+from dpd.jit import OPTIONS
 
 BEADS, PAIRS = 50, 200
 BOXES = [(3.0, 5.5), (3.0, 5.5, 2.25)]

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dpd.engine.blocks import PHASES, make_blocks
 from dpd.engine.bonds import make_bonds
-from dpd.engine.team import BLOCKS, LINE
+from dpd.engine.threads.blocks import PHASES, make_blocks
+from dpd.engine.threads.team import BLOCKS, LINE
 from dpd.errors import UserError
 from tests.engine.build import (
     assert_same_state,

@@ -11,7 +11,7 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
 from dpd.digest import stage_digest
 from dpd.errors import UserError
-from dpd.scene import Scene
+from dpd.scene.scene import Scene
 
 RECORDED = {
     "number_density": ("1 / r_c^dimension", "number density"),
@@ -36,7 +36,7 @@ def collect(sweep, paths):
 
     Parameters
     ----------
-    sweep : dpd.study.Sweep
+    sweep : dpd.pipeline.study.Sweep
     paths : list of path
         One per point, in the order of ``sweep.points``.
 

@@ -28,14 +28,14 @@ def derive(sweep, sources):
 
     Parameters
     ----------
-    sweep : dpd.study.Sweep
+    sweep : dpd.pipeline.study.Sweep
     sources : dict of str to xarray.Dataset
         Collected sweeps, those that ``sweep.derived`` names.
 
     Returns
     -------
     list of dict
-        See `dpd.derived.write_derived`.
+        See `dpd.pipeline.derived.write_derived`.
     """
     names = [axis.name for axis in sweep.axes[:-1]]
     rows = []

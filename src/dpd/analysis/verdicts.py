@@ -8,7 +8,7 @@ import pandas as pd
 
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.schema import read_yaml, validate
+from dpd.scene.schema import read_yaml, validate
 
 PUBLISHED = ROOT / "paper_figures" / "published.yaml"
 COLUMNS = [

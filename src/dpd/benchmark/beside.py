@@ -12,8 +12,8 @@ from dpd.benchmark.workloads import MEMORY, WORKLOADS, workload
 from dpd.engine.periodic import wrapped
 from dpd.engine.simulation import State
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import system_of
 
 SNAPSHOTS = 40  # not more than the blocks of an observable, so that each is one
 REACH, BIN = 3.0, 0.02  # r_c, of g(r)

@@ -11,8 +11,8 @@ from dpd.benchmark.timing import TURNS, in_turns, labelled, simulation_of, start
 from dpd.benchmark.workloads import workload
 from dpd.engine.loop import run
 from dpd.observe import observables
-from dpd.scene import Scene
-from dpd.start import system_of
+from dpd.scene.scene import Scene
+from dpd.start.make import system_of
 
 BARE = "bare fluid"
 DIMERS = {

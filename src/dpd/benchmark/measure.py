@@ -12,8 +12,8 @@ from dpd.benchmark.scaling import scaling
 from dpd.benchmark.schemes import schemes
 from dpd.digest import stage_digest
 from dpd.errors import UserError
-from dpd.schema import suggestion
-from dpd.simulate import versions
+from dpd.pipeline.simulate import versions
+from dpd.scene.schema import suggestion
 
 # The names that config/schema/paper.yaml allows.
 MEASUREMENTS = {

@@ -15,8 +15,8 @@ from dpd.benchmark.timing import TURNS, in_turns, labelled, seconds_of, simulati
 from dpd.benchmark.workloads import FLUID
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.scene import Scene
-from dpd.start import make_start
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start
 
 BEADS = (1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 DENSITIES = (1, 2, 3, 4, 5, 6, 7, 8)

@@ -4,9 +4,9 @@ import numpy as np
 
 from dpd.benchmark.timing import TURNS, in_turns, labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import workload
-from dpd.engine.integrators import SCHEMES
 from dpd.engine.simulation import Unstable
-from dpd.scene import Scene
+from dpd.physics.schemes import SCHEMES
+from dpd.scene.scene import Scene
 
 PREDICTIONS = (0.5, 0.65)  # lambda of gw-vv, Groot and Warren 1997
 DT = 0.01  # tau; all schemes stand it, and pairs are found as at the workloads' own

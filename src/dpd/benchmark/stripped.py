@@ -107,7 +107,7 @@ def strip():
 
 def empty_parts():
     """Name to what takes its place: for species, bonds, bath, core, lists, noise, virial, teams."""
-    from dpd.engine.jit import part
+    from dpd.jit import part
 
     @part()
     def nothing(*arguments):

@@ -1,6 +1,6 @@
 """The four systems that speed is measured on."""
 
-from dpd.scene import Scene
+from dpd.scene.scene import Scene
 
 FLUID = {
     "dimension": 3,

@@ -15,11 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.bath import add_bath_forces, renew_bath_friction
 from dpd.engine.bonds import add_bond_forces, batches, find_slots
-from dpd.engine.cells import Cells, count_cells, move_to_cells, share_cells
-from dpd.engine.exchange import exchange_momentum
-from dpd.engine.forces import add_pair_forces, measure_pairs
 from dpd.engine.friction import (
     change_of,
     close_phase,
@@ -27,12 +23,10 @@ from dpd.engine.friction import (
     kept_buffers,
     renew_friction,
 )
-from dpd.engine.jit import kernel, part
-from dpd.engine.lists import CHUNK, farthest_move, listed_pairs, listing, no_list
-from dpd.engine.noise import step_keys
-from dpd.engine.rows import add_rows, entries, put_inside, row_edges
-from dpd.engine.search import next_pairs, pair_buffers, pairs_of_piece, search_buffers
-from dpd.engine.team import (
+from dpd.engine.neighbours.cells import Cells, count_cells, move_to_cells, share_cells
+from dpd.engine.neighbours.lists import CHUNK, farthest_move, listed_pairs, listing, no_list
+from dpd.engine.neighbours.search import next_pairs, pair_buffers, pairs_of_piece, search_buffers
+from dpd.engine.threads.team import (
     BATCHES,
     BLOCKS,
     meet,
@@ -40,6 +34,12 @@ from dpd.engine.team import (
     share,
     take,
 )
+from dpd.engine.vectors.rows import add_rows, entries, put_inside, row_edges
+from dpd.jit import kernel, part
+from dpd.physics.exchange import exchange_momentum
+from dpd.physics.langevin import add_bath_forces, renew_bath_friction
+from dpd.physics.noise import step_keys
+from dpd.physics.pair import add_pair_forces, measure_pairs
 
 IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
@@ -300,9 +300,9 @@ def advance(
     force : array with a row for each bead
         The force on the beads as they are; kept up to date. Zero for 0 steps.
     fields : (repulsion, (gamma, sigma / sqrt(dt)), gaussian, bonds, core, bath)
-        See `dpd.engine.forces`, `dpd.engine.bonds`, `dpd.engine.bath`.
+        See `dpd.physics.pair`, `dpd.engine.bonds`, `dpd.physics.langevin`.
     exchange : None or (kind, gamma, kT)
-        See `dpd.engine.exchange`; the thermostat of a scheme that splits it off. Pairs go
+        See `dpd.physics.exchange`; the thermostat of a scheme that splits it off. Pairs go
         one after the other: for a team of one.
     grid : Grid
         Cells with edges of at least 1 + ``skin``.

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.forces import CLOSEST
-from dpd.engine.jit import part
-from dpd.engine.rows import push_apart
+from dpd.engine.vectors.rows import push_apart
+from dpd.jit import part
+from dpd.physics.pair import CLOSEST
 
 ENOUGH = 512  # bonds in a batch, or a few more: their buffers stay in cache
 

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.arrays import columns
-from dpd.engine.jit import part
-from dpd.engine.rows import add_rows, difference_along, push_apart
+from dpd.engine.vectors.arrays import columns
+from dpd.engine.vectors.rows import add_rows, difference_along, push_apart
+from dpd.jit import part
 
 
 class Kept(NamedTuple):

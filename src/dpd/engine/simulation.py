@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.advance import Shared, advance
-from dpd.engine.arrays import axes_of, empty_rows, rows_of
 from dpd.engine.bonds import batches, make_bonds, no_slots
-from dpd.engine.cells import cell_buffers, grid
-from dpd.engine.integrators import Coefficients
+from dpd.engine.neighbours.cells import cell_buffers, grid
 from dpd.engine.periodic import wrapped
-from dpd.engine.team import new_team
+from dpd.engine.threads.team import new_team
+from dpd.engine.vectors.arrays import axes_of, empty_rows, rows_of
 from dpd.errors import UserError
+from dpd.physics.schemes import Coefficients
 
 CUTOFF = 1.0
 
@@ -55,7 +55,7 @@ class System:
     dt : float
         Time step in tau.
     scheme : Coefficients
-        From `dpd.engine.integrators.coefficients`.
+        From `dpd.physics.schemes.coefficients`.
     seed : int
         Seed of the noise.
     core : None or (diameter, force, width)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.configurational import force_and_curvature
+from dpd.engine.queries.configurational import force_and_curvature
 from dpd.observe.blocks import Blocks
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.crossings import crossing_bonds
+from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
 
 MOST = 8  # pairs of crossing bonds per bond that are kept in mind

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.passes import passed_bonds
+from dpd.engine.queries.passes import passed_bonds
 
 
 class Passes:

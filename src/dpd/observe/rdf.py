@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.pairs import pair_histogram
+from dpd.engine.queries.pairs import pair_histogram
 from dpd.observe.blocks import Blocks
 
 

@@ -191,7 +191,7 @@ def recommendations(figures):
     Returns
     -------
     str
-        YAML; see `dpd.automatic`.
+        YAML; see `dpd.scene.automatic`.
 
     Raises
     ------

@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from dpd.report.notation import typeset
-from dpd.scene import Scene
+from dpd.scene.scene import Scene
 
 ERRORS = (
     "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "

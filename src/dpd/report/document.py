@@ -1,6 +1,6 @@
 """config/README.md, written from the schemas."""
 
-from dpd.schema import schema
+from dpd.scene.schema import schema
 
 INTRODUCTION = """# Configuration
 

@@ -74,7 +74,7 @@ def joined_verdicts(papers, results):
 
     Parameters
     ----------
-    papers : list of dpd.study.Paper
+    papers : list of dpd.pipeline.study.Paper
     results : path
         Folder of the study.
 

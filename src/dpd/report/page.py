@@ -20,7 +20,7 @@ from dpd.files import attribute, replace_whole
 from dpd.report.captions import label
 from dpd.report.figures import joined_verdicts
 from dpd.report.judged import MEANINGS, SECTIONS, counts, figure_id, judged_rows
-from dpd.starting import start_digest, start_is_shared
+from dpd.start.description import start_digest, start_is_shared
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
@@ -33,7 +33,7 @@ def write_page(study, description, papers, results, path, overhead=""):
     Parameters
     ----------
     study, description : str
-    papers : list of dpd.study.Paper
+    papers : list of dpd.pipeline.study.Paper
     results : path
         Folder of the study.
     path : path

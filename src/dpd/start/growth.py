@@ -6,7 +6,7 @@ it would meet an existing one (Liu et al. 2008, Sec. II C).
 
 import numpy as np
 
-from dpd.engine.jit import kernel, part
+from dpd.jit import kernel, part
 
 FREE = -1  # of a monomer that belongs to no chain
 TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from dpd.engine.crossings import crossing_bonds
 from dpd.engine.periodic import nearest
+from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation, State
 from dpd.errors import UserError
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow

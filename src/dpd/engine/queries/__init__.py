@@ -1,0 +1,1 @@
+"""What observers ask of all pairs: distances, crossings and passes of bonds, curvature."""

@@ -1,0 +1,132 @@
+"""Bonds that pass through each other in three dimensions."""
+
+import numpy as np
+
+from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
+from dpd.engine.neighbours.search import next_pairs, search_buffers
+from dpd.engine.periodic import nearest, wrapped
+from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
+from dpd.engine.vectors.arrays import columns, rows_of
+from dpd.jit import kernel, part
+
+HALVINGS = 30  # of the time at which two bonds lie in one plane
+
+
+def passed_bonds(before, after, members, box):
+    """Pairs of bonds that went through each other while beads moved in straight lines.
+
+    Two bonds AB and CD lie in one plane where (C - A) . (AB x CD) = 0. They pass through
+    each other if that changes its sign while the nearest points of the two lines lie inside
+    both bonds. A pass and a return in the same interval is none; nor is a pass of two bonds
+    that lie in one plane twice in it, which happens where beads move half a bond or more.
+
+    Parameters
+    ----------
+    before, after : (3, n) arrays
+        Positions in the order of identities; each bead moves to the nearest image.
+    members : (bonds, 2) uint32 array
+        Identities of the two ends. Bonds that share a bead are not looked at.
+    box : tuple
+        Edges in r_c.
+
+    Returns
+    -------
+    (2, passes) uint32 array
+        Numbers of the bonds in each pair.
+
+    Raises
+    ------
+    UserError
+        If a bond is longer than half the smallest edge: its nearest image is not its own.
+    """
+    if not len(members):
+        return np.empty((2, 0), np.uint32)
+    first, second = members[:, 0], members[:, 1]
+    start = before[:, first]
+    bond = nearest(before[:, second] - start, box)
+    longest_bond(bond, box, "passes")
+    move = np.stack([nearest(after[:, end] - before[:, end], box) for end in (first, second)])
+    # Where a bond is half way decides which image of another one is near.
+    middle = start + 0.5 * bond + 0.25 * (move[0] + move[1])
+    offset = start - middle
+    ends = np.stack([offset, offset + bond])  # relative to the middle, before
+    # A bond reaches no further from its middle than its ends do, at either time.
+    reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
+    reach = min(reach, 0.5 * min(box))
+    cells = grid(box, max(reach, SMALLEST_CELL))
+    return _passed(rows_of(wrapped(middle, box)), ends, move, members, box, cells, reach)
+
+
+@part()
+def line_up(x, one, other, ends, move, t):
+    """Triple product of two bonds at time t; the nearest points in units of the bonds.
+
+    ``x`` is the vector from the middle of the other bond to that of the first. The places
+    of the nearest points count only where the triple product is zero.
+    """
+    u0, u1, u2 = (
+        _axis(0, one, ends, move, t),
+        _axis(1, one, ends, move, t),
+        _axis(2, one, ends, move, t),
+    )
+    v0, v1, v2 = (
+        _axis(0, other, ends, move, t),
+        _axis(1, other, ends, move, t),
+        _axis(2, other, ends, move, t),
+    )
+    w0 = x[0] + ends[0, 0, one] + t * move[0, 0, one] - ends[0, 0, other] - t * move[0, 0, other]
+    w1 = x[1] + ends[0, 1, one] + t * move[0, 1, one] - ends[0, 1, other] - t * move[0, 1, other]
+    w2 = x[2] + ends[0, 2, one] + t * move[0, 2, one] - ends[0, 2, other] - t * move[0, 2, other]
+    c0, c1, c2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    square = c0 * c0 + c1 * c1 + c2 * c2
+    triple = w0 * c0 + w1 * c1 + w2 * c2
+    # w + p u = q v, crossed with v and with u.
+    a0, a1, a2 = w1 * v2 - w2 * v1, w2 * v0 - w0 * v2, w0 * v1 - w1 * v0
+    b0, b1, b2 = w1 * u2 - w2 * u1, w2 * u0 - w0 * u2, w0 * u1 - w1 * u0
+    p = -(a0 * c0 + a1 * c1 + a2 * c2) / square
+    q = -(b0 * c0 + b1 * c1 + b2 * c2) / square
+    return triple, p, q
+
+
+@part()
+def _axis(k, bond, ends, move, t):
+    """A component of a bond at time t."""
+    return ends[1, k, bond] - ends[0, k, bond] + t * (move[1, k, bond] - move[0, k, bond])
+
+
+@kernel()
+def _passed(middle, ends, move, members, box, grid, reach):
+    bonds = len(middle)
+    source = (middle, middle, None, np.arange(bonds).astype(np.uint32), None)
+    ordered = empty_like(source)
+    cells = cell_buffers(grid, bonds, 1)
+    sort_by_cell(source, ordered, box, grid, cells)
+    numbers = ordered[3]
+    line, pairs = search_buffers(cells, box, grid)
+    found = np.empty((2, 16), np.uint32)
+    total = 0
+    x = np.empty(3)
+    at = (0, -1)
+    while at[0] < bonds:
+        at, n = next_pairs(at, bonds, ordered[0], cells, box, grid, reach, line, pairs)
+        for s in range(n):
+            one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
+            for k in range(3):
+                x[k] = pairs.separation[k, s]
+            low_sign = line_up(x, one, other, ends, move, 0.0)[0]
+            if low_sign * line_up(x, one, other, ends, move, 1.0)[0] >= 0.0:
+                continue
+            if share_a_bead(members, one, other):
+                continue
+            low, high = 0.0, 1.0
+            for _ in range(HALVINGS):
+                t = 0.5 * (low + high)
+                if line_up(x, one, other, ends, move, t)[0] * low_sign > 0.0:
+                    low = t
+                else:
+                    high = t
+            _, p, q = line_up(x, one, other, ends, move, 0.5 * (low + high))
+            if 0.0 <= p <= 1.0 and 0.0 <= q <= 1.0:
+                found = with_pair(found, total, one, other)
+                total += 1
+    return columns(found, total, total)

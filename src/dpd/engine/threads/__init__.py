@@ -1,0 +1,1 @@
+"""Threads that advance one system together, and the blocks of cells that they share."""

@@ -1,0 +1,106 @@
+"""Threads that advance one system together.
+
+Each runs the same compiled loop, over beads and blocks of cells of its own, and waits for the
+others where it needs what they have done. (Numba's parallel loops are compiled apart from
+serial ones and round differently. Here one thread and many run the same code, and what is
+added up is added in an order that does not depend on who does it: the bits are the same.)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from dpd.jit import part
+
+PATIENCE = 2000  # looks before a waiting thread offers its core to others
+ARRIVED, MEETINGS = 0, 1
+LINE = 8  # counters that fill a cache line: what one thread writes, others need not fetch again
+BATCHES, BLOCKS = 0, 1
+
+_yield_core = types.ExternalFunction("sched_yield", types.int32())
+
+
+class Team(NamedTuple):
+    """A thread and its team: ``rank`` of ``size``, and the ``counters`` that all share."""
+
+    rank: int
+    size: int
+    counters: np.ndarray
+
+
+def new_team(size):
+    """One `Team` per thread."""
+    counters = np.zeros((1 + size) * LINE, np.int64)
+    return [Team(rank, size, counters) for rank in range(size)]
+
+
+@intrinsic
+def add_and_tell(typing, counters, place, more):
+    """Add to a counter that others may add to meanwhile; return what it was."""
+
+    def code(context, builder, signature, arguments):
+        counters_type = signature.args[0]
+        array = context.make_array(counters_type)(context, builder, arguments[0])
+        place = cgutils.get_item_pointer(context, builder, counters_type, array, [arguments[1]])
+        return builder.atomic_rmw("add", place, arguments[2], "seq_cst")
+
+    return types.int64(counters, types.int64, types.int64), code
+
+
+@part()
+def meet(team):
+    """Wait until all threads are here."""
+    if team.size == 1:
+        return
+    before = add_and_tell(team.counters, MEETINGS, 0)
+    if add_and_tell(team.counters, ARRIVED, 1) == team.size - 1:
+        add_and_tell(team.counters, ARRIVED, -team.size)
+        add_and_tell(team.counters, MEETINGS, 1)
+        return
+    looks = 0
+    while add_and_tell(team.counters, MEETINGS, 0) == before:
+        looks += 1
+        if looks > PATIENCE:
+            _yield_core()
+
+
+@part()
+def take(team, kind, first, end):
+    """One of the tasks from ``first`` to ``end`` that nobody has taken; ``end`` if all are.
+
+    A thread has a part of them that it begins with, the same in every step, so that what it
+    works on is in its own cache; then it helps the others with theirs.
+
+    Parameters
+    ----------
+    team : Team
+    kind : int
+        `BATCHES`, or `BLOCKS` plus the phase.
+    first, end : int
+    """
+    for step in range(team.size):
+        owner = (team.rank + step) % team.size
+        taken = add_and_tell(team.counters, (1 + owner) * LINE + kind, 1)
+        task = first + (end - first) * owner // team.size + taken
+        if task < first + (end - first) * (owner + 1) // team.size:
+            return task
+    return end
+
+
+@part()
+def new_round(team):
+    """Begin all tasks anew; between a meeting after the last is done and one before the next."""
+    for kind in range(LINE):
+        team.counters[(1 + team.rank) * LINE + kind] = 0
+
+
+@part()
+def share(team, n):
+    """First and end of a thread's own part of n things.
+
+    Unsigned, as a signed index is looked at whether it counts from the end, in every loop.
+    """
+    return np.uint64(n * team.rank // team.size), np.uint64(n * (team.rank + 1) // team.size)

@@ -1,0 +1,98 @@
+"""Pair noise as a pure function of (seed, step, pair of bead identities).
+
+The same pair at the same step draws the same number, whatever the order in which pairs
+are found, and whether or not the run was interrupted in between.
+"""
+
+import numpy as np
+from numba import int64, uint32, uint64
+
+from dpd.jit import part
+
+UNIFORM_WIDTH = np.sqrt(3.0)  # U(-sqrt 3, sqrt 3) has unit variance
+PER_WORD = 1.0 / 2**31  # a signed 32-bit word to (-1, 1)
+
+# Logarithm and cosine are series of our own, to the last bits of a double: the library's are
+# called for one number at a time, and half of a Gaussian run would go into them.
+MANTISSA_BITS = np.uint64(52)
+MANTISSA = np.uint64(2**52 - 1)
+ROOT_HALF = np.sqrt(0.5).view(np.uint64)
+TO_ROOT_HALF = np.uint64(np.float64(1.0).view(np.uint64) - ROOT_HALF)
+LOG_2 = np.log(2.0)
+LOG_SERIES = tuple(1.0 / (2 * k + 1) for k in range(10))  # of artanh(s) / s in s^2, |s| < 0.172
+SINE_STEPS = tuple(-1.0 / (2 * k * (2 * k + 1)) for k in range(1, 12))  # from term to term
+
+
+@part()
+def mix32(h):
+    """Mix 32 bits so that each input bit flips half of the output bits.
+
+    Multiplicative xorshift hash, constants found by C. Wellons' search for low bias.
+    """
+    h = uint32(h ^ (h >> uint32(16)))
+    h = uint32(h * uint32(0x7FEB352D))
+    h = uint32(h ^ (h >> uint32(15)))
+    h = uint32(h * uint32(0x846CA68B))
+    return uint32(h ^ (h >> uint32(16)))
+
+
+@part()
+def step_keys(seed, step):
+    """Two 32-bit keys of a step: one SplitMix64 output for the pair (seed, step)."""
+    z = uint64(uint64(seed) * uint64(0xD1342543DE82EF95) + uint64(step))
+    z = uint64(z * uint64(0x9E3779B97F4A7C15))
+    z = uint64((z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9))
+    z = uint64((z ^ (z >> uint64(27))) * uint64(0x94D049BB133111EB))
+    z = uint64(z ^ (z >> uint64(31)))
+    return uint32(z & uint64(0xFFFFFFFF)), uint32(z >> uint64(32))
+
+
+@part()
+def pair_word(low, high, key0, key1):
+    """32 random bits of the pair (low < high) under a step's keys."""
+    return mix32(uint32(uint32(mix32(uint32(low ^ key0)) + high) ^ key1))
+
+
+@part()
+def uniform_noise(theta, low, high, n, key0, key1):
+    """Fill ``theta[:n]`` with uniform noise of zero mean and unit variance."""
+    for p in range(n):
+        word = pair_word(low[p], high[p], key0, key1)
+        theta[p] = UNIFORM_WIDTH * ((np.int32(word) + 0.5) * PER_WORD)
+
+
+@part()
+def gaussian_noise(theta, low, high, n, key0, key1):
+    """Fill ``theta[:n]`` with normal noise of zero mean and unit variance (Box-Muller)."""
+    for p in range(n):
+        word = pair_word(low[p], high[p], key0, key1)
+        angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + key0))
+        theta[p] = np.sqrt(2.0 * minus_log(word)) * cos_pi(np.int32(angle) * PER_WORD)
+
+
+@part()
+def minus_log(word):
+    """-log u of the middle u = (word + 1/2) / 2^32 of one of 2^32 intervals from 0 to 1.
+
+    word + 1/2 = 2^power m with m from sqrt(1/2) to sqrt(2), and log m = 2 artanh s with
+    s = (m - 1) / (m + 1).
+    """
+    bits = uint64(np.float64(word + 0.5).view(np.uint64) + TO_ROOT_HALF)
+    power = int64(bits >> MANTISSA_BITS) - 1023
+    m = np.uint64((bits & MANTISSA) + ROOT_HALF).view(np.float64)
+    s = (m - 1.0) / (m + 1.0)
+    square, series = s * s, 0.0
+    for k in range(len(LOG_SERIES) - 1, -1, -1):
+        series = LOG_SERIES[k] + square * series
+    return (32 - power) * LOG_2 - 2.0 * s * series
+
+
+@part()
+def cos_pi(x):
+    """cos(pi x) = 1 - 2 sin^2(pi x / 2) for x from -1 to 1."""
+    t = 0.5 * np.pi * x
+    square, series = t * t, 1.0
+    for k in range(len(SINE_STEPS) - 1, -1, -1):
+        series = 1.0 + SINE_STEPS[k] * square * series
+    sine = t * series
+    return 1.0 - 2.0 * sine * sine

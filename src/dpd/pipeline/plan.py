@@ -1,0 +1,198 @@
+"""What a study will cost, before anything of it runs."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from dpd.digest import value_digest
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation, Unstable
+from dpd.errors import LostTrack
+from dpd.observe import observables
+from dpd.pipeline.compiling import quick_to_start
+from dpd.start.make import make_start, system_of
+
+WARM = 50  # steps before the clock starts, in which kernels compile
+LEAST_SECONDS = 1.0  # that a rate is measured over
+BASE_MEMORY = 200.0  # MiB of a process that has imported all and compiled nothing
+COPIES = 4  # of the state while it moves: its own, those sorted, those of a checkpoint
+BUSY = 0.9  # of a core: a process that gets less has others beside it
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Of one scene, with one thread.
+
+    Attributes
+    ----------
+    equilibrating, sampling : float
+        Bead-steps per second of processor time, without and with the scene's observables; NaN
+        for a run that blew up at once.
+    share : float
+        Processor time over wall clock: how much of a core the measurement got.
+    """
+
+    equilibrating: float
+    sampling: float
+    share: float
+
+    def seconds(self, scene):
+        """Of processor time that a run of a scene of this kind takes."""
+        equilibrate, sample = scene.steps
+        return scene.beads * (equilibrate / self.equilibrating + sample / self.sampling)
+
+
+def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
+    """Cost of every sweep of some papers.
+
+    A sweep's speed is measured here and now on its middle point, from random positions, with one
+    core, and with its observables as the run samples them; points that differ in those have a
+    middle each. It is counted in processor time, which is that of a core left alone. Growing the
+    melts of a sweep and starting its jobs is not in it.
+
+    Parameters
+    ----------
+    papers : list of dpd.pipeline.study.Paper
+    measure_seconds : float
+        Wall clock for each of two rates a sweep.
+    progress : callable or None
+        Called with the number of sweeps done.
+
+    Returns
+    -------
+    list of dict
+        One per sweep: ``paper``, ``sweep``, ``runs``, ``beads`` of the largest, ``bead_steps``
+        of all, ``rate`` in bead-steps per second, ``core_hours``, ``longest`` hours of one
+        run, ``memory`` MiB of the largest job, ``disk`` MiB of all results at most, ``share`` of
+        a core that its measurement got.
+    """
+    rows = []
+    for paper in papers:
+        for sweep in paper.sweeps.values():
+            scenes = [point.scene for point in sweep.points]
+            work = np.array([scene.work for scene in scenes], dtype=float)
+            speeds = _speeds(scenes, measure_seconds)
+            seconds = np.array([speeds[_watched(scene)].seconds(scene) for scene in scenes])
+            sizes = [sizes_of(scene) for scene in scenes]
+            rows.append({
+                "paper": paper.name,
+                "sweep": sweep.name,
+                "runs": len(scenes),
+                "beads": max(scene.beads for scene in scenes),
+                "bead_steps": work.sum(),
+                "rate": work.sum() / seconds.sum(),
+                "core_hours": seconds.sum() / 3600,
+                "longest": seconds.max() / 3600,
+                "memory": BASE_MEMORY + max(COPIES * state + kept for state, kept in sizes),
+                "disk": sum(state + kept for state, kept in sizes),
+                "share": np.mean([speed.share for speed in speeds.values()]),
+            })  # fmt: skip
+            if progress is not None:
+                progress(len(rows))
+    return rows
+
+
+def _speeds(scenes, seconds):
+    """`Speed` of the middle one of all scenes that have the same observables, by those."""
+    alike = {}
+    for scene in scenes:
+        alike.setdefault(_watched(scene), []).append(scene)
+    return {
+        watched: measured_speed(some[len(some) // 2], seconds) for watched, some in alike.items()
+    }
+
+
+def _watched(scene):
+    """What a scene says of its observables, as a key."""
+    return value_digest(scene.data["observe"])
+
+
+def measured_speed(scene, seconds):
+    """The `Speed` of a scene, measured for some seconds without its observables and with them."""
+    simulation = Simulation(system_of(scene), make_start(quick_to_start(scene, grow=False)))
+    system, most = system_of(scene), scene.steps[1]
+    for observer in observables(scene, system):  # kernels of the observables compile
+        observer.sample(simulation, simulation.measure())
+    observers = observables(scene, system)
+
+    def watched(steps):
+        run(simulation, (begun, min(simulation.state.step - begun + steps, most)), observers)
+
+    clocks = []
+    for advance, limit in ((simulation.advance, np.inf), (watched, most)):
+        begun = simulation.state.step
+        clocks.append(_timed(simulation, advance, seconds, limit))
+    rates = [scene.beads * steps / processor if steps else np.nan for steps, processor, _ in clocks]
+    processor, wall = (sum(clock[i] for clock in clocks) for i in (1, 2))
+    return Speed(*rates, processor / wall if wall else 1.0)
+
+
+def _timed(simulation, advance, seconds, limit):
+    """Steps that were done within some seconds, their processor time and wall clock.
+
+    As many steps as the sampling of a run at most; none if the run blows up at once.
+    """
+    steps, done, processor, wall = WARM, 0, 0.0, 0.0
+    try:
+        if limit == np.inf:
+            advance(WARM)  # kernels compile
+        while wall < seconds and done < limit:
+            before, cpu, clock = simulation.state.step, time.process_time(), time.perf_counter()
+            advance(steps)
+            wall += time.perf_counter() - clock
+            processor += time.process_time() - cpu
+            done += simulation.state.step - before
+            steps = min(4 * steps, 2000)
+    except (Unstable, LostTrack):  # as a stability map's runs may
+        pass
+    return done, min(processor, wall), wall
+
+
+def sizes_of(scene):
+    """MiB of a scene's state, and of what its observables keep."""
+    state = 8.0 * scene.beads * (4 * scene.dimension + 2)
+    kept = sum(a.nbytes for o in observables(scene, system_of(scene)) for a in o.arrays.values())
+    return state / 2**20, kept / 2**20
+
+
+HEADER = (
+    f"{'paper':20s} {'sweep':24s} {'runs':>5s} {'beads':>7s} {'bead-steps':>10s} {'10^6/s':>7s} "
+    f"{'core-h':>8s} {'longest h':>9s} {'MiB/job':>8s} {'disk MiB':>8s}"
+)
+
+
+def as_text(rows, cores):
+    """The plan as a table with a sum.
+
+    Parameters
+    ----------
+    rows : list of dict
+        From `plan`.
+    cores : int
+        Cores that the sum is divided by.
+    """
+    lines = [HEADER]
+    for row in rows:
+        lines.append(
+            f"{row['paper']:20s} {row['sweep']:24s} {row['runs']:5d} {row['beads']:7d} "
+            f"{row['bead_steps']:10.2e} {row['rate'] / 1e6:7.2f} {row['core_hours']:8.2f} "
+            f"{row['longest']:9.2f} {row['memory']:8.0f} {row['disk']:8.1f}"
+        )
+    hours = np.nansum([row["core_hours"] for row in rows])
+    disk = sum(row["disk"] for row in rows)
+    longest = np.nanmax([0.0, *(row["longest"] for row in rows)])
+    best = max(hours / cores, longest)
+    lines.append(
+        f"{sum(row['runs'] for row in rows)} runs: {hours:.1f} core-hours, "
+        f"{best:.1f} hours on {cores} cores at best; {disk:.0f} MiB of results at most"
+    )
+    share = np.mean([row["share"] for row in rows]) if rows else 1.0
+    if share < BUSY:
+        lines.append(
+            f"This machine is busy: while its speed was measured this process got {share:.2f} of a "
+            "core. The table counts processor time, as on a machine left alone; if it stays as "
+            f"busy, the {best:.1f} hours become {best / share:.1f}. Others also take memory "
+            "bandwidth, which no such count shows: measure again when they are gone."
+        )
+    return "\n".join(lines)

@@ -1,0 +1,260 @@
+"""``integrator: {scheme: auto}``: try a step on the scene itself before anything is promised.
+
+`dpd.scene.automatic` proposes a scheme and a step from what was measured for a fluid and a melt.
+Here the scene runs for a while with that step and with half of it. The step is taken if kT, and the
+pressure, are then within the tolerance with confidence; otherwise it is made shorter. The same
+scene and sources lead to the same choice.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from dpd.analysis.statistics import correlation_time, mean_and_error
+from dpd.engine.queries.pairs import pair_histogram
+from dpd.engine.simulation import Simulation, State, Unstable
+from dpd.errors import UserError
+from dpd.scene.scene import Scene
+from dpd.start.make import system_of
+
+SURE = 3.0  # standard errors: all looks together are right with 95 % confidence or more
+SHRINK = 0.4, 0.8  # of the step, the least and the most from one try to the next
+SHORTEST = 0.02  # of the proposed step, below which no try is made
+LEAST_WORK = 1e8  # bead-steps that a probe may take, some seconds; or SHARE of the run, if more
+SHARE = 0.1
+SAMPLE = 0.1  # tau between samples
+SETTLING = 3.0  # thermostat times that are left out of what is measured
+LENGTH = 20.0  # correlation times, and thermostat times, below which errors are not known
+ROUNDS, PAUSE = 20, 0.5  # of new velocities for the start, and tau between them
+LOOSEST = 0.1  # tolerance that may be asked for
+BINS = 200  # of a histogram of distances
+
+
+class Bounds(NamedTuple):
+    """Relative errors of kT and pressure, as found, and how far that may be off."""
+
+    kT: float
+    kT_unsure: float
+    pressure: float
+    pressure_unsure: float
+
+    @property
+    def most(self):
+        """Largest errors of kT and pressure that are not ruled out."""
+        return self.kT + self.kT_unsure, self.pressure + self.pressure_unsure
+
+    def within(self, tolerance):
+        """Whether both are within a tolerance for sure."""
+        return max(self.most) <= tolerance
+
+    def beyond(self, tolerance):
+        """Whether one is not for sure, or so near to it that a shorter step is found sooner."""
+        return any(
+            found - unsure > tolerance or (found > tolerance / 2 and unsure < tolerance / 2)
+            for found, unsure in ((self.kT, self.kT_unsure), (self.pressure, self.pressure_unsure))
+        )
+
+
+class Probe:
+    """A scene in motion with a step of its own, and what was seen of it.
+
+    Parameters
+    ----------
+    scene : dpd.scene.scene.Scene
+    state : State
+    dt : float
+    look : callable or None
+        See `settle`.
+    """
+
+    def __init__(self, scene, state, dt, look=None):
+        system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+        self._simulation = Simulation(system, _copy(state))
+        self._every = max(1, round(SAMPLE / dt))
+        self._volume, self._dimension = system.volume, system.dimension
+        self._look = look or _do_not_look
+        self.dt, self.kT, self.excess = dt, [], []
+
+    def run(self, time):
+        """Go on for a time in tau."""
+        for _ in range(max(1, round(time / (self.dt * self._every)))):
+            self._look()
+            sums = self._simulation.advance(self._every, measure=True)
+            self.kT.append(float(np.mean(self._simulation.state.velocity**2)))
+            excess = np.trace(sums.virial[0]) / (self._dimension * self._volume)
+            self.excess.append(float(excess))
+
+    def means(self, settling):
+        """(mean, error) of kT and of the excess pressure, after a time to settle."""
+        first = round(settling / (self.dt * self._every))
+        return [_mean(np.array(series)[first:]) for series in (self.kT, self.excess)]
+
+
+def _mean(series):
+    """Mean and its error; without limit where the series is too short to know it."""
+    mean, error, _ = mean_and_error(series)
+    known = len(series) >= LENGTH * correlation_time(series)
+    return mean, error if known else np.inf
+
+
+def _do_not_look():
+    """Where nobody asks to be called."""
+
+
+def _copy(state):
+    return State(
+        state.position.copy(), state.velocity.copy(), None, state.identity.copy(),
+        None if state.species is None else state.species.copy(), 0,
+    )  # fmt: skip
+
+
+def thermostat_time(scene, pushes):
+    """Time in tau in which the thermostat corrects kT: d / (4 gamma <sum of w^2> per bead).
+
+    Friction takes 2 gamma w^2 kT from each pair (Groot and Warren 1997, Eq. 4), of a kinetic
+    energy of d kT / 2 for each bead; the rest of the energy follows that of motion.
+
+    Parameters
+    ----------
+    scene : dpd.scene.scene.Scene
+    pushes : float
+        Sum of w^2 over all pairs, per bead.
+    """
+    return scene.dimension / (4 * scene.data["thermostat"]["gamma"] * max(pushes, 1e-9))
+
+
+def settle(scene, state, look=None):
+    """The scene with a scheme and a step that were tried on it.
+
+    Parameters
+    ----------
+    scene : dpd.scene.scene.Scene
+    state : State
+        Its start, which is left as it is.
+    look : callable or None
+        Called several times a second while steps are tried; it may raise something to end that.
+
+    Returns
+    -------
+    Scene
+        The same if it names its scheme; otherwise one that does, and says in ``chosen`` what was
+        found.
+
+    Raises
+    ------
+    UserError
+        If no step could be shown to be good within the work that a probe may take.
+    """
+    if not scene.is_auto:
+        return scene
+    budget = max(LEAST_WORK, SHARE * scene.work)
+    proposed = dt = scene.data["integrator"]["dt"]
+    state, pushes, spent = _at_rest(scene, state, proposed / 4, look)
+    memory, best = thermostat_time(scene, pushes), np.inf
+    while dt >= SHORTEST * proposed and spent < budget:
+        trial = _Trial(scene, state, dt, memory, look)
+        bounds = trial.look(scene.tolerance, budget - spent)
+        spent += trial.spent
+        if bounds.within(scene.tolerance):
+            return _chosen(scene, dt, bounds)
+        best = min(best, max(bounds.most))
+        shorter = np.sqrt(scene.tolerance / 2 / max(bounds.kT, bounds.pressure, 1e-9))
+        dt = float(f"{dt * np.clip(shorter, *SHRINK):.2g}")
+    known = ""
+    if best < LOOSEST / 1.05:
+        best = float(f"{1.05 * best:.2g}")
+        known = f"; {best:g} could be shown: allowed here are tolerances >= {best:g}"
+    raise UserError(
+        f"{scene.where}: integrator.tolerance: 'auto' tried steps from {proposed:g} tau down for "
+        f"{spent:.2g} bead-steps (it may take {budget:.2g}; the thermostat needs {memory:.2g} tau "
+        f"to correct kT) and could not show that kT and pressure are within {scene.tolerance:g}"
+        f"{known}. Or name scheme and dt"
+    )
+
+
+def _at_rest(scene, state, dt, look=None):
+    """The start at its temperature, the sum of w^2 per bead, and the bead-steps that it took.
+
+    Its velocities are drawn anew again and again, which brings any system to its temperature,
+    however rarely its beads meet.
+    """
+    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+    kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
+    simulation, pushes = Simulation(system, _copy(state)), []
+    w = 1 - (np.arange(BINS) + 0.5) / BINS
+    steps = max(1, round(PAUSE / dt))
+    try:
+        for _ in range(ROUNDS):
+            (look or _do_not_look)()
+            now = simulation.state
+            velocity = rng.normal(scale=np.sqrt(kT), size=now.velocity.shape)
+            now.velocity[...] = velocity - velocity.mean(axis=1, keepdims=True)
+            simulation.advance(steps)
+            pairs = pair_histogram(simulation.state.position, system.box, 1.0, BINS)
+            pushes.append(float(pairs @ w**2) / scene.beads)
+    except Unstable:  # overlaps: more gently
+        return _at_rest(scene, state, dt / 4, look)
+    return simulation.state, np.mean(pushes[ROUNDS // 2 :]), ROUNDS * steps * scene.beads
+
+
+class _Trial:
+    """A step and half of it, side by side, until they tell."""
+
+    def __init__(self, scene, state, dt, memory, look):
+        self._scene, self._settling = scene, SETTLING * memory
+        self._length = self._settling + max(100 * SAMPLE, LENGTH * memory)
+        self._probes = [Probe(scene, state, step, look) for step in (dt, dt / 2)]
+        self.spent = 0.0
+
+    def look(self, tolerance, budget):
+        """`Bounds`, as good as the budget in bead-steps allows; infinite if a step blows up."""
+        bounds, time, half_too = UNKNOWN, self._length, True
+        while not (bounds.within(tolerance) or bounds.beyond(tolerance)):
+            cost = time / self._probes[0].dt * self._scene.beads * (3 if half_too else 1)
+            if self.spent + cost > budget:
+                self.spent = budget  # a shorter step would tell even less
+                return bounds
+            self.spent += cost
+            try:
+                for probe in self._probes if half_too else self._probes[:1]:
+                    probe.run(time)
+            except Unstable:
+                return UNKNOWN._replace(kT=np.inf)
+            bounds = self._bounds()
+            known = bounds.pressure_unsure < bounds.kT_unsure + tolerance / 4
+            half_too = not known or np.isinf(bounds.pressure_unsure)
+            time = len(self._probes[0].kT) * SAMPLE  # twice as long in all
+        return bounds
+
+    def _bounds(self):
+        """What both say of the longer step."""
+        scene, (one, half) = self._scene, self._probes
+        asked = scene.data["thermostat"]["kT"]
+        (kT, kT_error), (excess, error) = one.means(self._settling)
+        excess_half, error_half = half.means(self._settling)[1]
+        found, unsure = abs(kT / asked - 1), SURE * kT_error / asked
+        ideal = scene.density * asked
+        pressure = max(abs(ideal + excess), ideal)
+        share = ideal / pressure
+        # A scheme of first order is twice as far from the limit as from half the step; one of
+        # second order is nearer.
+        off = 2 * abs(excess - excess_half) / pressure
+        off_unsure = 2 * SURE * np.hypot(error, error_half) / pressure
+        return Bounds(found, unsure, off + share * found, off_unsure + share * unsure)
+
+
+UNKNOWN = Bounds(0.0, np.inf, 0.0, np.inf)
+
+
+def _chosen(scene, dt, bounds):
+    """The scene with a step that was found to be good."""
+    integrator = {key: scene.data["integrator"][key] for key in ("scheme", "lambda")} | {"dt": dt}
+    settled = Scene(scene.data | {"integrator": integrator}, scene.where)
+    kT, pressure = (100 * most for most in bounds.most)
+    settled.chosen = (
+        f"integrator: auto is {integrator['scheme']}, dt {dt:g}: tried on this scene with this "
+        f"step and half of it, kT is within {kT:.2g} % and the pressure within {pressure:.2g} % "
+        f"(95 % confidence; asked for: {100 * scene.tolerance:g} %)"
+    )
+    return settled

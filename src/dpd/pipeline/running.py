@@ -1,0 +1,171 @@
+"""A run as a command: alone on its output, started, resumed, and stopped when asked."""
+
+import os
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from dpd.drafts import remove_drafts
+from dpd.engine.checkpoint import refuse_other_file
+from dpd.errors import Stopped, UserError
+from dpd.files import check_output
+from dpd.interrupts import asked, listening
+from dpd.pipeline.lock import alone
+from dpd.pipeline.probing import settle
+from dpd.pipeline.simulate import (
+    checkpoint_path,
+    read_start,
+    simulate,
+    summary_of_file,
+    write_start,
+)
+from dpd.progress import Progress
+from dpd.scene.scene import Scene
+from dpd.start.description import start_work
+from dpd.start.make import make_start
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to run and how.
+
+    Attributes
+    ----------
+    scene : Scene
+    output : Path
+        The NetCDF file to write.
+    label : str
+        For progress.
+    start : Path or None
+        First configuration; without one it is made.
+    keep_start : bool
+        Make the file of the start where it is not there.
+    threads : int
+    every_seconds : float
+        Wall clock between checkpoints.
+    inputs : tuple of Path
+        Files that are read: nothing is written in the place of one.
+    wait : bool
+        As Snakemake does: wait for another run on the same output, and take a result that was
+        made for a Snakemake that is no more.
+    """
+
+    scene: Scene
+    output: Path
+    label: str
+    start: Path | None = None
+    keep_start: bool = False
+    threads: int = 1
+    every_seconds: float = 60.0
+    inputs: tuple = ()
+    wait: bool = False
+
+
+def run_alone(order):
+    """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
+
+    Returns
+    -------
+    dict
+        Summary, see `dpd.pipeline.simulate.simulate`.
+
+    Raises
+    ------
+    UserError
+        If it cannot be, see `dpd.pipeline.lock.alone` and `dpd.pipeline.simulate.simulate`.
+    Stopped
+        If a signal asked for it.
+    """
+    checkpoint = checkpoint_path(order.output)
+    check_output(checkpoint, "", order.inputs)
+    check_output(_left(order.output), "", order.inputs)
+    refuse_other_file(checkpoint)
+    starter = _starter()
+    with alone(order.output, say, order.wait) as waited:
+        if order.wait and (found := _made(order, waited)):
+            return found
+        for path in (order.output, checkpoint):
+            remove_drafts(path)
+        with listening():
+            found = _run(order, checkpoint)
+        if order.wait and _starter() != starter:
+            os.link(order.output, _left(order.output))
+    return found
+
+
+def _left(output):
+    """Second name of a result that a run made after the death of the Snakemake that started it.
+
+    Another Snakemake takes the result for incomplete, deletes it, and asks for it again.
+    """
+    return output.with_name(f"{output.stem}.left")
+
+
+def _made(order, waited):
+    """Summary of a result that another run has made of this scene, put in its place; or nothing."""
+    left = _left(order.output)
+    for path in (left, order.output) if waited else (left,):
+        try:
+            found = summary_of_file(order.scene, path)
+        except UserError:
+            continue
+        os.replace(path, order.output)
+        os.utime(order.output)  # newer than what it is made from
+        break
+    else:
+        found = None
+    left.unlink(missing_ok=True)  # of no use, or a second name still
+    return found
+
+
+def _starter():
+    """Parent of the shell that runs this command, as far as the system says."""
+    try:
+        text = Path(f"/proc/{os.getppid()}/stat").read_text()
+    except OSError:
+        return None
+    return int(text.rpartition(")")[2].split()[1])
+
+
+def _run(order, checkpoint):
+    scene, begun = order.scene, time.perf_counter()
+    if checkpoint.exists():
+        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
+    with _stoppable(Progress(start_work(scene), f"{order.label}: start")) as progress:
+        if order.start and order.keep_start and not order.start.exists():
+            write_start(scene, order.start, progress)
+        state = read_start(scene, order.start) if order.start else make_start(scene, progress)
+    scene = settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
+    if scene.chosen:
+        print(scene.chosen)
+    with Progress(sum(scene.steps), order.label) as progress:
+        return simulate(
+            scene, order.output, state, checkpoint, progress, order.every_seconds,
+            stopping=asked, say=say, threads=order.threads, begun=begun,
+        )  # fmt: skip
+
+
+@contextmanager
+def _stoppable(progress):
+    """Progress of work that keeps no state: it ends where a run would be stopped."""
+
+    def step(done):
+        _stop_if_asked("the first configuration was made")
+        progress(done)
+
+    with progress:
+        yield step
+
+
+def _stop_if_asked(at_work):
+    if asked():
+        raise Stopped(f"stopped while {at_work}, as asked")
+
+
+def say(sentence):
+    """A warning to the terminal; nothing for an empty one."""
+    if sentence:
+        print(f"warning: {sentence}", file=sys.stderr, flush=True)

@@ -1,0 +1,107 @@
+"""``integrator: {scheme: auto}``: a first guess, from what was measured in two systems.
+
+config/schemes.yaml holds what the benchmark found: for a fluid and for a melt of stiff bonds, at
+two frictions, the scheme and step of least run time for each tolerance in pressure and kT. Other
+scenes heat up at other steps: `dpd.pipeline.probing` tries the guess on the scene itself.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.scene.schema import read_yaml
+
+TABLE = ROOT / "config" / "schemes.yaml"
+# Beads per r_c^3 of the systems measured. Two beads that meet alone are no softer than there.
+DENSITY = {"fluid": 3.0, "melt": 1.0}
+
+
+@cache
+def table():
+    """The measured table: ``fluid`` and ``melt``, each with a list of ``choices``.
+
+    Of a choice: ``gamma``, ``tolerance``, ``scheme``, ``lambda``, ``dt``; of each system
+    ``stiffness``: a rho and C in kT / r_c^2, what its steps were measured for.
+    """
+    return read_yaml(TABLE)
+
+
+def choose(data, density, where):
+    """A guess at the integrator of a scene that leaves it to us.
+
+    The step is that of the measured system, shorter where this one is stiffer (as
+    1 / sqrt(stiffness), the period of its fastest motion) or hotter.
+
+    Parameters
+    ----------
+    data : dict
+        A valid scene with defaults, whose integrator is ``{scheme: auto, tolerance}``.
+    density : float
+        Beads per r_c^dimension.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    dict
+        ``scheme``, ``lambda`` and ``dt``.
+
+    Raises
+    ------
+    UserError
+        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, no
+        friction, more friction or a smaller tolerance than in the table.
+    """
+    _refuse(data, where)
+    system = "melt" if "bond" in data else "fluid"
+    measured = table()[system]
+    choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
+    kT = data["thermostat"]["kT"]
+    density = max(density, DENSITY[system])
+    slower = np.sqrt(max(1.0, kT, *_ratios(data, density, measured["stiffness"])))
+    dt = float(f"{choice['dt'] / slower:.2g}")
+    return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
+
+
+def _refuse(data, where):
+    why = None
+    if data.get("core", {}).get("radius"):
+        why = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
+    elif data["thermostat"]["kind"] == "langevin":
+        why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
+    elif data["thermostat"]["gamma"] == 0:
+        why = "schemes were measured with a thermostat; without friction take gw-vv"
+    if why:
+        raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
+
+
+def _row(choices, gamma, integrator, where):
+    """The measured choice that is safe for a friction and a tolerance."""
+    frictions = sorted({choice["gamma"] for choice in choices})
+    at = [friction for friction in frictions if friction >= gamma]
+    if not at:
+        raise UserError(
+            f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
+            f"<= {frictions[-1]:g}, or name a scheme"
+        )
+    good = [
+        choice
+        for choice in choices
+        if choice["gamma"] == at[0] and choice["tolerance"] <= integrator["tolerance"]
+    ]
+    if not good:
+        least = min(choice["tolerance"] for choice in choices if choice["gamma"] == at[0])
+        raise UserError(
+            f"{where}: integrator.tolerance: {integrator['tolerance']:g} is less than was "
+            f"measured; allowed: >= {least:g}"
+        )
+    return max(good, key=lambda choice: choice["tolerance"])
+
+
+def _ratios(data, density, measured):
+    """Stiffness of this scene over that of the measured one: of repulsion, and of bonds."""
+    yield max(data["repulsion"].values()) * density / measured["repulsion"]
+    if "bond" in data:
+        yield data["bond"]["stiffness"] / measured["bond"]

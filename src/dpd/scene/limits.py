@@ -1,0 +1,197 @@
+"""What a scene may ask for: sizes that can be run, and settings that have an effect."""
+
+import numpy as np
+
+from dpd.engine.periodic import MOST_STRETCHED, STRETCHED
+from dpd.errors import UserError
+from dpd.start.description import start_forces
+
+MOST_BEADS = 10**8  # 29 GB of state
+MOST_STEPS = 10**12
+MOST_WORK = 10**15  # bead-steps: about two years on one core
+MOST_SPECIES = 256  # a bead's species is one byte
+MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
+SERIES = ("thermo", "crossings", "passes", "trace")  # keep every sample
+
+
+def check_beads(data, where):
+    """Refuse more beads than fit, before molecules are written out bead by bead.
+
+    Parameters
+    ----------
+    data : dict
+        A valid scene with defaults.
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    UserError
+    """
+    volume, total = _volume(data), 0
+    for place, kind in enumerate(data["molecules"]):
+        length = _length(kind["architecture"])
+        beads = (
+            max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
+        )
+        total += beads
+        if total > MOST_BEADS:
+            key = "density" if "density" in kind else "count"
+            raise UserError(
+                f"{where}: molecules.{place}.{key}: {kind[key]:g} makes {total:.3g} beads in all; "
+                f"allowed: <= {MOST_BEADS}"
+            )
+
+
+def _volume(data):
+    """Of the box; an edge for each axis, or one for all."""
+    box = data["box"]
+    volume = 1.0
+    for edge in box if isinstance(box, list) else [box] * data["dimension"]:
+        volume *= edge
+    return volume
+
+
+def _length(architecture):
+    """Beads of a molecule."""
+    words = architecture.split()
+    return sum(int(word) - 1 if word.isdigit() else 1 for word in words)
+
+
+def check_limits(scene):
+    """Refuse what is too large, and settings that would be without effect.
+
+    Parameters
+    ----------
+    scene : dpd.scene.scene.Scene
+        Otherwise checked.
+
+    Raises
+    ------
+    UserError
+    """
+
+    def refuse(key, problem):
+        raise UserError(f"{scene.where}: {key}: {problem}")
+
+    if len(scene.species) > MOST_SPECIES:
+        refuse("molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}")
+    _check_length(scene, refuse)
+    _check_observe(scene, refuse)
+    _check_start_forces(scene, refuse)
+    _check_bond_length(scene, refuse)
+
+
+def _check_length(scene, refuse):
+    """Steps and bead-steps of the run."""
+    steps, work = sum(scene.steps), scene.work
+    if steps > MOST_STEPS or work > MOST_WORK:
+        refuse(
+            "steps and duration",
+            f"{steps:.3g} steps, {work:.3g} bead-steps; allowed: <= {MOST_STEPS:.0e} steps and "
+            f"<= {MOST_WORK:.0e} bead-steps, about two years on one core",
+        )
+
+
+def _check_observe(scene, refuse):
+    """Names that stand twice, series and histograms that are too long, bins that are too wide."""
+    names = [item if isinstance(item, str) else next(iter(item)) for item in scene.data["observe"]]
+    for name in names:
+        if names.count(name) > 1:
+            refuse("observe", f"{name!r} is there {names.count(name)} times; keep one")
+    for name in SERIES:
+        if name not in scene.observe:
+            continue
+        samples = scene.steps[1] // scene.observe[name]["every"]
+        if samples > MOST_SAMPLES:
+            refuse(
+                f"observe.{name}.every",
+                f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
+                f"{MOST_SAMPLES}, every >= {-(-scene.steps[1] // MOST_SAMPLES)}",
+            )
+    for name, what in (("rdf", "range"), ("profile", "box")):
+        if name not in scene.observe:
+            continue
+        bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
+        if bin > end:
+            refuse(f"observe.{name}.bin", f"{bin:g} is more than the {what}; allowed: <= {end:g}")
+
+
+def _check_start_forces(scene, refuse):
+    """start.forces act in growth and relaxation, and there as whole forces."""
+    start = scene.data["start"]
+    own = start["forces"]
+    if own and "relax" not in start and start["method"] != "polymerize":
+        refuse(
+            "start.forces",
+            "has no effect: nothing is relaxed or grown; add start.relax, as "
+            "{steps: 1000, dt: 0.01}, or remove the key",
+        )
+    if "bond" in own and "bond" not in scene.data:
+        refuse("start.forces.bond", "every molecule is a single bead; remove the key")
+    forces = start_forces(scene)
+    for name, needed in (("core", ("radius", "force")), ("bond", ("stiffness",))):
+        for key in needed:
+            if name in own and key not in forces[name]:
+                refuse(
+                    f"start.forces.{name}",
+                    f"the key {key!r} is missing, and the scene has no {name!r} to take it from",
+                )
+    core = forces.get("core", {})
+    if 2 * core.get("radius", 0) + core.get("smooth", 0) > 1:
+        refuse(
+            "start.forces.core",
+            f"a core of diameter {2 * core['radius']:g} and an edge of {core.get('smooth', 0):g} "
+            "go past the cutoff; allowed: <= 1 together",
+        )
+
+
+def _check_bond_length(scene, refuse):
+    """Bonds whose beads would be nearer to other images of each other than to their own."""
+    bond = scene.data.get("bond")
+    if bond is None:
+        return
+    share = stretched_share(bond, scene.data["thermostat"]["kT"], scene.box)
+    if share > MOST_STRETCHED:
+        edges = " x ".join(f"{edge:g}" for edge in scene.box)
+        refuse(
+            "bond",
+            f"stiffness {bond['stiffness']:g}, length {bond['length']:g}: at this temperature "
+            f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
+            f"{edges} (estimated for bonds without other forces), and beyond half of it they would "
+            f"pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a stiffer "
+            "or shorter bond",
+        )
+
+
+def stretched_share(bond, kT, box):
+    """Share of harmonic bonds that reach over `STRETCHED` of an edge along an axis.
+
+    From their Boltzmann weight r^(d-1) exp(-C (r - length)^2 / (2 kT)), in any direction, without
+    other forces: where beads repel each other bonds are a little longer, which a run looks after
+    itself (`dpd.observe.stretch`).
+
+    Parameters
+    ----------
+    bond : dict
+        ``stiffness`` and ``length``.
+    kT : float
+    box : tuple of float
+
+    Returns
+    -------
+    float
+        Summed over axes, at most 1, which it is without stiffness.
+    """
+    dimension = len(box)
+    width = (kT / bond["stiffness"]) ** 0.5 if bond["stiffness"] else np.inf
+    if width > 100 * max(box):
+        return 1.0
+    r = np.linspace(max(0.0, bond["length"] - 12 * width), bond["length"] + 12 * width, 4001)[1:]
+    weight = r ** (dimension - 1) * np.exp(-(((r - bond["length"]) / width) ** 2) / 2)
+    weight /= weight.sum()
+    share = 0.0
+    for edge in box:
+        cosine = np.minimum(1.0, STRETCHED * edge / r)  # from which on a direction reaches over
+        share += weight @ (1 - cosine if dimension == 3 else np.arccos(cosine) / (np.pi / 2))
+    return float(min(share, 1.0))

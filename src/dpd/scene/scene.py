@@ -1,0 +1,395 @@
+"""WHAT is simulated: a validated, hashable description that knows what it needs."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from dpd.digest import value_digest
+from dpd.errors import UserError
+from dpd.physics.schemes import coefficients
+from dpd.scene.automatic import choose
+from dpd.scene.limits import check_beads, check_limits
+from dpd.scene.schema import read_yaml, schema, validate, with_defaults
+
+CUTOFF = 1.0
+SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
+MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
+MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
+# tau between samples where the scene does not say: about the memory of the momenta, a
+# fraction of the time in which a bead moves its own size, and what moves slower.
+INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1}
+SLOWER = 0.8
+TOLERANCE = 0.01  # of scheme auto, in pressure and kT
+# Share by which whole molecules may miss the density that is asked for: 1 % changes the pressure,
+# which goes with the square of the density, by 2 %. Less is noted, rounding is not.
+MOST_MISSED, NOTED_MISSED = 0.01, 1e-4
+
+
+@dataclass(frozen=True)
+class Molecule:
+    """A linear molecule: the species of its beads in order, and how many there are."""
+
+    beads: tuple
+    count: int
+
+
+@dataclass(frozen=True)
+class MissedDensity:
+    """A density that whole molecules cannot meet.
+
+    Attributes
+    ----------
+    place : int
+        Of the kind of molecule in the scene.
+    asked, found : float
+        Beads per r_c^dimension in the scene, and of whole molecules in its box.
+    """
+
+    place: int
+    asked: float
+    found: float
+
+    @property
+    def share(self):
+        """By how much it is missed, relative to what is asked for."""
+        return abs(self.found / self.asked - 1)
+
+
+class Scene:
+    """One system and how long it is simulated.
+
+    Parameters
+    ----------
+    data : dict
+        As config/schema/scene.yaml has it.
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    UserError
+        If anything in it is not allowed, or does not fit together.
+    """
+
+    def __init__(self, data, where="scene"):
+        validate(data, "scene", where)
+        self.data = with_defaults(data, schema("scene"))
+        check_beads(self.data, where)
+        self.where = where
+        self.chosen = ""  # what was chosen for a scene that left the choice to us
+        # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
+        self.is_auto = self.data["integrator"]["scheme"] == "auto"
+        self._choose_integrator()
+        self._check()
+
+    @classmethod
+    def read(cls, path):
+        """Read a scene from a YAML file."""
+        return cls(read_yaml(path), str(path))
+
+    def _choose_integrator(self):
+        integrator = self.data["integrator"]
+        if integrator["scheme"] != "auto":
+            if "tolerance" in integrator:
+                self._fail("integrator.tolerance", "only scheme 'auto' has one")
+            if "dt" not in integrator:
+                self._fail("integrator", "the key 'dt' is missing (Time step in tau.)")
+            return
+        if "dt" in integrator:
+            self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
+        self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
+        self.data["integrator"] = choose(self.data, self.density, self.where)
+
+    @cached_property
+    def digest(self):
+        """Digest of all that decides the run."""
+        return value_digest(self.data)
+
+    @property
+    def dimension(self):
+        return self.data["dimension"]
+
+    @cached_property
+    def box(self):
+        """Edges in r_c, one per axis."""
+        box = self.data["box"]
+        edges = box if isinstance(box, list) else [box] * self.dimension
+        return tuple(float(edge) for edge in edges)
+
+    @property
+    def volume(self):
+        return math.prod(self.box)
+
+    @cached_property
+    def molecules(self):
+        """The kinds of molecules, in the scene's order."""
+        kinds = []
+        for kind in self.data["molecules"]:
+            beads = _beads(kind["architecture"])
+            count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
+            kinds.append(Molecule(beads, count))
+        return tuple(kinds)
+
+    @cached_property
+    def species(self):
+        """Names of the species, sorted; their places are the numbers that the engine uses."""
+        return tuple(sorted({name for kind in self.molecules for name in kind.beads}))
+
+    @property
+    def beads(self):
+        """Number of beads."""
+        return sum(kind.count * len(kind.beads) for kind in self.molecules)
+
+    @property
+    def density(self):
+        """Beads per r_c^dimension, from the whole number of molecules."""
+        return self.beads / self.volume
+
+    @cached_property
+    def missed_densities(self):
+        """Densities of the scene that whole molecules miss by more than `NOTED_MISSED`."""
+        missed = []
+        for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
+            found = kind.count * len(kind.beads) / self.volume
+            density = MissedDensity(place, given.get("density", found), found)
+            if density.share > NOTED_MISSED:
+                missed.append(density)
+        return missed
+
+    @cached_property
+    def notes(self):
+        """Sentences for a person on what the scene does not quite get."""
+        return [
+            f"molecules.{density.place}.density: {self._sizes(density)} instead of "
+            f"{density.asked:g} ({density.share:.2%} off)"
+            for density in self.missed_densities
+        ]
+
+    def _sizes(self, density):
+        """Box, count and the density that they make, in words."""
+        kind = self.molecules[density.place]
+        edges = " x ".join(f"{edge:g}" for edge in self.box)
+        of = f" of {len(kind.beads)} beads" if len(kind.beads) > 1 else ""
+        return f"{kind.count} molecules{of} in a box of {edges} make {density.found:.4g}"
+
+    @cached_property
+    def repulsion(self):
+        """(species, species) array of a_ij."""
+        table = np.full((len(self.species),) * 2, np.nan)
+        for pair, value in self.data["repulsion"].items():
+            i, j = (self.species.index(name) for name in pair.split())
+            table[i, j] = table[j, i] = value
+        return table
+
+    @cached_property
+    def bonded(self):
+        """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
+        pairs, first = [], 0
+        for kind in self.molecules:
+            length = len(kind.beads)
+            starts = first + length * np.arange(kind.count)
+            along = starts[:, None] + np.arange(length - 1)
+            pairs.append(np.stack([along.ravel(), along.ravel() + 1], axis=1))
+            first += length * kind.count
+        return np.concatenate(pairs).astype(np.uint32)
+
+    @cached_property
+    def lengths(self):
+        """(molecules,) array: beads of each molecule."""
+        return np.repeat(
+            [len(kind.beads) for kind in self.molecules], [kind.count for kind in self.molecules]
+        )
+
+    @cached_property
+    def steps(self):
+        """Steps to equilibrate and to sample: the longer of steps and duration."""
+        dt = self.data["integrator"]["dt"]
+        steps, duration = self.data["steps"], self.data["duration"]
+        return tuple(
+            max(steps.get(part, 0), round(duration.get(part, 0) / dt))
+            for part in ("equilibrate", "sample")
+        )
+
+    @property
+    def work(self):
+        """Bead-steps of the whole run."""
+        return self.beads * sum(self.steps)
+
+    @property
+    def skin(self):
+        """Skin of the pair list in r_c; 0 for cells."""
+        return self.skin_at(self.data["integrator"]["dt"])
+
+    def skin_at(self, dt):
+        """The same for steps of another length."""
+        chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
+        if chosen == "auto":
+            thermal = dt * self.data["thermostat"]["kT"] ** 0.5
+            room = min(self.box) >= 2 * (CUTOFF + skin)
+            chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
+        return float(skin) if chosen == "list" else 0.0
+
+    @cached_property
+    def observe(self):
+        """Settings of each observable by name, with ``every`` filled in."""
+        rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
+        chosen = {}
+        for item in self.data["observe"]:
+            name, settings = (item, {}) if isinstance(item, str) else next(iter(item.items()))
+            chosen[name] = with_defaults(settings, rules[name])
+            chosen[name].setdefault("every", self._every(name))
+        return chosen
+
+    def _every(self, name):
+        """Steps between samples where the scene does not say."""
+        sample = self.steps[1]
+        if name == "configuration":
+            return sample
+        every = round(INTERVALS.get(name, SLOWER) / self.data["integrator"]["dt"])
+        if name == "thermo":
+            every = max(every, -(-sample // MOST_SAMPLES))
+        return max(1, min(every, sample))
+
+    def _fail(self, key, problem):
+        raise UserError(f"{self.where}: {key}: {problem}")
+
+    def _check(self):
+        self._check_box()
+        self._check_molecules()
+        self._check_repulsion()
+        self._check_core()
+        self._check_bond()
+        self._check_thermostat()
+        if self.steps[1] < 1:
+            self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
+        for name, settings in self.observe.items():
+            if settings["every"] > self.steps[1]:
+                self._fail(
+                    f"observe.{name}.every",
+                    f"{settings['every']} steps is longer than the run; allowed: 1 to "
+                    f"{self.steps[1]}",
+                )
+        for name, dimension in (("crossings", 2), ("passes", 3)):
+            if name in self.observe and self.dimension != dimension:
+                self._fail("observe", f"{name!r} are counted in {dimension} dimensions only")
+        if "configurational" in self.observe and self.data.get("core", {}).get("radius"):
+            self._fail("observe", "'configurational' needs a force without the jump of a core")
+        if self.data["start"]["method"] == "polymerize":
+            if self.dimension != 2:
+                self._fail("start.method", "'polymerize' grows chains in two dimensions only")
+            if "bond" not in self.data:
+                self._fail("start.method", "'polymerize' has nothing to grow: no chains, no bond")
+        half = min(self.box) / 2
+        if "rdf" in self.observe and self.observe["rdf"]["range"] > half:
+            self._fail(
+                "observe.rdf.range",
+                f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
+                f"allowed: <= {half:g}",
+            )
+        check_limits(self)
+
+    def _check_box(self):
+        if len(self.box) != self.dimension:
+            self._fail("box", f"{len(self.box)} edges in {self.dimension} dimensions")
+        for edge in self.box:
+            if edge < 2 * CUTOFF:
+                self._fail(
+                    "box",
+                    f"an edge of {edge:g} is smaller than two cutoffs, a bead would meet "
+                    f"another one twice; allowed: >= {2 * CUTOFF:g}",
+                )
+
+            if edge < 2 * (CUTOFF + self.skin):
+                self._fail(
+                    "pairs.skin",
+                    f"{self.skin:g} needs a box of at least {2 * (CUTOFF + self.skin):g}, an edge "
+                    f"is {edge:g}; use search: cells",
+                )
+        if self.volume > MOST_CELLS:
+            self._fail("box", f"a volume of {self.volume:g} is too large; allowed: <= {MOST_CELLS}")
+
+    def _check_molecules(self):
+        for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
+            if kind.count < 1:
+                self._fail(
+                    f"molecules.{place}.density",
+                    f"{given['density']:g} is not one molecule of {len(kind.beads)} beads in a "
+                    f"box of {self.volume:g} r_c^{self.dimension}",
+                )
+        for density in self.missed_densities:
+            if density.share > MOST_MISSED:
+                fitting = (density.found / density.asked) ** (1 / self.dimension)
+                edges = ", ".join(f"{fitting * edge:.6g}" for edge in self.box)
+                edges = f"[{edges}]" if isinstance(self.data["box"], list) else edges.split(",")[0]
+                count = self.molecules[density.place].count
+                self._fail(
+                    f"molecules.{density.place}.density",
+                    f"{density.asked:g} is not met: {self._sizes(density)}, {density.share:.1%} "
+                    f"off; allowed: {MOST_MISSED:.0%}. Write 'box: {edges}', in which {count} of "
+                    f"them fit, or 'count: {count}' instead of the density",
+                )
+
+    def _check_repulsion(self):
+        for pair, value in self.data["repulsion"].items():
+            names = pair.split()
+            other = self.data["repulsion"].get(f"{names[1]} {names[0]}", value)
+            if other != value:
+                self._fail(f"repulsion.{pair}", f"{value:g}, but {other:g} in the other order")
+            for name in names:
+                if name not in self.species:
+                    self._fail(
+                        f"repulsion.{pair}",
+                        f"no molecule has the species {name!r}; allowed: {', '.join(self.species)}",
+                    )
+        for i, j in combinations_with_replacement(range(len(self.species)), 2):
+            if np.isnan(self.repulsion[i, j]):
+                pair = f"{self.species[i]} {self.species[j]}"
+                self._fail("repulsion", f"no value for the pair {pair!r}; add '{pair}: 25'")
+
+    def _check_thermostat(self):
+        scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]
+        if kind == "langevin" and coefficients(scheme).exchange is not None:
+            self._fail(
+                "integrator.scheme",
+                f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "
+                "allowed: euler, gw-vv, verlet-no-acceleration, dpd-vv",
+            )
+
+    def _check_core(self):
+        core = self.data.get("core", {"radius": 0, "smooth": 0})
+        if 2 * core["radius"] + core["smooth"] > CUTOFF:
+            self._fail(
+                "core.smooth",
+                f"{core['smooth']:g} beyond a core of diameter {2 * core['radius']:g} goes past "
+                f"the cutoff; allowed: <= {CUTOFF - 2 * core['radius']:g}",
+            )
+
+    def _check_bond(self):
+        chains = any(len(kind.beads) > 1 for kind in self.molecules)
+        if chains and "bond" not in self.data:
+            self._fail("bond", "molecules of several beads need one, as {stiffness: 2, length: 0}")
+        if not chains and "bond" in self.data:
+            self._fail(
+                "bond",
+                "every molecule is a single bead; remove the key, or give an architecture "
+                "of several beads, as 'A 10'",
+            )
+        for name in ("bonds", "crossings", "passes", "end_to_end"):
+            if not chains and name in self.observe:
+                self._fail(
+                    "observe", f"{name!r} has nothing to measure: every molecule is a single bead"
+                )
+
+
+def _beads(architecture):
+    """Species of the beads of "A 3 B 9": A A A B B B ..."""
+    beads = []
+    for word in architecture.split():
+        if word.isdigit():
+            beads += [beads[-1]] * (int(word) - 1)
+        else:
+            beads.append(word)
+    return tuple(beads)

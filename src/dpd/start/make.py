@@ -1,0 +1,221 @@
+"""First configurations, and the steps that relax them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dpd.engine.periodic import wrapped
+from dpd.engine.queries.crossings import crossing_bonds
+from dpd.engine.simulation import Simulation, State, System
+from dpd.errors import UserError
+from dpd.physics.schemes import coefficients
+from dpd.start.description import FLIGHT, start_description, start_forces
+from dpd.start.polymerize import LOOK, polymerize
+
+NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
+
+
+def system_of(scene):
+    """The engine's view of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    System
+    """
+    data = scene.data
+    thermostat, integrator = data["thermostat"], data["integrator"]
+    return System(
+        box=scene.box,
+        repulsion=scene.repulsion,
+        kT=float(thermostat["kT"]),
+        friction=float(thermostat["gamma"]),
+        gaussian=thermostat["noise"] == "gaussian",
+        bonds=_bonds(scene, data.get("bond")),
+        dt=float(integrator["dt"]),
+        scheme=coefficients(integrator["scheme"], float(integrator["lambda"])),
+        seed=data["seed"],
+        core=_core(data.get("core")),
+        skin=scene.skin,
+        per_bead=thermostat["kind"] == "langevin",
+    )
+
+
+def _bonds(scene, bond):
+    if bond is None:
+        return None
+    return scene.bonded, float(bond["stiffness"]), float(bond["length"])
+
+
+def _core(core):
+    if core is None or core["radius"] == 0:
+        return None
+    return 2.0 * core["radius"], float(core["force"]), float(core.get("smooth", 0)) or None
+
+
+def _start_system(scene, dt):
+    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs."""
+    forces = start_forces(scene)
+    return replace(
+        system_of(scene),
+        friction=float(forces["gamma"]),
+        gaussian=False,
+        per_bead=False,
+        bonds=_bonds(scene, forces.get("bond")),
+        core=_core(forces.get("core")),
+        dt=float(dt),
+        scheme=coefficients("gw-vv"),
+        seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
+        skin=scene.skin_at(dt),
+    )
+
+
+def make_start(scene, progress=None):
+    """Build, and where the scene asks for it relax, the first configuration.
+
+    Parameters
+    ----------
+    scene : Scene
+    progress : callable or None
+        Called with the work done so far, out of `dpd.start.description.start_work`.
+
+    Returns
+    -------
+    State
+        In the order of identities, with no force yet and step 0.
+    """
+    return make_start_and_record(scene, progress)[0]
+
+
+def make_start_and_record(scene, progress=None):
+    """As `make_start`, with how it came about.
+
+    Returns
+    -------
+    State
+    dict of str to array
+        For polymerization `dpd.start.polymerize.RECORD`, one value per round of growth, and
+        ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0.
+
+    Raises
+    ------
+    UserError
+        If chains cannot be grown, or if bonds cross while they relax.
+    """
+    description = start_description(scene)
+    grown = description["method"] == "polymerize"
+    if grown:
+        system = _start_system(scene, description["polymerize"]["dt"])
+        state, record = polymerize(
+            scene, description["polymerize"], system, description["seed"], description["kT"],
+            progress,
+        )  # fmt: skip
+    else:
+        state, record = _random(scene, description), {}
+    if "relax" in description:
+        begun = scene.beads if grown else 0
+        state, crossings = _relax(scene, state, description["relax"], grown, begun, progress)
+        if grown:
+            record["relax_crossings"] = crossings
+    if grown:
+        # Chains that grow and spare monomers that vanish leave flows across the box, which
+        # only viscosity would bring to rest.
+        rng = np.random.default_rng([description["seed"], 1])
+        state.velocity = _velocities(state.position.shape, description["kT"], rng)
+    return state, record
+
+
+def _random(scene, description):
+    """Random flights with random velocities."""
+    rng = np.random.default_rng(description["seed"])
+    flight = description.get("flight", FLIGHT)
+    position = _positions(scene, description["method"], flight, rng)
+    velocity = _velocities(position.shape, description["kT"], rng)
+    identity = np.arange(position.shape[1], dtype=np.uint32)
+    return State(position, velocity, None, identity, _species(scene), 0)
+
+
+def _velocities(shape, kT, rng):
+    """Maxwellian velocities, at rest as a whole."""
+    velocity = rng.normal(scale=np.sqrt(kT), size=shape)
+    return velocity - velocity.mean(axis=1, keepdims=True)
+
+
+def _positions(scene, method, flight, rng):
+    """Random flights, each kind of molecule in the whole box or in a slab of its own."""
+    box = np.array(scene.box)
+    along = int(np.argmax(box))
+    low, filled, parts = np.zeros_like(box), 0, []
+    for kind in scene.molecules:
+        beads = kind.count * len(kind.beads)
+        slab = box.copy()
+        if method == "slabs":
+            low[along] = box[along] * filled / scene.beads
+            slab[along] = box[along] * beads / scene.beads
+        filled += beads
+        x = _flights(kind.count, len(kind.beads), slab, flight, rng)
+        if method == "slabs":
+            x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
+        parts.append((x + low).reshape(-1, len(box)).T)
+    return wrapped(np.concatenate(parts, axis=1), scene.box)
+
+
+def _flights(count, length, size, flight, rng):
+    """(count, length, dimension) positions of random flights that begin in a box."""
+    first = rng.random((count, 1, len(size))) * size
+    steps = rng.normal(size=(count, length - 1, len(size)))
+    steps *= flight / np.linalg.norm(steps, axis=2, keepdims=True)
+    return np.concatenate([first, steps], axis=1).cumsum(axis=1)
+
+
+def _species(scene):
+    """(n,) uint8 numbers of species, or None where there is one."""
+    if len(scene.species) == 1:
+        return None
+    numbers = [
+        np.tile([scene.species.index(name) for name in kind.beads], kind.count)
+        for kind in scene.molecules
+    ]
+    return np.concatenate(numbers).astype(np.uint8)
+
+
+def _relax(scene, state, relax, grown, begun, progress):
+    """Steps of relaxation; back to the order of identities and to step 0.
+
+    Returns
+    -------
+    State
+    (looks,) array
+        Crossing bonds every `LOOK` tau; empty unless the chains were grown.
+    """
+    system = _start_system(scene, relax["dt"])
+    simulation = Simulation(system, state)
+    look = max(1, round(LOOK / relax["dt"])) if grown and system.bonds else 500
+    crossings = []
+    while (left := relax["steps"] - simulation.state.step) > 0:
+        simulation.advance(min(left, look))
+        now = simulation.state
+        if grown and system.bonds:
+            place = now.by_identity(now.position)
+            try:
+                crossings.append(crossing_bonds(place, system.bonds[0], system.box).shape[1])
+            except UserError as problem:
+                raise UserError(f"{scene.where}: start.relax: {problem}") from None
+            if crossings[-1]:
+                raise UserError(
+                    f"{scene.where}: start.relax: {crossings[-1]} pairs of bonds crossed after "
+                    f"{now.step} steps: these forces do not keep chains apart. Raise the core "
+                    "force or radius or the bond stiffness, in the scene or in start.forces"
+                )
+        if progress is not None:
+            progress(begun + now.step)
+    done = simulation.state
+    species = None if done.species is None else done.by_identity(done.species)
+    relaxed = State(
+        done.by_identity(done.position), done.by_identity(done.velocity), None,
+        np.arange(len(done.identity), dtype=np.uint32), species, 0,
+    )  # fmt: skip
+    return relaxed, np.array(crossings)
