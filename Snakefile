@@ -21,7 +21,7 @@ from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
 from dpd.scene.schema import read_yaml, validate
-from dpd.start.description import start_digest, start_is_shared
+from dpd.scene.start import start_digest, start_is_shared
 from dpd.pipeline.study import page_suffix, read_config, read_paper
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.

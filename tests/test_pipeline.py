@@ -15,7 +15,7 @@ from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import ROOT
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.notation import typeset
-from dpd.start.description import start_digest, start_is_shared
+from dpd.scene.start import start_digest, start_is_shared
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
 PAPERS = read_config()["papers"]

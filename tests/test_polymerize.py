@@ -11,7 +11,7 @@ from dpd.engine.simulation import State
 from dpd.errors import UserError
 from dpd.pipeline.simulate import read_start, write_start
 from dpd.scene.scene import Scene
-from dpd.start.description import start_work
+from dpd.scene.start import start_work
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
 from dpd.start.make import make_start, make_start_and_record
 from dpd.start.polymerize import RECORD, Growth

@@ -14,7 +14,7 @@ from dpd.report.document import config_readme
 from dpd.scene import schema as rules
 from dpd.scene.scene import Scene
 from dpd.scene.schema import read_yaml, schema, validate
-from dpd.start.description import FLIGHT, start_digest
+from dpd.scene.start import FLIGHT, start_digest
 from dpd.start.make import make_start
 
 GOOD = {

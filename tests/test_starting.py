@@ -9,7 +9,7 @@ from dpd import files
 from dpd.pipeline.simulate import read_start, simulate, write_start
 from dpd.pipeline.study import merge
 from dpd.scene.scene import Scene
-from dpd.start.description import start_is_shared
+from dpd.scene.start import start_is_shared
 from dpd.start.make import make_start
 
 FLUID = {

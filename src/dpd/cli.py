@@ -1,18 +1,17 @@
 """`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
 
 import argparse
-import math
 import os
 import sys
 from pathlib import Path
 
+from dpd.arguments import THREADS_PER_CORE, count, seconds
 from dpd.errors import Stopped, UserError, reason
 from dpd.interrupts import asked
 from dpd.streams import unprinted
 
-RESULTS = Path("results")
 LITTLE = 2**20  # bytes of a result whose size is not known before
-THREADS_PER_CORE = 4  # more only wait for each other
+SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 
 def main(arguments=None):
@@ -54,7 +53,7 @@ def _parser():
     def stage(name, function, help, *names, output=None, prints=False):
         sub = stages.add_parser(name, help=help, description=help)
         for argument in names:
-            sub.add_argument(argument, nargs="+" if argument == "papers" else None)
+            sub.add_argument(argument, nargs=SEVERAL.get(argument))
         if output:
             sub.add_argument("-o", "--output", required=True, type=Path, help=output)
         sub.set_defaults(stage=function, prints=prints)
@@ -62,7 +61,7 @@ def _parser():
 
     run = stage("run", _run, "run a scene of your own", "scene", output="NetCDF file to write")
     run.add_argument(
-        "--checkpoint-every", type=_seconds, default=60.0, metavar="SECONDS",
+        "--checkpoint-every", type=seconds, default=60.0, metavar="SECONDS",
         help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
         "clock); the same command resumes from one",
     )  # fmt: skip
@@ -85,19 +84,31 @@ def _parser():
     simulate.add_argument(
         "--start", type=Path, metavar="FILE", help="first configuration; without it, it is made"
     )
+    _add_derived(simulate)
     _add_threads(simulate)
-    stage("collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc")
-    stage(
+    collect = stage(
+        "collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc"
+    )
+    collect.add_argument(
+        "--runs", type=Path, required=True, metavar="FOLDER", help="with POINT/run.nc of each point"
+    )
+    _add_derived(collect)
+    derive = stage(
         "derive", _derive, "find values of a sweep's scenes that other sweeps measure",
         "study", "paper", "sweep", output="sweep.csv",
     )  # fmt: skip
+    _add_data(derive)
     figure = stage("figure", _figure, "make a figure", "study", "paper", "figure", output="folder")
+    _add_data(figure)
     figure.add_argument(
         "--traceback", type=Path, metavar="FILE",
         help="where to keep the whole traceback if the figure's file raises something",
     )  # fmt: skip
-    stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
-    stage("report", _report, "write the report", "study", "papers", output="report.html")
+    stage("verdicts", _verdicts, "join the verdict tables of figures", "tables", output="csv")
+    report = stage("report", _report, "write the report", "study", "papers", output="report.html")
+    report.add_argument(
+        "--results", type=Path, required=True, metavar="FOLDER", help="results of the study"
+    )
     plan = stage(
         "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
     )
@@ -120,41 +131,24 @@ def _parser():
 
 def _add_threads(parser):
     parser.add_argument(
-        "--threads", type=_count, default=1, metavar="N",
+        "--threads", type=count, default=1, metavar="N",
         help=f"threads that share the work (default 1, at most {THREADS_PER_CORE} per core); the "
         "results are the same bits",
     )  # fmt: skip
 
 
-def _count(text):
-    cores = len(os.sched_getaffinity(0))
-    most = THREADS_PER_CORE * cores
-    if not text.isdecimal() or len(text) > 6 or not 1 <= int(text) <= most:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is out of range; allowed: 1 to {most}, {THREADS_PER_CORE} for each of "
-            f"{cores} cores"
-        )
-    return int(text)
+def _add_derived(parser):
+    parser.add_argument(
+        "--derived", type=Path, metavar="FILE",
+        help="what other sweeps have measured for this one, from `derive`, if it needs that",
+    )  # fmt: skip
 
 
-def _seconds(text):
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not 0 <= seconds < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; allowed: 0, 60, ... seconds")
-    return seconds
-
-
-def run_folder(study, paper, sweep):
-    """Folder of a sweep's runs."""
-    return RESULTS / study / paper / "runs" / sweep
-
-
-def derived_file(study, paper, sweep):
-    """Table of a sweep's derived values."""
-    return RESULTS / study / paper / "derived" / f"{sweep}.csv"
+def _add_data(parser):
+    parser.add_argument(
+        "--data", type=Path, nargs="*", default=[], metavar="FILE",
+        help="collected sweeps and measurements that it is made from, in any order",
+    )  # fmt: skip
 
 
 def _run(options):
@@ -217,14 +211,25 @@ def _resolved_sweep(options):
     """The sweep with what other sweeps have measured for it."""
     from dpd.pipeline.derived import resolved
 
-    return resolved(_sweep(options), derived_file(options.study, options.paper, options.sweep))
+    return resolved(_sweep(options), options.derived)
+
+
+def _data_of(options, names):
+    """Files of the sweeps and measurements that are wanted, by name, out of those given."""
+    from dpd.analysis.collect import name_of
+
+    given = {name_of(path): path for path in options.data}
+    for name in names:
+        if name not in given:
+            raise UserError(f"--data: none of the files is {name!r}, which is needed; add its file")
+    return {name: given[name] for name in names}
 
 
 def _start(options):
     from dpd.files import check_output, check_room
-    from dpd.pipeline.simulate import write_start
     from dpd.progress import Progress
-    from dpd.start.description import start_work
+    from dpd.scene.start import start_work
+    from dpd.start.files import write_start
 
     check_output(options.output, ".nc")
     scene = _sweep(options).point(options.point).scene
@@ -235,15 +240,15 @@ def _start(options):
 
 def _simulate(options):
     from dpd.files import check_output
-    from dpd.pipeline.derived import is_made
     from dpd.pipeline.running import Order, run_alone
+    from dpd.pipeline.simulate import is_made
 
     inputs = (options.start,) if options.start else ()
     check_output(options.output, ".nc", inputs)
     sweep = _resolved_sweep(options)
     scene = sweep.point(options.point).scene
     # Snakemake cannot know that what was measured anew came out as before.
-    if sweep.derived and is_made(options.output, scene):
+    if sweep.derived and is_made(scene, options.output):
         options.output.touch()
         print(f"{options.output}: is there already, of the same scene and the same sources")
         return
@@ -259,11 +264,11 @@ def _simulate(options):
 def _collect(options):
     from dpd.analysis.collect import collect, save
     from dpd.files import check_output
+    from dpd.pipeline.paths import run_file
 
     check_output(options.output, ".nc")
     sweep = _resolved_sweep(options)
-    folder = run_folder(options.study, options.paper, options.sweep)
-    paths = [folder / point.name / "run.nc" for point in sweep.points]
+    paths = [run_file(options.runs, point.name) for point in sweep.points]
     save(collect(sweep, paths), options.output)
 
 
@@ -274,13 +279,9 @@ def _derive(options):
     from dpd.pipeline.derived import write_derived
 
     sweep = _sweep(options)
-    folder = RESULTS / options.study / options.paper / "sweeps"
-    paths = {rule.source: folder / f"{rule.source}.nc" for rule in sweep.derived}
-    if not paths:
+    if not sweep.derived:
         raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
-    for path in paths.values():
-        if not path.is_file():
-            raise UserError(f"{path}: there is no such file; let snakemake make it")
+    paths = _data_of(options, {rule.source for rule in sweep.derived})
     sources = {name: xr.load_dataset(path, engine="netcdf4") for name, path in paths.items()}
     write_derived(derive(sweep, sources), options.output)
 
@@ -298,9 +299,8 @@ def _figure(options):
             f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
             f"{suggestion(options.figure, paper.figures)}"
         )
-    folder, figure = RESULTS / options.study / options.paper, paper.figures[options.figure]
-    sources = {name: folder / "sweeps" / f"{name}.nc" for name in figure.sweeps}
-    sources |= {name: folder / "measurements" / f"{name}.nc" for name in figure.measurements}
+    figure = paper.figures[options.figure]
+    sources = _data_of(options, (*figure.sweeps, *figure.measurements))
     try:
         make_figure(options.paper, options.figure, sources, options.output)
     except BrokenFigure as problem:
@@ -312,11 +312,9 @@ def _figure(options):
 
 def _verdicts(options):
     from dpd.files import replace_whole
-    from dpd.pipeline.study import read_paper
     from dpd.report.figures import joined_verdicts
 
-    papers = [read_paper(name, options.study) for name in options.papers]
-    table = joined_verdicts(papers, RESULTS / options.study)
+    table = joined_verdicts(options.tables)
     replace_whole(options.output, lambda draft: table.to_csv(draft, index=False))
 
 
@@ -327,11 +325,10 @@ def _report(options):
 
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study)["description"]
-    results = RESULTS / options.study
     # Set by the Snakefile: a parameter that differs every time would make the page again.
     begun, cores = (os.environ.get(f"DPD_{name}") for name in ("BEGUN", "CORES"))
-    cost = overhead(results, float(begun), int(cores)) if begun and cores else ""
-    write_page(options.study, description, papers, results, options.output, cost)
+    cost = overhead(options.results, float(begun), int(cores)) if begun and cores else ""
+    write_page(options.study, description, papers, options.results, options.output, cost)
 
 
 def _plan(options):
@@ -360,9 +357,10 @@ def _show(options):
 
 def _schemes(options):
     from dpd.files import replace_whole
+    from dpd.pipeline.paths import results_of
     from dpd.report.accuracy import recommendations
 
-    text = recommendations(RESULTS / options.study / "benchmark" / "figures")
+    text = recommendations(Path(results_of(options.study).figures("benchmark")))
     replace_whole(options.output, lambda draft: draft.write_text(text))
 
 
@@ -374,9 +372,10 @@ def _document(options):
 
 
 def _archive(options):
+    from dpd.pipeline.paths import results_of
     from dpd.report.readme import archive
 
-    kept = archive(options.study, RESULTS / options.study)
+    kept = archive(options.study, results_of(options.study).folder)
     print(f"kept in {kept}; now: python -m dpd readme -o README.md")
 
 

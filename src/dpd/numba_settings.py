@@ -7,7 +7,8 @@ compilation a fifth longer and no kernel faster: loops vectorise at level 1.
 
 import os
 
-from dpd.digest import cache_folder, stage_digest
+from dpd.digest import cache_folder
+from dpd.sources import kernel_digest
 
-os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder(stage_digest("engine"))))
+os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder(kernel_digest())))
 os.environ["NUMBA_OPT"] = "1"  # not a default: it decides the last bits of results

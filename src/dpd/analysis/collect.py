@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,9 @@ import xarray as xr
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
-from dpd.digest import stage_digest
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
+from dpd.stages import run_digest, stage_digest
 
 RECORDED = {
     "number_density": ("1 / r_c^dimension", "number density"),
@@ -108,11 +109,25 @@ def collect(sweep, paths):
                 )
             units, long_name = (runs[0][name].attrs[key] for key in ("units", "long_name"))
             put(f"{name}_series", [run[name].values for run in runs], units, long_name, ("time",))
-    first = runs[0].attrs
-    data.attrs |= {key: first[key] for key in ("sources", "numpy", "numba")}
+    data.attrs |= {key: runs[0].attrs[key] for key in ("numpy", "numba")}
+    data.attrs["sources"] = " ".join(sorted({run.attrs["sources"] for run in runs}))
     data.attrs["collect_sources"] = stage_digest("collect")
     data.attrs["seconds"] = time.perf_counter() - begun
     return data
+
+
+def name_of(path):
+    """The name of the sweep or measurement that a file holds.
+
+    Raises
+    ------
+    UserError
+        If there is no such file, or it holds neither.
+    """
+    for kind in ("sweep", "measurement"):
+        with suppress(AttributeError):
+            return files.attribute(path, kind)
+    raise UserError(f"{path}: neither a collected sweep nor a measurement; name a file that is one")
 
 
 def first_scene(runs):
@@ -157,7 +172,7 @@ def _read(path, scene):
         run = xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError):
         raise UserError(f"{path}: not a whole NetCDF file; {remedy}") from None
-    files.check_digest(path, run.attrs, "sources", stage_digest("simulate"), remedy)
+    files.check_digest(path, run.attrs, "sources", run_digest(scene), remedy)
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:
         raise UserError(f"{scene.where}: observe: a sweep needs 'thermo' among its observables")

@@ -10,10 +10,10 @@ from dpd.benchmark.beside import beside_lammps
 from dpd.benchmark.features import features
 from dpd.benchmark.scaling import scaling
 from dpd.benchmark.schemes import schemes
-from dpd.digest import stage_digest
 from dpd.errors import UserError
 from dpd.pipeline.simulate import versions
 from dpd.scene.schema import suggestion
+from dpd.stages import stage_digest
 
 # The names that config/schema/paper.yaml allows.
 MEASUREMENTS = {

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.engine.simulation import Simulation
-from dpd.start.description import start_digest
+from dpd.scene.start import start_digest
 from dpd.start.make import make_start, system_of
 
 TURNS = 5

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from dpd.engine.periodic import MOST_STRETCHED, STRETCHED, nearest
+from dpd.engine.periodic import nearest
 from dpd.errors import LostTrack
+from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
 
 EVERY = 200  # steps between looks: less than half a per cent of the run time
 FEW = 10  # finds that say nothing: so short a run knows its means far less well

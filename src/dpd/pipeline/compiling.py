@@ -2,8 +2,8 @@
 
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.make import system_of
+from dpd.start.quick import compile_start
 
 
 def compile_for(scenes):
@@ -28,7 +28,7 @@ def compile_for(scenes):
             smallest[variant] = scene
     for scene in smallest.values():
         system = system_of(scene)
-        simulation = Simulation(system, make_start(_barely_relaxed(quick_to_start(scene))))
+        simulation = Simulation(system, compile_start(scene))
         for observer in observables(scene, system):
             observer.sample(simulation, simulation.measure())
     return [", ".join(variant) for variant in smallest]
@@ -56,36 +56,3 @@ def _friction(scene, system):
     if system.scheme.again:
         return "friction twice"
     return "friction once" if system.scheme.prediction is None else "predicted friction"
-
-
-def _barely_relaxed(scene):
-    """A scene whose start takes one step where it takes any, which is enough to compile it."""
-    start = scene.data["start"]
-    if "relax" not in start:
-        return scene
-    return Scene(
-        scene.data | {"start": start | {"relax": start["relax"] | {"steps": 1}}}, scene.where
-    )
-
-
-def quick_to_start(scene, grow=True):
-    """A scene with a start that needs no growth; where there is one, grow a small melt apart.
-
-    Parameters
-    ----------
-    scene : Scene
-    grow : bool
-        Whether to grow the small melt, which compiles growth.
-    """
-    start = scene.data["start"]
-    if start["method"] != "polymerize":
-        return scene
-    if grow:
-        kinds = [
-            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": 32}
-            for kind in scene.molecules
-        ]
-        small = {"box": 8, "molecules": kinds, "observe": ["thermo"]}
-        make_start(Scene(scene.data | small, scene.where))
-    random = {"method": "random", "seed": start.get("seed", 1)}
-    return Scene(scene.data | {"start": random}, scene.where)

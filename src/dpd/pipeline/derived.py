@@ -9,11 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from dpd import files
-from dpd.digest import stage_digest
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.scene.schema import suggestion
-from dpd.start.description import start_digest, start_is_shared
+from dpd.scene.start import start_digest, start_is_shared
 
 COLUMNS = ("point", "key", "value", "from")
 
@@ -129,7 +128,7 @@ def resolved(sweep, path):
     Parameters
     ----------
     sweep : dpd.pipeline.study.Sweep
-    path : path
+    path : path or None
         From `write_derived`; not looked at where nothing is derived.
 
     Returns
@@ -139,10 +138,16 @@ def resolved(sweep, path):
     Raises
     ------
     UserError
-        If a value is missing, or would change a start that runs share.
+        If the table or a value is missing, or would change a start that runs share.
     """
     if not sweep.derived:
         return sweep
+    if path is None:
+        keys = ", ".join(rule.key for rule in sweep.derived)
+        raise UserError(
+            f"sweep {sweep.name}: other sweeps measure {keys} for it; name the table that "
+            "`dpd derive` writes: --derived FILE"
+        )
     values = read_derived(path)
     points = []
     for point in sweep.points:
@@ -169,14 +174,3 @@ def _with(scene, parts, value):
     """A scene with a value put under a key."""
     inner = value if len(parts) == 1 else _with(scene[parts[0]], parts[1:], value)
     return scene | {parts[0]: inner}
-
-
-def is_made(path, scene):
-    """Whether a run is there that belongs to a scene and to the sources as they are."""
-    if not Path(path).is_file():
-        return False
-    try:
-        made = {name: files.attribute(path, name) for name in ("scene_digest", "sources")}
-    except (UserError, AttributeError):  # not NetCDF, or not a run
-        return False
-    return made == {"scene_digest": scene.digest, "sources": stage_digest("simulate")}

@@ -10,8 +10,8 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack
 from dpd.observe import observables
-from dpd.pipeline.compiling import quick_to_start
 from dpd.start.make import make_start, system_of
+from dpd.start.quick import random_start
 
 WARM = 50  # steps before the clock starts, in which kernels compile
 LEAST_SECONDS = 1.0  # that a rate is measured over
@@ -110,7 +110,7 @@ def _watched(scene):
 
 def measured_speed(scene, seconds):
     """The `Speed` of a scene, measured for some seconds without its observables and with them."""
-    simulation = Simulation(system_of(scene), make_start(quick_to_start(scene, grow=False)))
+    simulation = Simulation(system_of(scene), make_start(random_start(scene)))
     system, most = system_of(scene), scene.steps[1]
     for observer in observables(scene, system):  # kernels of the observables compile
         observer.sample(simulation, simulation.measure())

@@ -15,16 +15,11 @@ from dpd.files import check_output
 from dpd.interrupts import asked, listening
 from dpd.pipeline.lock import alone
 from dpd.pipeline.probing import settle
-from dpd.pipeline.simulate import (
-    checkpoint_path,
-    read_start,
-    simulate,
-    summary_of_file,
-    write_start,
-)
+from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
 from dpd.scene.scene import Scene
-from dpd.start.description import start_work
+from dpd.scene.start import start_work
+from dpd.start.files import read_start, write_start
 from dpd.start.make import make_start
 
 
@@ -142,10 +137,10 @@ def _run(order, checkpoint):
     if scene.chosen:
         print(scene.chosen)
     with Progress(sum(scene.steps), order.label) as progress:
-        return simulate(
-            scene, order.output, state, checkpoint, progress, order.every_seconds,
-            stopping=asked, say=say, threads=order.threads, begun=begun,
-        )  # fmt: skip
+        settings = RunSettings(
+            checkpoint, order.every_seconds, order.threads, progress, asked, say, begun
+        )
+        return simulate(scene, order.output, state, settings)
 
 
 @contextmanager

@@ -1,110 +1,62 @@
-"""The stages that make files: start.nc from a scene, run.nc from a scene and its start."""
+"""A run: from a scene and its first configuration to run.nc."""
 
 import json
 import resource
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
-from dpd.digest import stage_digest
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation, State, Unstable
+from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
-from dpd.start.description import start_description, start_digest
-from dpd.start.make import make_start_and_record, system_of
-from dpd.start.polymerize import RECORD
+from dpd.stages import run_digest
+from dpd.start.make import system_of
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
-ANOTHER = (
-    "let snakemake make it again; for a run of your own name a file for --start that is not there "
-    "yet: the first configuration is made and kept in it"
-)
+REMEDY = "let snakemake make it again"
+COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 
 
-def write_start(scene, path, progress=None):
-    """Make the first configuration of a scene and write it.
+@dataclass(frozen=True)
+class RunSettings:
+    """How a run is carried out; none of it changes a bit of its result.
 
-    Parameters
+    Attributes
     ----------
-    scene : Scene
-    path : path
+    checkpoint : path or None
+        Where the state is kept while it runs; an interrupted run of the same scene and
+        sources goes on from there.
+    every_seconds : float
+        Wall clock between checkpoints.
+    threads : int
+        See `dpd.engine.simulation.Simulation`.
     progress : callable or None
+        Called with the number of steps done.
+    stopping, say : callable or None
+        See `dpd.engine.loop.run`.
+    begun : float or None
+        When the work on this run began, as `time.perf_counter` has it: with its start, where the
+        run made that itself. Otherwise when it is called.
     """
-    begun = time.perf_counter()
-    state, record = make_start_and_record(scene, progress)
-    variables = {
-        "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
-        "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
-    }
-    if state.species is not None:
-        variables["species"] = (("bead",), state.species, "1", "number of the species")
-    for name, (units, long_name) in RECORD.items():
-        if name in record:
-            variables[name] = (("round",), record[name], units, long_name)
-    if "relax_crossings" in record:
-        crossings = record["relax_crossings"]
-        text = "pairs of crossing bonds while the melt relaxed"
-        variables["relax_crossings"] = (("look",), crossings, "1", text)
-    attributes = {
-        "start": json.dumps(start_description(scene)),
-        "start_digest": start_digest(scene),
-        "start_sources": stage_digest("start"),
-        "seconds": time.perf_counter() - begun,
-    }
-    files.write(path, variables, attributes)
+
+    checkpoint: Path | None = None
+    every_seconds: float = 60.0
+    threads: int = 1
+    progress: Callable | None = None
+    stopping: Callable | None = None
+    say: Callable | None = None
+    begun: float | None = None
 
 
-def read_start(scene, path):
-    """Read a first configuration that belongs to a scene.
-
-    Returns
-    -------
-    State
-
-    Raises
-    ------
-    UserError
-        If the file belongs to another system or other sources.
-    """
-    variables, attributes = files.read(path)
-    if "start_digest" not in attributes:
-        what = "the result of a run" if "scene_digest" in attributes else "some other NetCDF file"
-        raise UserError(
-            f"{path}: this is {what}, not a first configuration. --start wants a file that an "
-            "earlier --start or `python -m dpd start` wrote, or a name that is not there yet: the "
-            "first configuration is then made and kept in it"
-        )
-    if attributes["start_digest"] != start_digest(scene):
-        raise UserError(
-            f"{path}: the first configuration of another scene than {scene.where} (start_digest "
-            f"{attributes['start_digest']}, now {start_digest(scene)}); {ANOTHER}"
-        )
-    files.check_digest(path, attributes, "start_sources", stage_digest("start"), ANOTHER)
-    shape = (scene.dimension, scene.beads)
-    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}
-    if len(scene.species) > 1:
-        wanted["species"] = (shape[1:], "u")
-    for name, (expected, kind) in wanted.items():
-        found = variables.get(name)
-        if found is None or found.shape != expected or found.dtype.kind != kind:
-            raise UserError(f"{path}: has no {name} of {expected} beads that it needs; {ANOTHER}")
-    species = variables["species"] if "species" in wanted else None
-    if species is not None and species.max() >= len(scene.species):
-        raise UserError(f"{path}: has beads of a species that the scene has not; {ANOTHER}")
-    identity = np.arange(scene.beads, dtype=np.uint32)
-    return State(variables["position"], variables["velocity"], None, identity, species, 0)
-
-
-def simulate(
-    scene, path, state, checkpoint=None, progress=None, every_seconds=60.0, stopping=None, say=None,
-    threads=1, begun=None,
-):  # fmt: skip
+def simulate(scene, path, state, settings=RunSettings()):
     """Run a scene and write what it observed.
 
     Parameters
@@ -113,21 +65,8 @@ def simulate(
     path : path
         The NetCDF file; written at the end, whole.
     state : State
-        From `read_start` or `dpd.start.make.make_start`.
-    checkpoint : path or None
-        Where the state is kept while it runs; an interrupted run of the same scene and
-        sources goes on from there, to the same bits.
-    progress : callable or None
-        Called with the number of steps done.
-    every_seconds : float
-        Wall clock between checkpoints.
-    stopping, say : callable or None
-        See `dpd.engine.loop.run`.
-    threads : int
-        See `dpd.engine.simulation.Simulation`.
-    begun : float or None
-        When the work on this run began, as `time.perf_counter` has it: with its start, where the
-        run made that itself. Otherwise now.
+        From `dpd.start.files.read_start` or `dpd.start.make.make_start`.
+    settings : RunSettings
 
     Returns
     -------
@@ -140,58 +79,43 @@ def simulate(
         If the run blows up or is stopped; the last checkpoint stays. Before it begins, if
         there is no room for checkpoint and result.
     """
-    begun = time.perf_counter() if begun is None else begun
+    begun = time.perf_counter() if settings.begun is None else settings.begun
     if scene.is_auto:
         raise UserError(
             f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
             "dpd.pipeline.probing.settle(scene, state) first, or name scheme and dt"
         )
     system = system_of(scene)
-    simulation = Simulation(system, state, threads)
+    simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system)
-    sizes = [a.nbytes for o in observers for a in o.arrays.values()]
-    state_size = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
-    # The checkpoint, the draft of the next one, and the result.
-    for place in (path, checkpoint) if checkpoint else (path,):
-        files.check_room(place, 3 * (sum(sizes) + state_size))
-    keeper = None
-    if checkpoint:
-        key = {"scene": scene.digest, "sources": stage_digest("simulate")}
-        keeper = Checkpoint(checkpoint, key)
+    _check_room(path, settings.checkpoint, simulation, observers)
+    sources, keeper = run_digest(scene), None
+    if settings.checkpoint:
+        keeper = Checkpoint(settings.checkpoint, {"scene": scene.digest, "sources": sources})
     running, lost = time.perf_counter(), -1
     try:
         done = run(
-            simulation, scene.steps, observers, keeper, progress, every_seconds, stopping, say
-        )
+            simulation, scene.steps, observers, keeper, settings.progress, settings.every_seconds,
+            settings.stopping, settings.say,
+        )  # fmt: skip
     except UserError as problem:
         recorded = isinstance(problem, Unstable | LostTrack) and scene.data["unstable"] == "record"
-        done, lost = (problem.step, problem.step) if recorded else (0, -1)
         if not recorded:
             raise _with_place(problem, scene, keeper) from None
+        done = lost = problem.step
     now = time.perf_counter()
     variables = {}
     for observer in observers:
         variables |= observer.variables()
-    warning = temperature_warning(scene, variables)
-    attributes = {
-        "scene": json.dumps(scene.data),
-        "scene_digest": scene.digest,
-        "sources": stage_digest("simulate"),
-        "beads": scene.beads,
-        "number_density": scene.density,
-        "seed": scene.data["seed"],
-        "steps": sum(scene.steps),
+    attributes = _attributes(scene, sources) | {
         "lost_step": lost,
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
-        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-    } | versions()
-    if scene.chosen:
-        attributes["chosen"] = scene.chosen
-    if warning:
+    }
+    if warning := temperature_warning(scene, variables):
         attributes["warning"] = warning
-        if say:
-            say(warning)
+        if settings.say:
+            settings.say(warning)
     try:
         files.write(path, variables, attributes)
     except UserError as problem:
@@ -201,6 +125,31 @@ def simulate(
     if keeper:
         keeper.discard()
     return summary(scene, variables, attributes)
+
+
+def _check_room(path, checkpoint, simulation, observers):
+    """Refuse to begin where checkpoint and result will not fit."""
+    kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
+    state = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
+    for place in (path, checkpoint) if checkpoint else (path,):
+        files.check_room(place, COPIES * (kept + state))
+
+
+def _attributes(scene, sources):
+    """What a result says of its making, except how the run went."""
+    attributes = {
+        "scene": json.dumps(scene.data),
+        "scene_digest": scene.digest,
+        "sources": sources,
+        "beads": scene.beads,
+        "number_density": scene.density,
+        "seed": scene.data["seed"],
+        "steps": sum(scene.steps),
+        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    } | versions()
+    if scene.chosen:
+        attributes["chosen"] = scene.chosen
+    return attributes
 
 
 def _with_place(problem, scene, keeper):
@@ -243,9 +192,20 @@ def summary_of_file(scene, path):
         If it is not there, or of another scene or other sources.
     """
     variables, attributes = files.read(path)
-    files.check_digest(path, attributes, "sources", stage_digest("simulate"), ANOTHER)
-    files.check_digest(path, attributes, "scene_digest", scene.digest, ANOTHER)
+    files.check_digest(path, attributes, "sources", run_digest(scene), REMEDY)
+    files.check_digest(path, attributes, "scene_digest", scene.digest, REMEDY)
     return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
+
+
+def is_made(scene, path):
+    """Whether a result is there that belongs to a scene and to the sources as they are."""
+    if not Path(path).is_file():
+        return False
+    try:
+        made = [files.attribute(path, name) for name in ("scene_digest", "sources")]
+    except (UserError, AttributeError):  # not NetCDF, or not a run
+        return False
+    return made == [scene.digest, run_digest(scene)]
 
 
 def temperature_warning(scene, variables):

@@ -121,25 +121,6 @@ def read_config(overrides=None):
     return config
 
 
-def page_suffix(papers, all_papers):
-    """What the names of report and verdict table end in: each set of papers has its own.
-
-    Parameters
-    ----------
-    papers : list of str
-        Those asked for.
-    all_papers : list of str
-        Those of config/config.yaml.
-
-    Returns
-    -------
-    str
-        Nothing for all papers, in any order; for others "-" and their names, as in
-        ``report-liu_2008+mine.html``.
-    """
-    return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
-
-
 def read_study(name):
     """A study by name."""
     _known("study", name, "studies")

@@ -69,25 +69,19 @@ def _load(path):
     return xr.load_dataset(path, engine="netcdf4")
 
 
-def joined_verdicts(papers, results):
-    """The verdict tables of all figures as one.
+def joined_verdicts(paths):
+    """The verdict tables of some figures as one.
 
     Parameters
     ----------
-    papers : list of dpd.pipeline.study.Paper
-    results : path
-        Folder of the study.
+    paths : list of path
 
     Returns
     -------
     pandas.DataFrame
         Without rows where no figure has a published number, or there is no figure.
     """
-    tables = [
-        pd.read_csv(results / paper.name / "figures" / f"{figure}.csv")
-        for paper in papers
-        for figure in paper.figures
-    ]
+    tables = [pd.read_csv(path) for path in paths]
     # Without an empty one: it would turn numbers of the others into text.
     filled = [table for table in tables if len(table)]
     if not filled:

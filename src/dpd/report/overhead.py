@@ -1,13 +1,11 @@
 """What a workflow cost beside the simulations that it is for."""
 
+import glob
 import time
 from pathlib import Path
 
 from dpd.files import attribute
-
-# Below the folder of a paper.
-SIMULATED = ("runs/*/*/run.nc", "starts/*.nc")
-MEASURED = ("measurements/*.nc",)  # each with all cores to itself
+from dpd.pipeline.paths import Results
 
 
 def overhead(results, begun, cores):
@@ -29,7 +27,9 @@ def overhead(results, begun, cores):
         take steps, say that they took; that Python starts, kernels compile and figures are drawn
         comes on top.
     """
-    simulated, measured = (_seconds(results, begun, kind) for kind in (SIMULATED, MEASURED))
+    results = Results(glob.escape(str(results)))
+    simulated = _seconds(begun, results.run("*", "*", "*"), results.start("*", "*"))
+    measured = _seconds(begun, results.measurement("*", "*"))  # each with all cores to itself
     if not simulated and not measured:
         return ""
     wall = time.time() - begun
@@ -44,13 +44,13 @@ def overhead(results, begun, cores):
     return f"{said}: {wall / ideal - 1:.0%} more than that alone"
 
 
-def _seconds(results, begun, patterns):
-    """Of each file that the workflow made, the seconds it says that it took.
+def _seconds(begun, *patterns):
+    """Of each file of some patterns that the workflow made, the seconds it says that it took.
 
     What took longer than there was time since the workflow began was taken over from an earlier
     one.
     """
-    paths = [path for pattern in patterns for path in Path(results).glob(f"*/{pattern}")]
+    paths = [Path(path) for pattern in patterns for path in glob.glob(pattern)]
     there = {path: path.stat().st_mtime - begun for path in paths}
     took = {path: attribute(path, "seconds") for path, since in there.items() if since >= 0}
     return [seconds for path, seconds in took.items() if seconds <= there[path]]

@@ -15,15 +15,18 @@ from markupsafe import Markup
 from PIL import Image
 
 from dpd.analysis.verdicts import KINDS
-from dpd.digest import ROOT, stage_digest
+from dpd.digest import ROOT
 from dpd.files import attribute, replace_whole
+from dpd.pipeline.paths import Results
 from dpd.report.captions import label
 from dpd.report.figures import joined_verdicts
 from dpd.report.judged import MEANINGS, SECTIONS, counts, figure_id, judged_rows
-from dpd.start.description import start_digest, start_is_shared
+from dpd.scene.start import start_digest, start_is_shared
+from dpd.stages import stage_digest
 
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
+DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report's digest
 PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
 
 
@@ -35,12 +38,21 @@ def write_page(study, description, papers, results, path, overhead=""):
     study, description : str
     papers : list of dpd.pipeline.study.Paper
     results : path
-        Folder of the study.
+        Folder of the study's results.
     path : path
     overhead : str
         What the workflow cost beside its simulations, see `dpd.report.overhead`.
     """
-    rows = judged_rows(joined_verdicts(papers, results))
+    results = Results(results)
+    rows = judged_rows(
+        joined_verdicts(
+            [
+                results.figure(paper.name, figure, "csv")
+                for paper in papers
+                for figure in paper.figures
+            ]
+        )
+    )
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
     environment = Environment(
@@ -71,40 +83,43 @@ def write_page(study, description, papers, results, path, overhead=""):
 
 def _paper(paper, results, rows):
     """A paper's figures, each with its picture, caption and verdicts inside the page."""
-    folder = results / paper.name / "figures"
     return {
         "key": paper.name,
         "name": _named(paper.name),
         "title": paper.title,
         "reference": paper.reference,
-        "figures": [_figure(folder / name, figure_id(paper.name, name), rows)
-                    for name in paper.figures],
-    }  # fmt: skip
+        "figures": [
+            _figure(
+                Path(results.figure(paper.name, name, "png")), figure_id(paper.name, name), rows
+            )
+            for name in paper.figures
+        ],
+    }
 
 
-def _figure(stem, name, rows):
+def _figure(path, name, rows):
     """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
-    with Image.open(stem.with_suffix(".png")) as picture:
+    with Image.open(path) as picture:
         width, height = picture.size
         data = base64.b64encode(_in_few_colors(picture)).decode()
     return {
         "id": name,
-        "label": label(stem.name),
+        "label": label(path.stem),
         "picture": f"data:image/png;base64,{data}",
         "width": width // PIXELS,
         "height": height // PIXELS,
-        "seen": _seen(stem),
-        "caption": Markup(stem.with_suffix(".html").read_text(encoding="utf-8")),
+        "seen": _seen(path),
+        "caption": Markup(path.with_suffix(".html").read_text(encoding="utf-8")),
         "rows": [row for row in rows if row.figure == name],
     }
 
 
-def _seen(stem):
+def _seen(path):
     """What a figure shows, in words; its name where its file says nothing."""
     try:
-        return attribute(stem.with_suffix(".nc"), "seen")
+        return attribute(path.with_suffix(".nc"), "seen")
     except AttributeError:
-        return label(stem.name)
+        return label(path.stem)
 
 
 def _named(paper):
@@ -124,7 +139,7 @@ def _checks(paper, results):
     """What each sweep says of itself: kT, momentum, speed, memory, cost."""
     rows = []
     for name in paper.sweeps:
-        path = results / paper.name / "sweeps" / f"{name}.nc"
+        path = results.sweep(paper.name, name)
         with xr.open_dataset(path, engine="netcdf4") as data:
             rows.append({
                 "paper": paper.name,
@@ -143,24 +158,22 @@ def _checks(paper, results):
 
 def _costs(paper, results, checks):
     """Jobs and seconds of each stage, from what its files and sweeps say of themselves."""
-    folder = results / paper.name
     points = [point for sweep in paper.sweeps.values() for point in sweep.points]
     starts = sorted({start_digest(p.scene) for p in points if start_is_shared(p.scene)})
+
+    def spent(file, names, *kind):
+        return len(names), sum(attribute(file(paper.name, n, *kind), "seconds") for n in names)
+
     stages = {
-        "first configurations": _files(folder / "starts", starts),
+        "first configurations": spent(results.start, starts),
         "simulations": (sum(row["runs"] for row in checks), sum(row["seconds"] for row in checks)),
-        "sweeps": _files(folder / "sweeps", paper.sweeps),
-        "measurements": _files(folder / "measurements", paper.measurements),
-        "figures": _files(folder / "figures", paper.figures),
+        "sweeps": spent(results.sweep, paper.sweeps),
+        "measurements": spent(results.measurement, paper.measurements),
+        "figures": spent(results.figure, paper.figures, "nc"),
     }
     for stage, (jobs, seconds) in stages.items():
         if jobs:
             yield {"paper": paper.name, "stage": stage, "jobs": jobs, "seconds": seconds}
-
-
-def _files(folder, names):
-    """How many NetCDF files, and the seconds that they say they took."""
-    return len(names), sum(attribute(folder / f"{name}.nc", "seconds") for name in names)
 
 
 def _span(values, pattern):

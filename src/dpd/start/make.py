@@ -9,7 +9,7 @@ from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation, State, System
 from dpd.errors import UserError
 from dpd.physics.schemes import coefficients
-from dpd.start.description import FLIGHT, start_description, start_forces
+from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.polymerize import LOOK, polymerize
 
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
@@ -80,7 +80,7 @@ def make_start(scene, progress=None):
     ----------
     scene : Scene
     progress : callable or None
-        Called with the work done so far, out of `dpd.start.description.start_work`.
+        Called with the work done so far, out of `dpd.scene.start.start_work`.
 
     Returns
     -------

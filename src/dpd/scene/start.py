@@ -20,13 +20,13 @@ def start_description(scene):
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
-    if start["method"] == "polymerize":
+    if grows(scene):
         kept["polymerize"] = start["polymerize"]
     elif "bond" in data:
         kept["flight"] = float(data["bond"]["length"]) or FLIGHT
     if "relax" in start:
         kept["relax"] = start["relax"]
-    if "relax" in start or start["method"] == "polymerize":
+    if "relax" in start or grows(scene):
         kept["forces"] = start_forces(scene)
         kept["thermostat"] = data["thermostat"]["kT"]
     return kept
@@ -39,18 +39,18 @@ def start_digest(scene):
 
 def start_forces(scene):
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
-    data, own = scene.data, scene.data["start"]["forces"]
+    data, changed = scene.data, scene.data["start"]["forces"]
     forces = {"repulsion": data["repulsion"]}
     for name in ("core", "bond"):
-        if name in data or name in own:
-            forces[name] = data.get(name, {}) | own.get(name, {})
-    forces["gamma"] = own.get("gamma", data["thermostat"]["gamma"])
+        if name in data or name in changed:
+            forces[name] = data.get(name, {}) | changed.get(name, {})
+    forces["gamma"] = changed.get("gamma", data["thermostat"]["gamma"])
     return forces
 
 
 def start_work(scene):
     """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
-    return (scene.beads if _grows(scene) else 0) + _relaxing(scene)
+    return (scene.beads if grows(scene) else 0) + _relaxing(scene)
 
 
 def start_is_shared(scene):
@@ -60,10 +60,11 @@ def start_is_shared(scene):
     not worth a job: the run makes its own. This looks at the one scene alone: that other runs
     come and go leaves what was run as it is.
     """
-    return _grows(scene) or _relaxing(scene) > SMALL * sum(scene.steps)
+    return grows(scene) or _relaxing(scene) > SMALL * sum(scene.steps)
 
 
-def _grows(scene):
+def grows(scene):
+    """Whether the chains of a scene grow from monomers."""
     return scene.data["start"]["method"] == "polymerize"
 
 

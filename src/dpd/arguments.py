@@ -1,0 +1,30 @@
+"""What arguments of commands may be: numbers with limits, refused in one sentence."""
+
+import argparse
+import math
+import os
+
+THREADS_PER_CORE = 4  # more only wait for each other
+
+
+def count(text):
+    """A number of threads."""
+    cores = len(os.sched_getaffinity(0))
+    most = THREADS_PER_CORE * cores
+    if not text.isdecimal() or len(text) > 6 or not 1 <= int(text) <= most:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is out of range; allowed: 1 to {most}, {THREADS_PER_CORE} for each of "
+            f"{cores} cores"
+        )
+    return int(text)
+
+
+def seconds(text):
+    """A time that is no less than zero."""
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not 0 <= found < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; allowed: 0, 60, ... seconds")
+    return found

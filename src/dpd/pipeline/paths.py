@@ -1,0 +1,108 @@
+"""Where results lie: the one place that knows. The rules name files by it, commands are given them.
+
+results/STUDY/PAPER/runs/SWEEP/POINT/run.nc
+results/STUDY/PAPER/sweeps/SWEEP.nc
+results/STUDY/report.html
+"""
+
+from dataclasses import dataclass
+
+RESULTS = "results"
+
+
+def results_of(study):
+    """The `Results` of a study, below the folder that snakemake works in."""
+    return Results(f"{RESULTS}/{study}")
+
+
+def page_suffix(papers, all_papers):
+    """What the names of report and verdict table end in: each set of papers has its own.
+
+    Parameters
+    ----------
+    papers : list of str
+        Those asked for.
+    all_papers : list of str
+        Those of config/config.yaml.
+
+    Returns
+    -------
+    str
+        Nothing for all papers, in any order; for others "-" and their names, as in
+        ``report-liu_2008+mine.html``.
+    """
+    return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
+
+
+def run_file(folder, point):
+    """The result of a run below the folder of its sweep's runs."""
+    return f"{folder}/{point}/run.nc"
+
+
+@dataclass(frozen=True)
+class Results:
+    """Files of a study, as text: a part of a name may be a wildcard of Snakemake or a shell.
+
+    Attributes
+    ----------
+    folder : str
+    """
+
+    folder: str
+
+    def compiled(self, paper):
+        """A list of the kernels that were compiled for a paper."""
+        return f"{self.folder}/{paper}/compiled.txt"
+
+    def start(self, paper, digest):
+        """A first configuration that runs share, by its digest."""
+        return f"{self.folder}/{paper}/starts/{digest}.nc"
+
+    def runs(self, paper, sweep):
+        """Folder of the runs of a sweep."""
+        return f"{self.folder}/{paper}/runs/{sweep}"
+
+    def run(self, paper, sweep, point):
+        """The result of a run."""
+        return run_file(self.runs(paper, sweep), point)
+
+    def sweep(self, paper, sweep):
+        """The runs of a sweep on its axes."""
+        return f"{self.folder}/{paper}/sweeps/{sweep}.nc"
+
+    def derived(self, paper, sweep):
+        """Table of what other sweeps measure for a sweep."""
+        return f"{self.folder}/{paper}/derived/{sweep}.csv"
+
+    def measurement(self, paper, name):
+        """A measurement of the benchmark."""
+        return f"{self.folder}/{paper}/measurements/{name}.nc"
+
+    def figures(self, paper):
+        """Folder of the figures of a paper."""
+        return f"{self.folder}/{paper}/figures"
+
+    def figure(self, paper, figure, kind):
+        """A file of a figure: png, pdf, nc (its numbers), csv (verdicts) or html (caption)."""
+        return f"{self.figures(paper)}/{figure}.{kind}"
+
+    def report(self, suffix=""):
+        """The page on a study; its suffix is from `page_suffix`."""
+        return f"{self.folder}/report{suffix}.html"
+
+    def verdicts(self, suffix=""):
+        """The verdict table of a study."""
+        return f"{self.folder}/verdicts{suffix}.csv"
+
+    def benchmark(self):
+        """The page on the benchmark."""
+        return f"{self.folder}/benchmark.html"
+
+    @property
+    def logs(self):
+        """Folder of what the jobs said."""
+        return f"{self.folder}/logs"
+
+    def log(self, *parts, kind="log"):
+        """What a job said, or a stamp that it is done."""
+        return f"{self.logs}/{'/'.join(parts)}.{kind}"

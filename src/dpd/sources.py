@@ -1,0 +1,281 @@
+"""Digests of source files: of some modules and of all that they import.
+
+Nothing is imported here to find that out: files are parsed. What counts of a file is its syntax
+tree without comments, docstrings and line numbers, so that a comment changes no digest. The folder
+of Numba's compiled kernels is named after such a digest as well: from the same tree it compiles
+the same code.
+"""
+
+import ast
+import gc
+import hashlib
+import os
+import shutil
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
+
+# The packages that are followed: `dpd` itself, and the figures of papers.
+HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
+# Modules that decide no number and no picture, whoever imports them. They check input and word
+# messages, and what they fill in stands in a scene's own digest (defaults, a scheme chosen); or
+# they show progress, tidy up, and make these digests. `dpd` itself only hands on what others make.
+DECIDE_NOTHING = (
+    "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts", "dpd.progress",
+    "dpd.scene.automatic", "dpd.scene.limits", "dpd.scene.plain_yaml", "dpd.scene.schema",
+    "dpd.sources", "dpd.stages", "dpd.streams",
+)  # fmt: skip
+COMPILER = "dpd.jit"  # what a module with kernels imports
+# Kernels of the benchmark are compiled into folders of their own.
+OWN_KERNELS = PACKAGE / "benchmark"
+DATA = "DATA_FILES"  # name of the list, in a module, of files beside it that it reads
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+IMPORTS = (ast.Import, ast.ImportFrom)
+MOST_KEPT = 40  # states of the sources for which digests are kept
+
+
+class Source(NamedTuple):
+    """What counts of a source file.
+
+    Attributes
+    ----------
+    digest : str
+        Of its code, and of the data files that it names in ``DATA_FILES``.
+    imports : frozenset of Path
+        Files of ours that it imports, at its top or in a function, with those of their packages.
+    """
+
+    digest: str
+    imports: frozenset
+
+
+def sources_digest(*modules, without=()):
+    """Digest of the sources of some modules and of all that they import.
+
+    Parameters
+    ----------
+    modules : str or Path
+        Names, as ``dpd.pipeline.simulate``, or files.
+    without : collection of str
+        Names of modules that are left out, with what they alone import.
+
+    Returns
+    -------
+    str
+        Twelve hexadecimal digits.
+    """
+    return _digest_of(modules, frozenset(without))
+
+
+@cache
+def _digest_of(modules, without):
+    def find():
+        found = sorted(reachable(modules, without.union(DECIDE_NOTHING)))
+        lines = [f"{path.relative_to(ROOT)} {source_of(path).digest}" for path in found]
+        return text_digest("\n".join(lines))
+
+    return kept(f"{modules} {sorted(without)}", find)
+
+
+@cache
+def kernel_digest():
+    """Digest of all that decides what Numba compiles: modules with kernels, and their imports."""
+
+    def find():
+        kernels = [
+            path
+            for path in sorted(PACKAGE.rglob("*.py"))
+            if OWN_KERNELS not in path.parents and file_of(COMPILER) in source_of(path).imports
+        ]
+        return sources_digest(*kernels)
+
+    return kept("kernels", find)
+
+
+def kept(question, find):
+    """What another process has found for the same sources; otherwise find it, and keep it.
+
+    To parse all sources takes a tenth of a second, which each of a study's hundreds of jobs would
+    spend; to read them, and what is kept, takes three thousandths.
+
+    Parameters
+    ----------
+    question : str
+        What is to be found, in words that differ from those of other questions.
+    find : callable
+        Returns a digest.
+
+    Returns
+    -------
+    str
+    """
+    folder = cache_folder("sources") / _state()
+    path = folder / text_digest(question)
+    with suppress(OSError):
+        found = path.read_text()
+        if len(found) == len(_state()):
+            return found
+    found = find()
+    with suppress(OSError):  # where nothing can be kept, it is found each time
+        if not folder.is_dir():
+            folder.mkdir(parents=True, exist_ok=True)
+            states = sorted(folder.parent.iterdir(), key=lambda state: state.stat().st_mtime_ns)
+            for old in states[:-MOST_KEPT]:
+                shutil.rmtree(old, ignore_errors=True)
+        draft = path.with_name(f"{path.name}.{os.getpid()}")
+        draft.write_text(found)
+        os.replace(draft, path)
+    return found
+
+
+@cache
+def _state():
+    """Digest of all files of our packages, byte by byte."""
+    total = hashlib.sha256()
+    for home in HOMES.values():
+        for folder, folders, names in os.walk(home):
+            folders[:] = sorted(set(folders) - {"__pycache__"})
+            for name in sorted(names):
+                path = os.path.join(folder, name)
+                with open(path, "rb") as file:
+                    content = hashlib.sha256(file.read()).hexdigest()
+                total.update(f"{os.path.relpath(path, ROOT)} {content}\n".encode())
+    return total.hexdigest()[:12]
+
+
+@cache
+def reachable(modules, without=frozenset()):
+    """Files of some modules, of all that they import, and of the packages that these are in.
+
+    Parameters
+    ----------
+    modules : tuple of str or Path
+    without : frozenset of str
+        Names of modules that are not followed.
+
+    Returns
+    -------
+    frozenset of Path
+    """
+    waiting = [path for module in modules for path in _files(module)]
+    left_out = {file_of(name) for name in without}
+    found = set()
+    while waiting:
+        path = waiting.pop()
+        if path not in found and path not in left_out:
+            found.add(path)
+            waiting += source_of(path).imports
+    return frozenset(found)
+
+
+@cache
+def file_of(name):
+    """The file of a module of ours; None for other modules, and for folders that are no package."""
+    first, *rest = name.split(".")
+    return _file_in(HOMES[first], rest) if first in HOMES else None
+
+
+def _file_in(folder, parts):
+    place = folder.joinpath(*parts)
+    for path in (Path(f"{place}.py"), place / "__init__.py"):
+        if path.is_file():
+            return path
+    return None
+
+
+@cache
+def _files(module):
+    """Files that are read when a module is imported: its own, and those of its packages."""
+    path = module if isinstance(module, Path) else file_of(module)
+    if path is None:
+        return ()
+    packages = (folder / "__init__.py" for folder in path.parents if _is_ours(folder))
+    return (path, *(package for package in packages if package.is_file()))
+
+
+def _is_ours(folder):
+    return any(home == folder or home in folder.parents for home in HOMES.values())
+
+
+@cache
+def source_of(path):
+    """The `Source` of a file."""
+    text = path.read_bytes()
+    with _no_collection():
+        try:
+            tree = ast.parse(text)
+        except (SyntaxError, ValueError):  # whoever imports it says what is wrong
+            return Source(hashlib.sha256(text).hexdigest(), frozenset(_files(path)))
+        digest, imports = _read(tree)
+    for name in constant(tree, DATA, ()):
+        digest.update(hashlib.sha256((path.parent / name).read_bytes()).digest())
+    files = {file for node in imports for file in _imported(node, path)}
+    return Source(digest.hexdigest(), files.union(_files(path)))
+
+
+@contextmanager
+def _no_collection():
+    """Spare Python the search for garbage among the nodes of a tree, a third of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _read(tree):
+    """Digest of a tree less docstrings and places in the file, and its nodes that import.
+
+    `ast.dump` would be slower than to parse.
+    """
+    parts, imports, waiting = [], [], [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.AST):
+            parts.append(type(node).__name__)
+            waiting += [getattr(node, field, None) for field in node._fields]
+            if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+                waiting[-len(node._fields) + node._fields.index("body")] = node.body[1:]
+            if isinstance(node, IMPORTS):
+                imports.append(node)
+        elif isinstance(node, list):
+            parts.append(len(node))
+            waiting += node
+        else:
+            parts.append(node)
+    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")), imports
+
+
+def _imported(node, path):
+    """Files that an ``import`` or a ``from ... import`` reads."""
+    if isinstance(node, ast.Import):
+        for alias in node.names:
+            yield from _files(alias.name)
+        return
+    parts = node.module.split(".") if node.module else []
+    if node.level:
+        folder = path.parents[node.level - 1]
+    elif parts[0] in HOMES:
+        folder = HOMES[parts.pop(0)]
+    else:
+        return
+    module = _file_in(folder, parts)
+    if module is not None:
+        yield from _files(module)
+    if module is None or module.name == "__init__.py":  # what is imported may be modules in it
+        for alias in node.names:
+            if file := _file_in(folder, [*parts, alias.name]):
+                yield from _files(file)
+
+
+def constant(tree, name, default=None):
+    """The value of a plain constant at the top of a module."""
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", None) == name:
+            return ast.literal_eval(node.value)
+    return default

@@ -1,0 +1,160 @@
+"""What decides the results of each stage: digests of its sources, for Snakemake and for files.
+
+Snakemake compares rules, not the code that they call. A digest of the sources in a rule's
+``params`` makes an edited kernel rerun simulations and an edited plot rerun plots only. The files
+keep it as well, so that a stage that is called by hand refuses what other sources made.
+"""
+
+import ast
+from functools import cache
+
+from dpd.digest import text_digest, value_digest
+from dpd.physics.schemes import coefficients
+from dpd.scene.start import start_description
+from dpd.sources import file_of, kept, reachable, sources_digest
+
+# The modules with which each stage begins; what they import is found from there.
+STAGES = {
+    "compile": ("dpd.pipeline.compiling",),
+    "start": ("dpd.scene.scene", "dpd.scene.start", "dpd.start.make", "dpd.start.files"),
+    "simulate": ("dpd.scene.scene", "dpd.start.make", "dpd.pipeline.simulate"),
+    "collect": ("dpd.analysis.collect",),
+    "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),
+    "figure": ("dpd.report.figures",),
+    "report": ("dpd.report.page", "dpd.report.overhead"),
+    "measure": ("dpd.benchmark.measure",),
+}
+# A run uses statistics only to warn in words that its temperature is off.
+NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
+# Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
+TERMS = {
+    "bond": "dpd.physics.bond",
+    "core": "dpd.physics.core",
+    "exchange": "dpd.physics.exchange",
+    "langevin": "dpd.physics.langevin",
+}
+OBSERVE = "dpd.observe"  # the package whose OBSERVABLES lists all observables
+
+
+@cache
+def stage_digest(stage):
+    """Digest of the sources that decide what a stage computes, for any scene.
+
+    Parameters
+    ----------
+    stage : str
+        A key of `STAGES`.
+
+    Returns
+    -------
+    str
+        Twelve hexadecimal digits.
+    """
+    return sources_digest(*STAGES[stage], without=NOT_IN_RUNS if stage == "simulate" else ())
+
+
+def run_digest(scene):
+    """Digest of what decides a run besides its scene's own digest.
+
+    That is the sources, less those of observables and terms of the physics that the scene does
+    without, and the settings of its observables, which have defaults.
+
+    Parameters
+    ----------
+    scene : dpd.scene.scene.Scene
+
+    Returns
+    -------
+    str
+        Twelve hexadecimal digits.
+    """
+    sources = _run_sources(terms_of(scene), frozenset(scene.observe))
+    return text_digest(f"{sources} {value_digest(scene.observe)}")
+
+
+@cache
+def _run_sources(terms, observables):
+    return kept(
+        f"run {sorted(terms)} {sorted(observables)}",
+        lambda: sources_digest(
+            *STAGES["simulate"], without=NOT_IN_RUNS | unused_modules(terms, observables)
+        ),
+    )
+
+
+def start_sources(scene):
+    """Digest of the sources that decide a scene's first configuration.
+
+    It is the same for all scenes that share a start.
+    """
+    forces = start_description(scene).get("forces", {})
+    return _start_sources(frozenset(forces).intersection(TERMS))
+
+
+@cache
+def _start_sources(terms):
+    return kept(
+        f"start {sorted(terms)}",
+        lambda: sources_digest(*STAGES["start"], without=unused_modules(terms, frozenset())),
+    )
+
+
+def figure_sources(path):
+    """Digest of the sources of a figure: of its file, and of the stage that draws it.
+
+    Parameters
+    ----------
+    path : Path
+        The figure's file.
+    """
+    return sources_digest(*STAGES["figure"], path)
+
+
+def terms_of(scene):
+    """Names in `TERMS` of what acts in a scene."""
+    acting = {
+        "bond": "bond" in scene.data,
+        "core": "core" in scene.data,
+        "exchange": coefficients(scene.data["integrator"]["scheme"]).exchange is not None,
+        "langevin": scene.data["thermostat"]["kind"] == "langevin",
+    }
+    return frozenset(name for name, acts in acting.items() if acts)
+
+
+def unused_modules(terms, observables):
+    """Modules of the terms and observables that are not named, nor imported by one that is.
+
+    Parameters
+    ----------
+    terms : frozenset of str
+        Keys of `TERMS`.
+    observables : frozenset of str
+
+    Returns
+    -------
+    frozenset of str
+    """
+    unused = set()
+    for named, modules in ((terms, TERMS), (observables, observable_modules())):
+        used = tuple(module for name, module in modules.items() if name in named)
+        files = reachable(used, frozenset({OBSERVE}))
+        unused |= {module for module in modules.values() if file_of(module) not in files}
+    return frozenset(unused)
+
+
+@cache
+def observable_modules():
+    """The module of each observable by name, as the registry lists them; nothing is imported."""
+    tree = ast.parse(file_of(OBSERVE).read_bytes())
+    module_of = {
+        alias.asname or alias.name: node.module
+        for node in tree.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    (registry,) = (
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "OBSERVABLES"
+    )
+    return {key.value: module_of[value.id] for key, value in zip(registry.keys, registry.values)}

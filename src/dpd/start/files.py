@@ -1,0 +1,99 @@
+"""First configurations as files: made once for all runs that begin with them."""
+
+import json
+import time
+
+import numpy as np
+
+from dpd import files
+from dpd.engine.simulation import State
+from dpd.errors import UserError
+from dpd.scene.start import start_description, start_digest
+from dpd.stages import start_sources
+from dpd.start.make import make_start_and_record
+from dpd.start.polymerize import RECORD
+
+REMEDY = (
+    "let snakemake make it again; for a run of your own name a file for --start that is not there "
+    "yet: the first configuration is made and kept in it"
+)
+
+
+def write_start(scene, path, progress=None):
+    """Make the first configuration of a scene and write it.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : path
+    progress : callable or None
+        See `dpd.start.make.make_start`.
+    """
+    begun = time.perf_counter()
+    state, record = make_start_and_record(scene, progress)
+    variables = {
+        "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
+        "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
+    }
+    if state.species is not None:
+        variables["species"] = (("bead",), state.species, "1", "number of the species")
+    for name, (units, long_name) in RECORD.items():
+        if name in record:
+            variables[name] = (("round",), record[name], units, long_name)
+    if "relax_crossings" in record:
+        crossings = record["relax_crossings"]
+        text = "pairs of crossing bonds while the melt relaxed"
+        variables["relax_crossings"] = (("look",), crossings, "1", text)
+    attributes = {
+        "start": json.dumps(start_description(scene)),
+        "start_digest": start_digest(scene),
+        "start_sources": start_sources(scene),
+        "seconds": time.perf_counter() - begun,
+    }
+    files.write(path, variables, attributes)
+
+
+def read_start(scene, path):
+    """Read a first configuration that belongs to a scene.
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    UserError
+        If the file belongs to another system or other sources, or is damaged.
+    """
+    variables, attributes = files.read(path)
+    _check_origin(scene, path, attributes)
+    shape = (scene.dimension, scene.beads)
+    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}
+    if len(scene.species) > 1:
+        wanted["species"] = (shape[1:], "u")
+    for name, (expected, kind) in wanted.items():
+        found = variables.get(name)
+        if found is None or found.shape != expected or found.dtype.kind != kind:
+            raise UserError(f"{path}: has no {name} of {expected} beads that it needs; {REMEDY}")
+    species = variables["species"] if "species" in wanted else None
+    if species is not None and species.max() >= len(scene.species):
+        raise UserError(f"{path}: has beads of a species that the scene has not; {REMEDY}")
+    identity = np.arange(scene.beads, dtype=np.uint32)
+    return State(variables["position"], variables["velocity"], None, identity, species, 0)
+
+
+def _check_origin(scene, path, attributes):
+    """Refuse what is no first configuration, or that of another scene or of other sources."""
+    if "start_digest" not in attributes:
+        what = "the result of a run" if "scene_digest" in attributes else "some other NetCDF file"
+        raise UserError(
+            f"{path}: this is {what}, not a first configuration. --start wants a file that an "
+            "earlier --start or `python -m dpd start` wrote, or a name that is not there yet: the "
+            "first configuration is then made and kept in it"
+        )
+    if attributes["start_digest"] != start_digest(scene):
+        raise UserError(
+            f"{path}: the first configuration of another scene than {scene.where} (start_digest "
+            f"{attributes['start_digest']}, now {start_digest(scene)}); {REMEDY}"
+        )
+    files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
