@@ -14,15 +14,18 @@ from pathlib import Path
 BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
-from dpd.digest import ROOT, files_digest, stage_digest, value_digest
+from dpd.benchmark.workloads import WORKLOADS, workload
+from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline.overlay import edited_in_vain
+from dpd.pipeline.paths import page_suffix, results_of
+from dpd.pipeline.study import read_config, read_paper
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
 from dpd.scene.schema import read_yaml, validate
 from dpd.scene.start import start_digest, start_is_shared
-from dpd.pipeline.study import page_suffix, read_config, read_paper
+from dpd.stages import figure_sources, run_sources, stage_digest, start_sources
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
@@ -57,12 +60,12 @@ if workflow.is_main_process:
     for sentence in edited_in_vain(STUDY, REPORTED):
         print(f"note: {sentence}.", file=sys.stderr)
 
-OUT = f"results/{STUDY}"
-LOGS = f"{OUT}/logs"
+OUT = results_of(STUDY)
 # The shared page is that of all papers in config/config.yaml; others get one of their own.
-REPORT = f"{OUT}/report{PAGE}.html"
-VERDICTS = f"{OUT}/verdicts{PAGE}.csv"
-STAMPS = [f"{LOGS}/{name}{PAGE}.made" for name in ("verdicts", "report")]  # see rules/report.smk
+REPORT = OUT.report(PAGE)
+VERDICTS = OUT.verdicts(PAGE)
+# See rules/report.smk.
+STAMPS = [OUT.log(f"{name}{PAGE}", kind="made") for name in ("verdicts", "report")]
 
 
 wildcard_constraints:
@@ -80,15 +83,15 @@ onstart:
 
 
 onsuccess:
-    if cost := overhead(OUT, BEGUN, workflow.cores):
+    if cost := overhead(OUT.folder, BEGUN, workflow.cores):
         print(cost)
-    for page in (REPORT, f"{OUT}/benchmark.html"):
+    for page in (REPORT, OUT.benchmark()):
         if os.path.exists(page) and os.path.getmtime(page) >= BEGUN:
             print(f"report: {page}")
 
 
 onerror:
-    say_at_exit(LOGS, BEGUN)
+    say_at_exit(OUT.logs, BEGUN)
 
 
 localrules:

@@ -1,35 +1,39 @@
 # The runs of a sweep, gathered on its axes; and values that one sweep measures for another.
 
 
+# The command is given the folder of the runs: a line with the names of thousands would be too long.
 rule collect:
     input:
-        sweep_runs,
+        runs_of_sweep,
         derived=derived_of,
     output:
-        f"{OUT}/{{paper}}/sweeps/{{sweep}}.nc",
+        OUT.sweep("{paper}", "{sweep}"),
     log:
-        f"{LOGS}/{{paper}}/sweeps/{{sweep}}.log",
+        OUT.log("{paper}", "sweeps", "{sweep}"),
     params:
         study=STUDY,
         sources=stage_digest("collect"),
-        series=lambda wildcards: PAPERS[wildcards.paper].sweeps[wildcards.sweep].series,
+        series=lambda wildcards: sweep_of(wildcards).series,
         scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
+        runs=OUT.runs("{paper}", "{sweep}"),
+        derived=option("derived"),
     shell:
-        "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q} -o {output:q}"
-        " 2>&1 | tee -i {log:q}"
+        "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+        " --runs {params.runs:q} {params.derived:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 rule derive:
     input:
-        derived_from,
+        data=derived_from,
     output:
-        f"{OUT}/{{paper}}/derived/{{sweep}}.csv",
+        OUT.derived("{paper}", "{sweep}"),
     log:
-        f"{LOGS}/{{paper}}/derived/{{sweep}}.log",
+        OUT.log("{paper}", "derived", "{sweep}"),
     params:
         study=STUDY,
         sources=stage_digest("derive"),
         points=planned_digests,
+        data=option("data"),
     shell:
-        "python -m dpd derive {params.study:q} {wildcards.paper:q} {wildcards.sweep:q} -o {output:q}"
-        " 2>&1 | tee -i {log:q}"
+        "python -m dpd derive {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+        " {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"

@@ -4,11 +4,12 @@
 # Takes all cores, so that nothing runs beside it, and comes after what has a priority.
 rule measure:
     output:
-        f"{OUT}/{{paper}}/measurements/{{measurement}}.nc",
+        OUT.measurement("{paper}", "{measurement}"),
     log:
-        f"{LOGS}/{{paper}}/measurements/{{measurement}}.log",
+        OUT.log("{paper}", "measurements", "{measurement}"),
     params:
         sources=stage_digest("measure"),
+        scenes=value_digest([workload(name).digest for name in WORKLOADS]),
     priority: 0
     threads: workflow.cores
     shell:
@@ -19,12 +20,14 @@ rule benchmark:
     input:
         page_sources({"benchmark": PAPERS["benchmark"]}),
     output:
-        page=update(f"{OUT}/benchmark.html"),  # see rules/report.smk
-        stamp=touch(f"{LOGS}/benchmark.made"),
+        page=update(OUT.benchmark()),  # see rules/report.smk
+        stamp=touch(OUT.log("benchmark", kind="made")),
     log:
-        f"{LOGS}/benchmark.log",
+        OUT.log("benchmark"),
     params:
         study=STUDY,
         sources=stage_digest("report"),
+        results=OUT.folder,
     shell:
-        "python -m dpd report {params.study:q} benchmark -o {output.page:q} 2>&1 | tee -i {log:q}"
+        "python -m dpd report {params.study:q} benchmark --results {params.results:q}"
+        " -o {output.page:q} 2>&1 | tee -i {log:q}"

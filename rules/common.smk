@@ -14,74 +14,82 @@ def waiting_for_starts(paper):
 WAITING = {name: waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
-def sweep_runs(wildcards):
+def sweep_of(wildcards):
+    """The sweep that a job is about."""
+    return PAPERS[wildcards.paper].sweeps[wildcards.sweep]
+
+
+def point_of(wildcards):
+    """The point that a job is about."""
+    return sweep_of(wildcards).point(wildcards.point)
+
+
+def runs_of_sweep(wildcards):
     """Runs of a sweep, in the order of its points."""
-    folder = f"{OUT}/{wildcards.paper}/runs/{wildcards.sweep}"
-    points = PAPERS[wildcards.paper].sweeps[wildcards.sweep].points
-    return [f"{folder}/{point.name}/run.nc" for point in points]
+    points = sweep_of(wildcards).points
+    return [OUT.run(wildcards.paper, wildcards.sweep, point.name) for point in points]
 
 
 def sweep_digest(wildcards):
     """Digest of all scenes of a sweep."""
-    sweep = PAPERS[wildcards.paper].sweeps[wildcards.sweep]
+    sweep = sweep_of(wildcards)
     return value_digest([sweep.planned_digest(point) for point in sweep.points])
 
 
 def derived_of(wildcards):
     """Table of values that other sweeps measure for a sweep; no file where there are none."""
-    if not PAPERS[wildcards.paper].sweeps[wildcards.sweep].derived:
-        return []
-    return f"{OUT}/{wildcards.paper}/derived/{wildcards.sweep}.csv"
+    return OUT.derived(wildcards.paper, wildcards.sweep) if sweep_of(wildcards).derived else []
 
 
 def derived_from(wildcards):
     """The sweeps that measure them."""
-    rules = PAPERS[wildcards.paper].sweeps[wildcards.sweep].derived
-    return sorted({f"{OUT}/{wildcards.paper}/sweeps/{rule.source}.nc" for rule in rules})
+    sources = {rule.source for rule in sweep_of(wildcards).derived}
+    return [OUT.sweep(wildcards.paper, source) for source in sorted(sources)]
 
 
-def figure_sources(wildcards):
+def data_of_figure(wildcards):
     """Sweeps and measurements that feed a figure."""
-    folder, figure = f"{OUT}/{wildcards.paper}", PAPERS[wildcards.paper].figures[wildcards.figure]
-    return [f"{folder}/sweeps/{name}.nc" for name in figure.sweeps] + [
-        f"{folder}/measurements/{name}.nc" for name in figure.measurements
+    paper, figure = wildcards.paper, PAPERS[wildcards.paper].figures[wildcards.figure]
+    return [OUT.sweep(paper, name) for name in figure.sweeps] + [
+        OUT.measurement(paper, name) for name in figure.measurements
     ]
+
+
+def verdicts_of(papers):
+    """Verdict tables of all figures of some papers."""
+    return [OUT.figure(name, f, "csv") for name, paper in papers.items() for f in paper.figures]
 
 
 def page_sources(papers):
     """All that a page on some papers is made from."""
-    files = []
+    files = verdicts_of(papers)
     for name, paper in papers.items():
-        folder = f"{OUT}/{name}"
-        figures = expand(
-            "{figure}.{kind}", figure=paper.figures, kind=["png", "html", "nc", "csv"]
-        )
-        files += [f"{folder}/figures/{figure}" for figure in figures]
-        files += [f"{folder}/sweeps/{sweep}.nc" for sweep in paper.sweeps]
-        files += [f"{folder}/measurements/{name}.nc" for name in paper.measurements]
+        kinds = ("png", "html", "nc")
+        files += [OUT.figure(name, figure, kind) for figure in paper.figures for kind in kinds]
+        files += [OUT.sweep(name, sweep) for sweep in paper.sweeps]
+        files += [OUT.measurement(name, measurement) for measurement in paper.measurements]
     return files
-
-
-def scene_of(wildcards):
-    """Scene of a run."""
-    return PAPERS[wildcards.paper].sweeps[wildcards.sweep].point(wildcards.point).scene
 
 
 def planned_digest(wildcards):
     """Digest of what is known of a run when it is planned."""
-    sweep = PAPERS[wildcards.paper].sweeps[wildcards.sweep]
-    return sweep.planned_digest(sweep.point(wildcards.point))
+    return sweep_of(wildcards).planned_digest(point_of(wildcards))
 
 
 def planned_digests(wildcards):
     """The same of all runs of a sweep."""
-    sweep = PAPERS[wildcards.paper].sweeps[wildcards.sweep]
+    sweep = sweep_of(wildcards)
     return value_digest([(point.name, sweep.planned_digest(point)) for point in sweep.points])
+
+
+def sources_of_run(wildcards):
+    """Digest of the sources that a run depends on: not on what its scene does without."""
+    return run_sources(point_of(wildcards).scene)
 
 
 def work_of(wildcards):
     """Millions of bead-steps of a run: its priority, so that no long run is left to the end."""
-    return 1 + round(scene_of(wildcards).work / 1e6)
+    return 1 + round(point_of(wildcards).scene.work / 1e6)
 
 
 def work_compiled_for(wildcards):
@@ -98,15 +106,8 @@ def work_after(wildcards):
 
 def start_of(wildcards):
     """First configuration of a run; no file where the run makes its own."""
-    scene = scene_of(wildcards)
-    if not start_is_shared(scene):
-        return []
-    return f"{OUT}/{wildcards.paper}/starts/{start_digest(scene)}.nc"
-
-
-def given_start(wildcards, input):
-    """The option that names it, as words of a command."""
-    return ["--start", input.start] if input.start else []
+    scene = point_of(wildcards).scene
+    return OUT.start(wildcards.paper, start_digest(scene)) if start_is_shared(scene) else []
 
 
 def first_with_start(wildcards):
@@ -114,12 +115,32 @@ def first_with_start(wildcards):
     waiting = WAITING[wildcards.paper].get(wildcards.start)
     if not waiting:
         raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
-    sweep, point = waiting[0]
+    return waiting[0]
+
+
+def names_with_start(wildcards):
+    """The same as words of a command."""
+    sweep, point = first_with_start(wildcards)
     return [sweep, point.name]
+
+
+def sources_of_start(wildcards):
+    """Digest of the sources that a start depends on."""
+    return start_sources(first_with_start(wildcards)[1].scene)
+
+
+def option(name):
+    """A function that gives an input as an option of a command; nothing where there is none."""
+
+    def words(wildcards, input):
+        files = input.get(name)
+        return [f"--{name}", *([files] if isinstance(files, str) else files)] if files else []
+
+    return words
 
 
 def figure_digest(wildcards):
     """Digest of all that a figure's numbers and looks depend on: sources, its published numbers."""
     paper, figure = wildcards.paper, wildcards.figure
     entries = {name: e for name, e in PUBLISHED.get(paper, {}).items() if e["figure"] == figure}
-    return f"{stage_digest('figure')} {files_digest(figure_path(paper, figure))} {value_digest(entries)}"
+    return f"{figure_sources(figure_path(paper, figure))} {value_digest(entries)}"

@@ -3,24 +3,25 @@
 
 rule draw_figure:
     input:
-        figure_sources,
+        data=data_of_figure,
     output:
         png=report(
-            f"{OUT}/{{paper}}/figures/{{figure}}.png",
+            OUT.figure("{paper}", "{figure}", "png"),
             caption="../paper_figures/caption.rst",
             category="{paper}",
         ),
-        pdf=f"{OUT}/{{paper}}/figures/{{figure}}.pdf",
-        numbers=f"{OUT}/{{paper}}/figures/{{figure}}.nc",
-        verdicts=f"{OUT}/{{paper}}/figures/{{figure}}.csv",
-        caption=f"{OUT}/{{paper}}/figures/{{figure}}.html",
+        pdf=OUT.figure("{paper}", "{figure}", "pdf"),
+        numbers=OUT.figure("{paper}", "{figure}", "nc"),
+        verdicts=OUT.figure("{paper}", "{figure}", "csv"),
+        caption=OUT.figure("{paper}", "{figure}", "html"),
     log:
-        said=f"{LOGS}/{{paper}}/figures/{{figure}}.log",
-        traceback=f"{LOGS}/{{paper}}/figures/{{figure}}.traceback",
+        said=OUT.log("{paper}", "figures", "{figure}"),
+        traceback=OUT.log("{paper}", "figures", "{figure}", kind="traceback"),
     params:
         study=STUDY,
         sources=figure_digest,
+        data=option("data"),
+        folder=OUT.figures("{paper}"),
     shell:
         "python -m dpd figure {params.study:q} {wildcards.paper:q} {wildcards.figure:q}"
-        ' -o "$(dirname {output.png:q})"'
-        " --traceback {log.traceback:q} 2>&1 | tee -i {log.said:q}"
+        " {params.data:q} -o {params.folder:q} --traceback {log.traceback:q} 2>&1 | tee -i {log.said:q}"

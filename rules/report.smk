@@ -2,22 +2,17 @@
 # marked `update`: a job that fails leaves the former table and page as they were. That they are
 # out of date shows in the stamp beside the log, which is missing then and asked for by `all`.
 
-FIGURES = [f"{OUT}/{name}/figures/{figure}" for name, p in REPORTED.items() for figure in p.figures]
-
 
 rule join_verdicts:
     input:
-        expand("{figure}.csv", figure=FIGURES),
+        verdicts_of(REPORTED),
     output:
         table=report(update(VERDICTS), category="verdicts"),
         stamp=touch(STAMPS[0]),
     log:
-        f"{LOGS}/verdicts{PAGE}.log",
-    params:
-        study=STUDY,
-        papers=list(REPORTED),
+        OUT.log(f"verdicts{PAGE}"),
     shell:
-        "python -m dpd verdicts {params.study:q} {params.papers:q} -o {output.table:q} 2>&1 | tee -i {log:q}"
+        "python -m dpd verdicts {input:q} -o {output.table:q} 2>&1 | tee -i {log:q}"
 
 
 rule write_report:
@@ -27,10 +22,12 @@ rule write_report:
         page=update(REPORT),
         stamp=touch(STAMPS[1]),
     log:
-        f"{LOGS}/report{PAGE}.log",
+        OUT.log(f"report{PAGE}"),
     params:
         study=STUDY,
         papers=list(REPORTED),
         sources=stage_digest("report"),
+        results=OUT.folder,
     shell:
-        "python -m dpd report {params.study:q} {params.papers:q} -o {output.page:q} 2>&1 | tee -i {log:q}"
+        "python -m dpd report {params.study:q} {params.papers:q} --results {params.results:q}"
+        " -o {output.page:q} 2>&1 | tee -i {log:q}"

@@ -10,17 +10,18 @@ rule simulate:
         start=start_of,
         derived=derived_of,
     output:
-        update(f"{OUT}/{{paper}}/runs/{{sweep}}/{{point}}/run.nc"),
+        update(OUT.run("{paper}", "{sweep}", "{point}")),
     log:
-        f"{LOGS}/{{paper}}/runs/{{sweep}}/{{point}}.log",
+        OUT.log("{paper}", "runs", "{sweep}", "{point}"),
     params:
         study=STUDY,
-        sources=stage_digest("simulate"),
+        sources=sources_of_run,
         scene=planned_digest,
-        start=given_start,
+        start=option("start"),
+        derived=option("derived"),
     priority: work_of
     threads: 1
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {wildcards.point:q} {params.start:q} --threads {threads}"
+        " {wildcards.point:q} {params.start:q} {params.derived:q} --threads {threads}"
         " -o {output:q} 2>&1 | tee -i {log:q}"

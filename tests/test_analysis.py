@@ -24,9 +24,9 @@ from dpd.analysis.statistics import (
     widening,
 )
 from dpd.analysis.verdicts import Measured, judge
-from dpd.digest import stage_digest
-from dpd.pipeline.study import Axis, Point, Sweep
+from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.scene.scene import Scene
+from dpd.stages import run_sources
 from dpd.theory.flory_huggins import chi_of_composition
 
 MEMORY = 0.9  # of the autoregressive series below
@@ -95,7 +95,7 @@ def test_a_sweep_keeps_the_trends_of_its_series(tmp_path):
             "momentum": (("sample", "axis"), np.zeros((50, 2)), "m r_c / tau", "momentum"),
         }
         attributes = dict.fromkeys(RECORDED, 1) | {
-            "scene": "{}", "scene_digest": scene.digest, "sources": stage_digest("simulate"),
+            "scene": "{}", "scene_digest": scene.digest, "sources": run_sources(scene),
             "numpy": "", "numba": "",
         }  # fmt: skip
         paths.append(tmp_path / f"{seed}.nc")

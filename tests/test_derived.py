@@ -171,7 +171,7 @@ def test_a_changed_contact_runs_again_and_an_unchanged_one_does_not(tmp_path):
     assert planned(folder, *ASKED) == {}
 
     path = folder / "src" / "dpd" / "analysis" / "statistics.py"
-    path.write_text(path.read_text() + "# edited\n")
+    path.write_text(path.read_text() + "EDITED = 1\n")
     assert planned(folder, *ASKED)["derive"] == 1
     assert snakemake(folder, *ASKED).returncode == 0
     assert runs(folder) == first  # the same runs, to the second that they took

@@ -9,9 +9,9 @@ from dpd.errors import LostTrack, UserError
 from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.stretch import stretched
-from dpd.pipeline.simulate import simulate
-from dpd.scene.limits import stretched_share
+from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
+from dpd.scene.stretched import stretched_share
 from dpd.start.make import make_start, system_of
 
 DIMERS = {
@@ -78,7 +78,8 @@ def test_a_run_whose_bonds_grow_too_long_ends_without_a_result(unchecked, tmp_pa
     """It says at which step and what to do."""
     scene = Scene(DIMERS | change, "my.yaml")
     with pytest.raises(UserError) as caught:
-        simulate(scene, tmp_path / "run.nc", make_start(scene), tmp_path / "run.checkpoint")
+        settings = RunSettings(tmp_path / "run.checkpoint")
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
     for part in ("my.yaml: ", "by step", "48% of an edge", "larger box"):
         assert part in str(caught.value)
     assert not (tmp_path / "run.nc").exists()

@@ -18,6 +18,7 @@ from dpd.benchmark.workloads import workload
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline import study
+from dpd.pipeline.paths import Results
 from dpd.pipeline.study import read_paper
 from dpd.report.figures import joined_verdicts, load_module, make_figure
 from dpd.report.notation import typeset
@@ -267,7 +268,7 @@ def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
     whole = read_paper("benchmark", "smoke")
     figures = {name: whole.figures[name] for name in FIGURES}
     paper = replace(whole, sweeps={}, figures=figures, measurements=tuple(SIZES))
-    table = joined_verdicts([paper], results)
+    table = joined_verdicts(Results(results).figure("benchmark", name, "csv") for name in FIGURES)
     assert list(table.columns) == COLUMNS and len(table) == 0
     write_page("smoke", "Small.", [paper], results, tmp_path / "page.html", "3 runs in 2 s")
     page = (tmp_path / "page.html").read_text()

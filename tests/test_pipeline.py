@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack, contextmanager
 
 import numpy as np
 import pandas as pd
@@ -205,14 +206,62 @@ def test_a_second_run_does_nothing(study):
     assert planned(study, *SMOKE) == {}
 
 
+@contextmanager
+def edited(path, more):
+    """A file with something added, for a while."""
+    kept = path.read_text()
+    path.write_text(kept + more)
+    try:
+        yield
+    finally:
+        path.write_text(kept)
+
+
+SOURCES = (
+    "src/dpd/engine/advance.py", "src/dpd/observe/rdf.py", "src/dpd/analysis/statistics.py",
+    "src/dpd/report/page.py", f"paper_figures/{PAPER}/fig06_interface.py",
+)  # fmt: skip
+
+
+def test_edited_comments_rerun_nothing(study):
+    """Nor do docstrings, anywhere from kernels to plots."""
+    with ExitStack() as edits:
+        for name in SOURCES:
+            text = (study / name).read_text()
+            (study / name).write_text(text.replace('"""', '"""Edited: ', 1))
+            edits.callback((study / name).write_text, text)
+            edits.enter_context(edited(study / name, "# edited\n"))
+        assert planned(study, *SMOKE) == {}
+
+
+def test_an_edited_observable_reruns_the_scenes_that_name_it(study):
+    """And what follows from their runs; kernels are compiled for it before."""
+    with edited(study / "src" / "dpd" / "observe" / "crossings.py", "EDITED = 1\n"):
+        jobs = planned(study, *SMOKE)
+    papers = {name: read_paper(name, "smoke") for name in PAPERS}
+    naming = {
+        (paper, sweep.name): sum("crossings" in point.scene.observe for point in sweep.points)
+        for paper in papers
+        for sweep in papers[paper].sweeps.values()
+    }
+    assert jobs["simulate"] == sum(naming.values()) > 0
+    assert jobs["collect"] == sum(runs > 0 for runs in naming.values())
+    assert jobs["compile_kernels"] == len(PAPERS) and "make_start" not in jobs
+
+
 def test_an_edited_plot_reruns_plots(study):
-    """One figure, and the pages that hold it."""
-    path = study / "paper_figures" / PAPER / "fig06_interface.py"
-    path.write_text(path.read_text() + "# edited\n")
-    assert planned(study, *SMOKE) == {"draw_figure": 1, "join_verdicts": 1, "write_report": 1}
+    """One figure, and the pages that hold it; so does what it shares with others."""
+    folder = study / "paper_figures" / PAPER
+    path = folder / "fig06_interface.py"
+    (folder / "helper.py").write_text("ONE = 1\n")
+    path.write_text(path.read_text() + f"from paper_figures.{PAPER}.helper import ONE  # noqa\n")
+    once = {"draw_figure": 1, "join_verdicts": 1, "write_report": 1}
+    assert planned(study, *SMOKE) == once
     done = snakemake(study, *SMOKE)
-    assert done.returncode == 0
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
     assert planned(study, *SMOKE) == {}
+    with edited(folder / "helper.py", "ONE = 2\n"):
+        assert planned(study, *SMOKE) == once
 
 
 def test_an_edited_sweep_runs_only_its_new_point(study):
@@ -242,21 +291,19 @@ def test_an_edited_sweep_runs_only_its_new_point(study):
 
 def test_an_edited_kernel_reruns_simulations(study):
     """All runs; and a stage that is called by hand refuses what the old kernel made."""
-    path = study / "src" / "dpd" / "physics" / "pair.py"
-    kept = path.read_text()
-    path.write_text(kept + "# edited\n")
-    try:
+    with edited(study / "src" / "dpd" / "physics" / "pair.py", "EDITED = 1\n"):
         jobs = planned(study, *SMOKE)
         papers = [read_paper(paper, "smoke") for paper in PAPERS]
         runs = sum(len(s.points) for paper in papers for s in paper.sweeps.values())
         assert jobs["simulate"] >= runs  # one more has been added above
         done = subprocess.run(
-            [sys.executable, "-m", "dpd", "collect", "smoke", PAPER, "fluid", "-o", "x.nc"],
+            [
+                sys.executable, "-m", "dpd", "collect", "smoke", PAPER, "fluid", "-o", "x.nc",
+                "--runs", f"results/smoke/{PAPER}/runs/fluid",
+            ],
             cwd=study, env=os.environ | {"PYTHONPATH": str(study / "src")},
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert done.returncode == 1
         assert "made by other sources" in done.stderr and "Traceback" not in done.stderr
         assert not (study / "x.nc").exists()
-    finally:
-        path.write_text(kept)

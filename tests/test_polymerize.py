@@ -9,9 +9,9 @@ from dpd import files
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import State
 from dpd.errors import UserError
-from dpd.pipeline.simulate import read_start, write_start
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
+from dpd.start.files import read_start, write_start
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
 from dpd.start.make import make_start, make_start_and_record
 from dpd.start.polymerize import RECORD, Growth

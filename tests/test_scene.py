@@ -9,7 +9,8 @@ from dpd.digest import ROOT
 from dpd.engine.periodic import nearest
 from dpd.errors import UserError
 from dpd.physics.schemes import SCHEMES
-from dpd.pipeline.study import merge, read_paper, read_study
+from dpd.pipeline.study import read_paper, read_study
+from dpd.pipeline.sweep import merge
 from dpd.report.document import config_readme
 from dpd.scene import schema as rules
 from dpd.scene.scene import Scene

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.pipeline.simulate import read_start, simulate, write_start
-from dpd.pipeline.study import merge
+from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_is_shared
+from dpd.start.files import read_start, write_start
 from dpd.start.make import make_start
 
 FLUID = {
@@ -53,7 +54,7 @@ def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     scene = Scene(FLUID)
     write_start(scene, tmp_path / "start.nc")
     begun = time.perf_counter() - 100  # as if its start had taken that long
-    simulate(scene, tmp_path / "own.nc", make_start(scene), begun=begun)
+    simulate(scene, tmp_path / "own.nc", make_start(scene), RunSettings(begun=begun))
     whole = time.perf_counter() - begun
     simulate(scene, tmp_path / "read.nc", read_start(scene, tmp_path / "start.nc"))
     (own, told), (read, _) = (files.read(tmp_path / name) for name in ("own.nc", "read.nc"))

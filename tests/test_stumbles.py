@@ -13,7 +13,8 @@ import yaml
 
 from dpd.errors import UserError
 from dpd.pipeline.overlay import replaced_values
-from dpd.pipeline.study import _check_seeds, merge, read_paper
+from dpd.pipeline.study import _check_seeds, read_paper
+from dpd.pipeline.sweep import merge
 from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
 from tests.test_cli import SCENE, dpd, write

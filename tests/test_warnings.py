@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from dpd.files import read
-from dpd.pipeline.simulate import FEWEST, simulate, temperature_warning
+from dpd.pipeline.simulate import FEWEST, RunSettings, simulate, temperature_warning
 from dpd.report.captions import run_warnings
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start
@@ -24,7 +24,7 @@ FLUID = {
 def run(tmp_path, change):
     """Summary, variables, attributes, and what was said."""
     scene, said = Scene(FLUID | change), []
-    found = simulate(scene, tmp_path / "run.nc", make_start(scene), say=said.append)
+    found = simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(say=said.append))
     return found, *read(tmp_path / "run.nc"), [sentence for sentence in said if sentence]
 
 

@@ -8,7 +8,6 @@ keep it as well, so that a stage that is called by hand refuses what other sourc
 import ast
 from functools import cache
 
-from dpd.digest import text_digest, value_digest
 from dpd.physics.schemes import coefficients
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
@@ -53,11 +52,10 @@ def stage_digest(stage):
     return sources_digest(*STAGES[stage], without=NOT_IN_RUNS if stage == "simulate" else ())
 
 
-def run_digest(scene):
-    """Digest of what decides a run besides its scene's own digest.
+def run_sources(scene):
+    """Digest of the sources of a run, less those of what its scene does without.
 
-    That is the sources, less those of observables and terms of the physics that the scene does
-    without, and the settings of its observables, which have defaults.
+    Those are observables that it does not name, and terms of the physics that it lacks.
 
     Parameters
     ----------
@@ -68,8 +66,7 @@ def run_digest(scene):
     str
         Twelve hexadecimal digits.
     """
-    sources = _run_sources(terms_of(scene), frozenset(scene.observe))
-    return text_digest(f"{sources} {value_digest(scene.observe)}")
+    return _run_sources(terms_of(scene), frozenset(scene.observe))
 
 
 @cache

@@ -181,14 +181,12 @@ def test_seed_decides_the_noise():
 PROGRAM = """
 import json, sys
 from dpd.scene.scene import Scene
-from dpd.pipeline.simulate import simulate
+from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.start.make import make_start
 text, result, checkpoint = sys.argv[1:]
 scene = Scene(json.loads(text))
-simulate(
-    scene, result, make_start(scene), checkpoint=checkpoint, every_seconds=0.0,
-    progress=lambda step: print(step, flush=True),
-)
+settings = RunSettings(checkpoint, 0.0, progress=lambda step: print(step, flush=True))
+simulate(scene, result, make_start(scene), settings)
 """
 LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 6_000}}
 

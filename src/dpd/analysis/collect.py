@@ -12,7 +12,7 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
-from dpd.stages import run_digest, stage_digest
+from dpd.stages import run_sources, stage_digest
 
 RECORDED = {
     "number_density": ("1 / r_c^dimension", "number density"),
@@ -37,7 +37,7 @@ def collect(sweep, paths):
 
     Parameters
     ----------
-    sweep : dpd.pipeline.study.Sweep
+    sweep : dpd.pipeline.sweep.Sweep
     paths : list of path
         One per point, in the order of ``sweep.points``.
 
@@ -172,7 +172,7 @@ def _read(path, scene):
         run = xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError):
         raise UserError(f"{path}: not a whole NetCDF file; {remedy}") from None
-    files.check_digest(path, run.attrs, "sources", run_digest(scene), remedy)
+    files.check_digest(path, run.attrs, "sources", run_sources(scene), remedy)
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:
         raise UserError(f"{scene.where}: observe: a sweep needs 'thermo' among its observables")

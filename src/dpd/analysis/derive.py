@@ -28,7 +28,7 @@ def derive(sweep, sources):
 
     Parameters
     ----------
-    sweep : dpd.pipeline.study.Sweep
+    sweep : dpd.pipeline.sweep.Sweep
     sources : dict of str to xarray.Dataset
         Collected sweeps, those that ``sweep.derived`` names.
 

@@ -127,13 +127,13 @@ def resolved(sweep, path):
 
     Parameters
     ----------
-    sweep : dpd.pipeline.study.Sweep
+    sweep : dpd.pipeline.sweep.Sweep
     path : path or None
         From `write_derived`; not looked at where nothing is derived.
 
     Returns
     -------
-    dpd.pipeline.study.Sweep
+    dpd.pipeline.sweep.Sweep
 
     Raises
     ------

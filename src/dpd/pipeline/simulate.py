@@ -16,7 +16,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
-from dpd.stages import run_digest
+from dpd.stages import run_sources
 from dpd.start.make import system_of
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
@@ -89,7 +89,7 @@ def simulate(scene, path, state, settings=RunSettings()):
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system)
     _check_room(path, settings.checkpoint, simulation, observers)
-    sources, keeper = run_digest(scene), None
+    sources, keeper = run_sources(scene), None
     if settings.checkpoint:
         keeper = Checkpoint(settings.checkpoint, {"scene": scene.digest, "sources": sources})
     running, lost = time.perf_counter(), -1
@@ -192,7 +192,7 @@ def summary_of_file(scene, path):
         If it is not there, or of another scene or other sources.
     """
     variables, attributes = files.read(path)
-    files.check_digest(path, attributes, "sources", run_digest(scene), REMEDY)
+    files.check_digest(path, attributes, "sources", run_sources(scene), REMEDY)
     files.check_digest(path, attributes, "scene_digest", scene.digest, REMEDY)
     return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
 
@@ -205,7 +205,7 @@ def is_made(scene, path):
         made = [files.attribute(path, name) for name in ("scene_digest", "sources")]
     except (UserError, AttributeError):  # not NetCDF, or not a run
         return False
-    return made == [scene.digest, run_digest(scene)]
+    return made == [scene.digest, run_sources(scene)]
 
 
 def temperature_warning(scene, variables):

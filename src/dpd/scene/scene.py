@@ -105,8 +105,8 @@ class Scene:
 
     @cached_property
     def digest(self):
-        """Digest of all that decides the run."""
-        return value_digest(self.data)
+        """Digest of all that decides the run, settings of observables that have defaults too."""
+        return value_digest(self.data | {"observe": self.observe})
 
     @property
     def dimension(self):

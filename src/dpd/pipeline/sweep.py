@@ -1,0 +1,202 @@
+"""A sweep: from a scene, axes and what a study changes to points, one a run."""
+
+from dataclasses import astuple, dataclass
+from itertools import product
+from zlib import crc32
+
+from dpd.digest import value_digest
+from dpd.errors import UserError, shown
+from dpd.pipeline.points import check_axes, check_blocks, fixed, text_of
+from dpd.scene.scene import Scene
+from dpd.scene.schema import schema, suggestion, with_defaults
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a sweep: its name, its place on the axes, and its scene."""
+
+    name: str
+    labels: tuple
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A swept parameter: name, labels, units, and a name for plots."""
+
+    name: str
+    labels: tuple
+    units: str
+    long_name: str
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A value of a scene that another sweep measures: which key, from which sweep, and what."""
+
+    key: str
+    source: str
+    quantity: str
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A family of runs; the last axis is always ``replica``.
+
+    ``series`` names the time series that are kept whole where all runs share one time axis.
+    Until the sweeps that ``derived`` names have run, the scenes hold stand-ins for those values.
+    """
+
+    name: str
+    axes: tuple
+    points: tuple
+    series: tuple = ("kT",)
+    derived: tuple = ()
+
+    def planned_digest(self, point):
+        """Digest of all that is known of a run before anything has run."""
+        if not self.derived:
+            return point.scene.digest
+        return value_digest([point.scene.digest, *map(astuple, self.derived)])
+
+    def point(self, name):
+        """A point by name.
+
+        Raises
+        ------
+        UserError
+            If the sweep has no such point.
+        """
+        for point in self.points:
+            if point.name == name:
+                return point
+        names = [point.name for point in self.points]
+        raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, names)}")
+
+
+def described_axes(given, changes, key, study):
+    """The axes of a sweep as a paper describes them, with the values of a study."""
+    described = dict(given.get("axes", {}))
+    there = f"config/studies/{study}.yaml: {key}.axes"
+    for axis, values in changes.get("axes", {}).items():
+        if axis not in described:
+            raise UserError(f"{there}: no axis {axis!r}; {suggestion(axis, described)}")
+        rule = described[axis]
+        described[axis] = rule | {"values": _chosen(rule["values"], values, f"{there}.{axis}")}
+    return described
+
+
+def unfold(paper, name, given, changes, where, described):
+    """All points of a sweep."""
+    rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
+    given = with_defaults(given, rules)
+    key = f"{where}: sweeps.{name}"
+    base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
+    replicas = changes.get("replicas", given["replicas"])
+    check_axes(described, replicas, key)
+    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
+    axes.append(Axis("replica", tuple(range(replicas)), "1", "replica"))
+    points = []
+    for labels in product(*(axis.labels for axis in axes)):
+        at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
+        where = f"{key} ({at})"
+        scene = base
+        for axis, label in zip(axes[:-1], labels):
+            change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")
+            scene = merge(scene, change, where)
+        check_blocks(scene, where)
+        scene = _sampled(scene, changes.get("sampling", 1))
+        scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
+        points.append(Point(at, labels, fixed(Scene(scene, where))))
+    derived = tuple(
+        Derived(target, rule["from"], rule["quantity"])
+        for target, rule in given.get("derive", {}).items()
+    )
+    return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]), derived)
+
+
+def _axis(name, rule, key):
+    values = rule["values"]
+    if isinstance(values, list) and "set" not in rule:
+        raise UserError(f"{key}.axes.{name}: a list of values needs 'set', the key to put them in")
+    units, long_name = rule.get("units", "1"), rule.get("long_name", name.replace("_", " "))
+    return Axis(name, tuple(values), units, long_name)
+
+
+def _chosen(values, change, key):
+    """New values of an axis: other numbers, or some of its labels."""
+    if not isinstance(values, dict) or isinstance(change, dict):
+        return change
+    for label in change:
+        if label not in values:
+            raise UserError(f"{key}: no label {label!r}; {suggestion(label, values)}")
+    return {label: values[label] for label in change}
+
+
+def _changes(rule, label, key):
+    """The part of a scene that a label changes, as nested dicts."""
+    if isinstance(rule["values"], dict):
+        return rule["values"][label]
+    if rule.get("offset") and isinstance(label, str):
+        raise UserError(f"{key}: {label!r} is text; an offset can be added to numbers only")
+    value = label + rule["offset"] if rule.get("offset") else label
+    value = rule["text"].format(value) if "text" in rule else value
+    targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
+    change = {}
+    for target in targets:
+        nested = value
+        for part in reversed(target.split(".")):
+            nested = {part: nested}
+        change = merge(change, nested, key)
+    return change
+
+
+def merge(base, change, where="scene", inside=()):
+    """``base`` with ``change`` put in: dicts key by key, list items by number.
+
+    Neither is altered; the result shares with them what it takes over whole.
+
+    Raises
+    ------
+    UserError
+        Naming ``where`` and the key (``inside`` are its parts so far), if keys are to be put into
+        a list that has no such item, or into something that has no keys.
+    """
+    if not isinstance(change, dict):
+        return change
+    if isinstance(base, list):
+        merged = list(base)
+        for place, value in change.items():
+            if not str(place).isdigit() or int(place) >= len(merged):
+                raise UserError(
+                    f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
+                    f"{len(merged)}; they count from 0"
+                )
+            merged[int(place)] = merge(merged[int(place)], value, where, (*inside, str(place)))
+        return merged
+    if not isinstance(base, dict):
+        key = ".".join((*inside, *map(str, list(change)[:1])))
+        raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
+    merged = dict(base)
+    for key, value in change.items():
+        merged[key] = merge(merged.get(key, {}), value, where, (*inside, str(key)))
+    return merged
+
+
+def _sampled(scene, factor):
+    """A scene that runs ``factor`` times as long."""
+    steps, duration = scene.get("steps", {}), scene.get("duration", {})
+    steps = {part: max(1, round(factor * n)) if n else 0 for part, n in steps.items()}
+    duration = {part: factor * time for part, time in duration.items()}
+    return merge(scene, {"steps": steps, "duration": duration})
+
+
+def _with_seeds(scene, sweep, at, replica):
+    """Noise seeds of their own for all points; one start for the points of a replica.
+
+    The seeds follow from the names alone, so a point keeps its own when others are added.
+    """
+    seed = scene.get("seed", 1)
+    own = (seed + crc32(f"{sweep}/{at}".encode())) % 2**31
+    start = (seed + crc32(f"{sweep}/{replica}".encode())) % 2**31
+    return merge(scene, {"seed": own, "start": {"seed": start}})

@@ -1,0 +1,97 @@
+"""Imports run one way: every room of the house stands on those below it."""
+
+import ast
+from itertools import chain
+
+import pytest
+
+from dpd.digest import PACKAGE, ROOT
+
+# From the top. A room may import itself and what stands in lower rows, not its neighbours in a row.
+ORDER = (
+    ("__main__",),
+    ("cli",),
+    ("report", "benchmark"),
+    ("pipeline",),
+    ("analysis", "start", "observe"),
+    ("stages",),
+    ("scene", "engine"),
+    ("physics",),
+    ("engine.vectors",),  # the hand-written LLVM, which terms of the physics are made of
+    ("jit",),
+    ("numba_settings",),
+    ("files", "interrupts", "sources"),
+    ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),
+)
+ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
+# What a figure of a paper is made of; a picture of chains measures them as runs do.
+FOR_FIGURES = {"analysis", "report", "theory", "errors", "observe"}
+
+
+def room_of(module):
+    """The longest name in `ORDER` that a module, without ``dpd.``, begins with."""
+    parts = module.split(".")
+    names = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
+    return next((name for name in names if name in ROWS), None)
+
+
+def imported(path):
+    """Modules of the package that a file imports, without ``dpd.``; and names in modules."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}: imports are absolute here"
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        yield from (name.removeprefix("dpd.") for name in names if name.startswith("dpd."))
+
+
+MODULES = {
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if path != PACKAGE / "__init__.py"  # what it hands on may come from anywhere
+}
+
+
+def test_every_module_has_a_room():
+    """And no room is empty."""
+    assert {room_of(module) for module in MODULES} == set(ROWS)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_go_down(module):
+    """Also those inside of functions."""
+    own = room_of(module)
+    up = {
+        name for name in imported(MODULES[module])
+        if room_of(name) != own and ROWS[room_of(name)] <= ROWS[own]
+    }  # fmt: skip
+    assert not up, f"dpd.{module} stands below, or beside, what it imports: {', '.join(sorted(up))}"
+
+
+def test_a_scene_knows_schemes_alone():
+    """Of all that moves beads: what is simulated does not know how."""
+    rooms = [module for module in MODULES if room_of(module) == "scene"]
+    names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
+    physics = {name for name in names if name.startswith("physics")}
+    assert physics == {"physics.schemes.coefficients"}
+    assert not any(name.startswith("engine") for name in names)
+
+
+def test_of_the_pipeline_a_report_knows_paths():
+    """It is given papers, and does not plan or run them."""
+    rooms = [module for module in MODULES if room_of(module) == "report"]
+    names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
+    assert {name for name in names if name.startswith("pipeline")} == {"pipeline.paths.Results"}
+
+
+@pytest.mark.parametrize(
+    "paper", sorted({path.parent.name for path in ROOT.glob("paper_figures/*/*.py")})
+)
+def test_figures_import_what_is_for_them(paper):
+    """Analysis, theory and looks: no engine, no scene, no pipeline."""
+    for path in (ROOT / "paper_figures" / paper).glob("*.py"):
+        rooms = {room_of(name) for name in imported(path)}
+        assert rooms <= FOR_FIGURES, f"{path.name}: {rooms - FOR_FIGURES}"

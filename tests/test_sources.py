@@ -1,0 +1,294 @@
+"""Digests of sources: what an edit changes, and what it leaves alone."""
+
+import json
+import os
+import subprocess
+import sys
+from itertools import pairwise
+
+import pytest
+
+from dpd.digest import PACKAGE, ROOT
+from dpd.observe import OBSERVABLES
+from dpd.pipeline.study import read_config, read_paper
+from dpd.scene.scene import Scene
+from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of
+from dpd.stages import OBSERVE, STAGES, TERMS, observable_modules, unused_modules
+from tests.conftest import SCENE
+from tests.test_pipeline import copy_repository
+
+CODE = '''"""What it is for."""
+import numpy as np
+from dpd.errors import UserError
+
+
+def double(x):
+    """Twice."""
+    return 2 * x  # fast
+'''
+SAME = {
+    "comment": CODE.replace("# fast", "# faster"),
+    "docstring of the module": CODE.replace("What it is for", "What else"),
+    "docstring of a function": CODE.replace('    """Twice."""\n', ""),
+    "blank lines": CODE.replace("\n\n\n", "\n\n\n\n\n"),
+    "form": CODE.replace("2 * x", "(2\n        * x)"),
+}
+OTHER = {
+    "number": CODE.replace("2 * x", "3 * x"),
+    "kind of number": CODE.replace("2 * x", "2.0 * x"),
+    "name": CODE.replace("double", "twice"),
+    "import": CODE.replace("import numpy as np\n", ""),
+    "text that is no docstring": CODE.replace("return 2 * x", "'Twice.'; return 2 * x"),
+}
+
+
+@pytest.mark.parametrize("change", [*SAME, *OTHER])
+def test_what_counts_of_a_file(tmp_path, change):
+    """Code does; comments, docstrings and form do not."""
+    paths = tmp_path / "before.py", tmp_path / "after.py"
+    for path, text in zip(paths, (CODE, (SAME | OTHER)[change])):
+        path.write_text(text)
+    before, after = map(source_of, paths)
+    assert (before.digest == after.digest) == (change in SAME)
+    assert file_of("dpd.errors") in before.imports
+
+
+def test_data_files_and_files_that_are_no_python(tmp_path):
+    """What a module says that it reads counts with it; a broken file counts as it is."""
+    (tmp_path / "page.html").write_text("one")
+    for name in ("one.py", "two.py"):
+        (tmp_path / name).write_text('DATA_FILES = ("page.html",)\n')
+    one = source_of(tmp_path / "one.py")
+    (tmp_path / "page.html").write_text("two")
+    assert source_of(tmp_path / "two.py").digest != one.digest
+    for name in ("three.py", "four.py"):
+        (tmp_path / name).write_text(f"def {name}")
+    assert source_of(tmp_path / "three.py").digest != source_of(tmp_path / "four.py").digest
+
+
+def test_imports_of_every_form(tmp_path, monkeypatch):
+    """Modules by name, from packages, relative, in functions, with the packages that hold them."""
+    house = tmp_path / "house"
+    files = {
+        "__init__.py": "",
+        "entry.py": "import house.one, numpy\nfrom house import two\nfrom .rooms import three, x",
+        "one.py": "def late():\n    from house.rooms.four import seven",
+        "two.py": "from .rooms import *",
+        "rooms/__init__.py": "from house.rooms.five import seven",
+        "rooms/three.py": "from ..six import seven",
+        "rooms/four.py": "",
+        "rooms/five.py": "import house.missing",
+        "six.py": "",
+        "unused.py": "",
+    }
+    for name, text in files.items():
+        (house / name).parent.mkdir(parents=True, exist_ok=True)
+        (house / name).write_text(text)
+    monkeypatch.setitem(HOMES, "house", house)
+    found = reachable((house / "entry.py",))
+    assert {str(path.relative_to(house)) for path in found} == set(files) - {"unused.py"}
+    found = reachable((house / "entry.py",), frozenset({"house.rooms.three", "house.one"}))
+    left_out = {"unused.py", "rooms/three.py", "six.py", "one.py", "rooms/four.py"}
+    assert {str(path.relative_to(house)) for path in found} == set(files) - left_out
+
+
+IMPORTED = """
+import importlib, json, sys
+for name in sys.argv[1:]:
+    importlib.import_module(name)
+modules = [module for name, module in sys.modules.items() if name.split(".")[0] == "dpd"]
+print(json.dumps([module.__file__ for module in modules]))
+"""
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_all_that_a_stage_imports_is_found(stage):
+    """Compared with what Python has in fact imported; functions may import more, later."""
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTED, *STAGES[stage]], capture_output=True, text=True,
+        check=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+    found = {str(path) for path in reachable(STAGES[stage])}
+    imported = set(json.loads(done.stdout))
+    assert imported <= found
+    if stage != "measure":  # the stripped engine imports when it begins
+        assert imported == found
+
+
+def test_modules_that_decide_nothing_are_there():
+    """A list that names what is gone would be read as if it were right."""
+    assert all(file_of(name) for name in DECIDE_NOTHING)
+
+
+def test_the_registry_is_read_as_python_reads_it():
+    """Observables by name, each with its module."""
+    imported = {name: observable.__module__ for name, observable in OBSERVABLES.items()}
+    assert observable_modules() == imported
+
+
+def test_what_a_scene_does_without():
+    """Observables that it does not name, but for those that a named one is made of."""
+    names = set(observable_modules())
+
+    def unused(*named):
+        left_out = unused_modules(frozenset(), frozenset(named))
+        return {name for name, module in observable_modules().items() if module in left_out}
+
+    assert unused("thermo") == names - {"thermo"}
+    assert unused("trace") == names - {"trace", "chains"}  # it unwraps as chains do
+    assert unused_modules(frozenset(TERMS), frozenset(names)) == set()
+
+
+def test_who_imports_what_a_scene_may_lack():
+    """The registry observables, what computes forces their terms: others would forget them."""
+
+    def users(modules):
+        for path in PACKAGE.rglob("*.py"):
+            if {file_of(module) for module in modules} & (source_of(path).imports - {path}):
+                yield str(path.relative_to(PACKAGE))
+
+    registry = str(file_of(OBSERVE).relative_to(PACKAGE))
+    assert set(users(observable_modules().values())) == {registry, "observe/trace.py"}
+    rooms = {user.split("/")[0] for user in users(TERMS.values())}
+    assert rooms <= {"engine", "physics", "start", "scene"}
+
+
+DIGESTS = """
+import json, sys
+from dpd.pipeline.study import read_paper
+from dpd.report.figure_file import figure_path
+from dpd.sources import kernel_digest
+from dpd.stages import STAGES, figure_sources, run_sources, stage_digest, start_sources
+found = {f"stage {stage}": stage_digest(stage) for stage in STAGES} | {"kernels": kernel_digest()}
+for name in sys.argv[1:]:
+    paper = read_paper(name, "smoke")
+    for figure in paper.figures:
+        found[f"figure {name} {figure}"] = figure_sources(figure_path(name, figure))
+    for sweep in paper.sweeps.values():
+        for point in sweep.points:
+            found[f"run {name} {sweep.name} {point.name}"] = run_sources(point.scene)
+            found[f"start {name} {sweep.name} {point.name}"] = start_sources(point.scene)
+print(json.dumps(found))
+"""
+PAPERS = read_config()["papers"]
+
+
+def digests(folder):
+    """All digests of a copy of the repository, in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", DIGESTS, *PAPERS], capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": str(folder / "src")},
+    )  # fmt: skip
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """A copy whose files may be edited, and its digests."""
+    folder = copy_repository(tmp_path_factory.mktemp("copy"))
+    return folder, digests(folder)
+
+
+@pytest.fixture
+def changed(copy, request):
+    """A function that edits a file of the copy, and returns the names of what changed."""
+    folder, before = copy
+
+    def edit(name, more="\nEDITED = 1\n"):
+        path = folder / name
+        kept = path.read_text()
+        request.addfinalizer(lambda: path.write_text(kept))
+        path.write_text(kept + more)
+        after = digests(folder)
+        assert after.keys() == before.keys()
+        return {name for name in before if before[name] != after[name]}
+
+    return edit
+
+
+def runs(has):
+    """Names of the runs of the smoke study whose scenes have something."""
+    return {
+        f"run {name} {sweep.name} {point.name}"
+        for name in PAPERS
+        for sweep in read_paper(name, "smoke").sweeps.values()
+        for point in sweep.points
+        if has(point.scene)
+    }
+
+
+def of_kind(names, *kinds):
+    """Those whose first word is one of some."""
+    return {name for name in names if name.split()[0] in kinds}
+
+
+def test_comments_change_nothing(changed):
+    """In a kernel; and nothing does in what only words messages."""
+    assert changed("src/dpd/engine/advance.py", "# edited\n") == set()
+    assert changed("src/dpd/scene/schema.py") == set()
+
+
+def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
+    """Of all scenes."""
+    names = changed("src/dpd/engine/advance.py")
+    assert of_kind(names, "run") == runs(lambda scene: True)
+    assert len(of_kind(names, "start")) == len(of_kind(names, "run"))
+    assert "kernels" in names and not of_kind(names, "figure") - {FIGURE_OF_CHAINS}
+
+
+FIGURE_OF_CHAINS = "figure liu_2008 fig04_snapshot"
+
+
+@pytest.mark.parametrize(
+    ("module", "named"),
+    [("crossings", {"crossings"}), ("rdf", {"rdf"}), ("chains", {"chains", "trace"})],
+)
+def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, named):
+    """No start, no kernel, no other run."""
+    names = changed(f"src/dpd/observe/{module}.py")
+    expected = runs(lambda scene: named & set(scene.observe))
+    assert of_kind(names, "run") == expected and 0 < len(expected) < len(runs(lambda scene: True))
+    assert not of_kind(names, "start", "kernels", "figure") - {FIGURE_OF_CHAINS}
+
+
+def test_an_edited_thermostat_changes_the_runs_that_have_it(changed):
+    """And compiled code, but no start: growth and relaxation have friction between pairs."""
+    names = changed("src/dpd/physics/langevin.py")
+    expected = runs(lambda scene: scene.data["thermostat"]["kind"] == "langevin")
+    assert of_kind(names, "run") == expected != set()
+    assert "kernels" in names and not of_kind(names, "start")
+
+
+def test_an_edited_analysis_changes_the_figures_that_use_it(changed):
+    """No run, and no other figure."""
+    names = changed("src/dpd/analysis/interfaces.py")
+    figures = of_kind(names, "figure")
+    assert "figure groot_warren_1997 fig06_interface" in figures
+    assert not any("nikunen" in name or "liu" in name for name in figures)
+    assert not of_kind(names, "run", "start", "kernels")
+
+
+def test_an_edited_helper_changes_the_figures_that_import_it(copy):
+    """It alone; an edited figure itself alone."""
+    folder, _ = copy
+    figure = folder / "paper_figures" / "liu_2008" / "slope.py"
+    helper, kept = figure.with_name("helper.py"), figure.read_text()
+    helper.write_text("ONE = 1\n")
+    figure.write_text(kept + "from paper_figures.liu_2008.helper import ONE\n")
+    try:
+        seen = [digests(folder)]
+        for path, text in ((helper, "ONE = 2\n"), (figure, figure.read_text() + "TWO = 2\n")):
+            path.write_text(text)
+            seen.append(digests(folder))
+    finally:
+        figure.write_text(kept)
+        helper.unlink()
+    for before, after in pairwise(seen):
+        assert {name for name in before if before[name] != after[name]} == {"figure liu_2008 slope"}
+
+
+def test_defaults_of_an_observable_are_part_of_a_scene():
+    """Written out or not; other ones are another scene."""
+    digest = Scene(SCENE | {"observe": ["thermo"]}).digest
+    assert Scene(SCENE | {"observe": [{"thermo": {"pressure": True}}]}).digest == digest
+    assert Scene(SCENE | {"observe": [{"thermo": {"pressure": False}}]}).digest != digest
