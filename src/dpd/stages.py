@@ -134,8 +134,8 @@ def unused_modules(terms, observables):
     unused = set()
     for named, modules in ((terms, TERMS), (observables, observable_modules())):
         used = tuple(module for name, module in modules.items() if name in named)
-        files = reachable(used, frozenset({OBSERVE}))
-        unused |= {module for module in modules.values() if file_of(module) not in files}
+        needed = reachable(used, frozenset({OBSERVE})).union({None})  # None: there is no such page
+        unused |= {module for module in modules.values() if file_of(module) not in needed}
     return frozenset(unused)
 
 
