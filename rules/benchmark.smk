@@ -27,7 +27,7 @@ rule benchmark:
     params:
         study=STUDY,
         sources=stage_digest("report"),
-        results=OUT.folder,
+        results=results_folder,
     shell:
         "python -m dpd report {params.study:q} benchmark --results {params.results:q}"
         " -o {output.page:q} 2>&1 | tee -i {log:q}"

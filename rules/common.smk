@@ -71,6 +71,11 @@ def page_sources(papers):
     return files
 
 
+def results_folder(wildcards):
+    """Folder of the study, for a page on all that is in it."""
+    return OUT.folder
+
+
 def planned_digest(wildcards):
     """Digest of what is known of a run when it is planned."""
     return sweep_of(wildcards).planned_digest(point_of(wildcards))

@@ -27,7 +27,7 @@ rule write_report:
         study=STUDY,
         papers=list(REPORTED),
         sources=stage_digest("report"),
-        results=OUT.folder,
+        results=results_folder,
     shell:
         "python -m dpd report {params.study:q} {params.papers:q} --results {params.results:q}"
         " -o {output.page:q} 2>&1 | tee -i {log:q}"
