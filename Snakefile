@@ -25,7 +25,9 @@ from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
 from dpd.scene.schema import read_yaml, validate
 from dpd.scene.start import start_digest, start_is_shared
-from dpd.stages import figure_sources, run_sources, stage_digest, start_sources
+from dpd.stages import (
+    figure_sources, kernels_name, run_sources, stage_digest, start_sources, start_terms, terms_of
+)
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
@@ -74,6 +76,7 @@ wildcard_constraints:
     measurement="[^/]+",
     point="[^/]+",
     figure="[a-z0-9_]+",
+    kernels="[0-9a-f]+",
 
 
 onstart:

@@ -11,6 +11,15 @@ def waiting_for_starts(paper):
     return waiting
 
 
+def kernels_for(paper):
+    """Digest of kernels to the terms of the physics that they are for."""
+    scenes = [point.scene for sweep in paper.sweeps.values() for point in sweep.points]
+    terms = {terms_of(scene) for scene in scenes}
+    terms |= {start_terms(scene) for scene in scenes if start_is_shared(scene)}
+    return {kernels_name(each): each for each in terms}
+
+
+KERNELS = {name: kernels_for(paper) for name, paper in PAPERS.items()}
 WAITING = {name: waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
@@ -22,6 +31,23 @@ def sweep_of(wildcards):
 def point_of(wildcards):
     """The point that a job is about."""
     return sweep_of(wildcards).point(wildcards.point)
+
+
+def kernels_of_run(wildcards):
+    """Compiled kernels of a run. It waits for them, but is not made again where they are newer."""
+    kernels = kernels_name(terms_of(point_of(wildcards).scene))
+    return ancient(OUT.compiled(wildcards.paper, kernels))
+
+
+def kernels_of_start(wildcards):
+    """The same of a first configuration."""
+    kernels = kernels_name(start_terms(first_with_start(wildcards)[1].scene))
+    return ancient(OUT.compiled(wildcards.paper, kernels))
+
+
+def terms_to_compile(wildcards):
+    """Terms of the physics that kernels are for, as words of a command."""
+    return sorted(KERNELS[wildcards.paper][wildcards.kernels])
 
 
 def runs_of_sweep(wildcards):

@@ -6,7 +6,7 @@
 
 rule simulate:
     input:
-        ancient(rules.compile_kernels.output),
+        kernels_of_run,
         start=start_of,
         derived=derived_of,
     output:

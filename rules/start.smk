@@ -2,24 +2,25 @@
 # nothing that matters there share one.
 
 
-# Runs wait for it, but are not made again because of it: whether they depend on an edited kernel
-# their own digests say.
+# One job for all scenes of a paper in which the same terms of the physics act: what it makes is named
+# after the sources of those, and so an edited term concerns the scenes that have it.
 rule compile_kernels:
     output:
-        OUT.compiled("{paper}"),
+        OUT.compiled("{paper}", "{kernels}"),
     log:
-        OUT.log("{paper}", "compile"),
+        OUT.log("{paper}", "compiled", "{kernels}"),
     params:
         study=STUDY,
-        sources=stage_digest("compile"),
+        terms=terms_to_compile,
     priority: work_compiled_for
     shell:
-        "python -m dpd compile {params.study:q} {wildcards.paper:q} -o {output:q} 2>&1 | tee -i {log:q}"
+        "python -m dpd compile {params.study:q} {wildcards.paper:q} --terms {params.terms:q}"
+        " -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 rule make_start:
     input:
-        ancient(rules.compile_kernels.output),
+        kernels_of_start,
     output:
         OUT.start("{paper}", "{start}"),
     log:

@@ -219,9 +219,12 @@ def edited(path, more):
 
 
 SOURCES = (
-    "src/dpd/engine/advance.py", "src/dpd/observe/rdf.py", "src/dpd/analysis/statistics.py",
-    "src/dpd/report/page.py", f"paper_figures/{PAPER}/fig06_interface.py",
-)  # fmt: skip
+    "src/dpd/engine/neighbours/search.py",
+    "src/dpd/observe/rdf.py",
+    "src/dpd/analysis/statistics.py",
+    "src/dpd/report/page.py",
+    f"paper_figures/{PAPER}/fig06_interface.py",
+)
 
 
 def test_edited_comments_rerun_nothing(study):
@@ -234,7 +237,7 @@ def test_edited_comments_rerun_nothing(study):
 
 
 def test_an_edited_observable_reruns_the_scenes_that_name_it(study):
-    """And what follows from their runs; kernels are compiled for it before."""
+    """And what follows from their runs; no start, no kernel."""
     with edited(study / "src" / "dpd" / "observe" / "crossings.py", "EDITED = 1\n"):
         jobs = planned(study, *SMOKE)
     papers = {name: read_paper(name, "smoke") for name in PAPERS}
@@ -245,7 +248,22 @@ def test_an_edited_observable_reruns_the_scenes_that_name_it(study):
     }
     assert jobs["simulate"] == sum(naming.values()) > 0
     assert jobs["collect"] == sum(runs > 0 for runs in naming.values())
-    assert jobs["compile_kernels"] == len(PAPERS) and "make_start" not in jobs
+    assert "compile_kernels" not in jobs and "make_start" not in jobs
+
+
+def test_an_edited_thermostat_reruns_the_scenes_that_have_it(study):
+    """Their kernels are compiled before; their starts, which they share, stay."""
+    with edited(study / "src" / "dpd" / "physics" / "langevin.py", "EDITED = 1\n"):
+        jobs = planned(study, *SMOKE)
+    scenes = [
+        point.scene
+        for paper in PAPERS
+        for sweep in read_paper(paper, "smoke").sweeps.values()
+        for point in sweep.points
+    ]
+    bathed = [scene for scene in scenes if scene.data["thermostat"]["kind"] == "langevin"]
+    assert jobs["simulate"] == len(bathed) > 0
+    assert jobs["compile_kernels"] == 1 and "make_start" not in jobs
 
 
 def test_an_edited_plot_reruns_plots(study):

@@ -143,7 +143,7 @@ def test_who_imports_what_a_scene_may_lack():
     """The registry observables, what computes forces their terms: others would forget them."""
 
     def users(modules):
-        for path in PACKAGE.rglob("*.py"):
+        for path in reachable(STAGES["simulate"]):
             if {file_of(module) for module in modules} & (source_of(path).imports - {path}):
                 yield str(path.relative_to(PACKAGE))
 
@@ -158,7 +158,8 @@ import json, sys
 from dpd.pipeline.study import read_paper
 from dpd.report.figure_file import figure_path
 from dpd.sources import kernel_digest
-from dpd.stages import STAGES, figure_sources, run_sources, stage_digest, start_sources
+from dpd.stages import STAGES, kernels_name, figure_sources, run_sources, stage_digest
+from dpd.stages import start_sources, terms_of
 found = {f"stage {stage}": stage_digest(stage) for stage in STAGES} | {"kernels": kernel_digest()}
 for name in sys.argv[1:]:
     paper = read_paper(name, "smoke")
@@ -168,6 +169,9 @@ for name in sys.argv[1:]:
         for point in sweep.points:
             found[f"run {name} {sweep.name} {point.name}"] = run_sources(point.scene)
             found[f"start {name} {sweep.name} {point.name}"] = start_sources(point.scene)
+            found[f"compile {name} {sweep.name} {point.name}"] = kernels_name(
+                terms_of(point.scene)
+            )
 print(json.dumps(found))
 """
 PAPERS = read_config()["papers"]
@@ -224,13 +228,13 @@ def of_kind(names, *kinds):
 
 def test_comments_change_nothing(changed):
     """In a kernel; and nothing does in what only words messages."""
-    assert changed("src/dpd/engine/advance.py", "# edited\n") == set()
+    assert changed("src/dpd/engine/neighbours/search.py", "# edited\n") == set()
     assert changed("src/dpd/scene/schema.py") == set()
 
 
 def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
     """Of all scenes."""
-    names = changed("src/dpd/engine/advance.py")
+    names = changed("src/dpd/engine/neighbours/search.py")
     assert of_kind(names, "run") == runs(lambda scene: True)
     assert len(of_kind(names, "start")) == len(of_kind(names, "run"))
     assert "kernels" in names and not of_kind(names, "figure") - {FIGURE_OF_CHAINS}
@@ -248,7 +252,7 @@ def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, nam
     names = changed(f"src/dpd/observe/{module}.py")
     expected = runs(lambda scene: named & set(scene.observe))
     assert of_kind(names, "run") == expected and 0 < len(expected) < len(runs(lambda scene: True))
-    assert not of_kind(names, "start", "kernels", "figure") - {FIGURE_OF_CHAINS}
+    assert not of_kind(names, "start", "compile", "kernels", "figure") - {FIGURE_OF_CHAINS}
 
 
 def test_an_edited_thermostat_changes_the_runs_that_have_it(changed):
@@ -256,6 +260,7 @@ def test_an_edited_thermostat_changes_the_runs_that_have_it(changed):
     names = changed("src/dpd/physics/langevin.py")
     expected = runs(lambda scene: scene.data["thermostat"]["kind"] == "langevin")
     assert of_kind(names, "run") == expected != set()
+    assert {name.replace("compile", "run") for name in of_kind(names, "compile")} == expected
     assert "kernels" in names and not of_kind(names, "start")
 
 

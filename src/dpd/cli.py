@@ -72,7 +72,14 @@ def _parser():
     _add_threads(run)
     stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True)
     stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
-    stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
+    compile_ = stage(
+        "compile", _compile, "compile what a study needs", "study", "papers",
+        output="list of kernels",
+    )  # fmt: skip
+    compile_.add_argument(
+        "--terms", nargs="*", metavar="TERM",
+        help="only scenes in which just these act: bond, core, exchange, langevin, or none",
+    )  # fmt: skip
     stage(
         "start", _start, "make a first configuration",
         "study", "paper", "sweep", "point", output="start.nc",
@@ -190,13 +197,15 @@ def _measure(options):
 
 def _compile(options):
     from dpd.files import replace_whole
-    from dpd.pipeline.compiling import compile_for
+    from dpd.pipeline.compiling import compile_for, with_terms
     from dpd.pipeline.study import read_paper
 
     scenes = []
     for paper in options.papers:
         for sweep in read_paper(paper, options.study).sweeps.values():
             scenes += [point.scene for point in sweep.points]
+    if options.terms is not None:
+        scenes = with_terms(scenes, frozenset(options.terms))
     compiled = compile_for(scenes)
     replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
 

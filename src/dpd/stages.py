@@ -8,13 +8,14 @@ keep it as well, so that a stage that is called by hand refuses what other sourc
 import ast
 from functools import cache
 
+from dpd.digest import text_digest
 from dpd.physics.schemes import coefficients
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
 
 # The modules with which each stage begins; what they import is found from there.
 STAGES = {
-    "compile": ("dpd.pipeline.compiling",),
+    "compile": ("dpd.scene.scene", "dpd.start.make"),  # what starts and runs have in common
     "start": ("dpd.scene.scene", "dpd.scene.start", "dpd.start.make", "dpd.start.files"),
     "simulate": ("dpd.scene.scene", "dpd.start.make", "dpd.pipeline.simulate"),
     "collect": ("dpd.analysis.collect",),
@@ -84,15 +85,27 @@ def start_sources(scene):
 
     It is the same for all scenes that share a start.
     """
-    forces = start_description(scene).get("forces", {})
-    return _start_sources(frozenset(forces).intersection(TERMS))
+    return _sources_with("start", start_terms(scene))
+
+
+def kernels_name(terms):
+    """A name for the kernels of all scenes in which just these terms act, by their sources.
+
+    Where it changes, `run_sources` and `start_sources` of those scenes change as well.
+
+    Parameters
+    ----------
+    terms : frozenset of str
+        Keys of `TERMS`.
+    """
+    return text_digest(f"{sorted(terms)} {_sources_with('compile', terms)}")
 
 
 @cache
-def _start_sources(terms):
+def _sources_with(stage, terms):
     return kept(
-        f"start {sorted(terms)}",
-        lambda: sources_digest(*STAGES["start"], without=unused_modules(terms, frozenset())),
+        f"{stage} {sorted(terms)}",
+        lambda: sources_digest(*STAGES[stage], without=unused_modules(terms, frozenset())),
     )
 
 
@@ -116,6 +129,11 @@ def terms_of(scene):
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
     }
     return frozenset(name for name, acts in acting.items() if acts)
+
+
+def start_terms(scene):
+    """The same of what acts while its first configuration grows and relaxes."""
+    return frozenset(start_description(scene).get("forces", {})).intersection(TERMS)
 
 
 def unused_modules(terms, observables):

@@ -2,6 +2,7 @@
 
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
+from dpd.stages import start_terms, terms_of
 from dpd.start.make import system_of
 from dpd.start.quick import compile_start
 
@@ -32,6 +33,23 @@ def compile_for(scenes):
         for observer in observables(scene, system):
             observer.sample(simulation, simulation.measure())
     return [", ".join(variant) for variant in smallest]
+
+
+def with_terms(scenes, terms):
+    """The scenes in which just these terms of the physics act; or only as they start, if none.
+
+    Parameters
+    ----------
+    scenes : list of Scene
+    terms : frozenset of str
+        Keys of `dpd.stages.TERMS`.
+
+    Returns
+    -------
+    list of Scene
+    """
+    acting = [scene for scene in scenes if terms_of(scene) == terms]
+    return acting or [scene for scene in scenes if start_terms(scene) == terms]
 
 
 def _kernels(scene):

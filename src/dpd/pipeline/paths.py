@@ -50,9 +50,9 @@ class Results:
 
     folder: str
 
-    def compiled(self, paper):
-        """A list of the kernels that were compiled for a paper."""
-        return f"{self.folder}/{paper}/compiled.txt"
+    def compiled(self, paper, kernels):
+        """A list of kernels that were compiled for a paper, by the digest of their sources."""
+        return f"{self.folder}/{paper}/compiled/{kernels}.txt"
 
     def start(self, paper, digest):
         """A first configuration that runs share, by its digest."""
