@@ -9,8 +9,8 @@ from dpd.benchmark.lammps import Lammps
 from dpd.benchmark.speed import SCHEME, installed, race
 from dpd.benchmark.timing import TURNS, labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import MEMORY, WORKLOADS, workload
-from dpd.engine.periodic import wrapped
-from dpd.engine.simulation import State
+from dpd.engine.space import wrapped
+from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of

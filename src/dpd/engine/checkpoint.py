@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from dpd.drafts import draft_of
-from dpd.engine.simulation import State
+from dpd.engine.state import State
 from dpd.errors import UserError, reason
 
 LONGEST_STRETCH = 500  # steps between looks at the clock,

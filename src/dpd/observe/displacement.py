@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.errors import LostTrack
 from dpd.observe.multitau import MultipleTau
 

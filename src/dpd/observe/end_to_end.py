@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.observe.multitau import MultipleTau
 
 
@@ -34,7 +34,7 @@ class EndToEnd:
 
     def sample(self, simulation, sums):
         """Take one sample."""
-        state, members = simulation.state, self._system.bonds[0]
+        state, members = simulation.state, self._system.members
         position = state.by_identity(state.position)
         bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], self._system.box)
         vector = np.add.reduceat(bonds, self._bonds_first, axis=1)

@@ -34,7 +34,7 @@ class Passes:
         position = state.by_identity(state.position)
         at = int(arrays["taken"][0])
         if at:
-            members = self._system.bonds[0]
+            members = self._system.members
             found = passed_bonds(arrays["last"], position, members, self._system.box)
             arrays["passes"][at] = found.shape[1]
         else:

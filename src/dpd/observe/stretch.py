@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from dpd.engine.periodic import MOST_STRETCHED, STRETCHED, nearest
+from dpd.engine.space import nearest
 from dpd.errors import LostTrack
+from dpd.physics.bond import MOST_STRETCHED, STRETCHED
 
 EVERY = 200  # steps between looks: less than half a per cent of the run time
 FEW = 10  # finds that say nothing: so short a run knows its means far less well
@@ -29,7 +30,7 @@ class Stretch:
 
     def __init__(self, scene, system):
         self.every = min(EVERY, scene.steps[1])
-        self._box, self._members = system.box, system.bonds[0]
+        self._box, self._members = system.box, system.members
         looks = scene.steps[1] // self.every
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.observe.chains import unwrapped
 
 

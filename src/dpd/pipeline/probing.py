@@ -13,7 +13,8 @@ import numpy as np
 
 from dpd.analysis.statistics import correlation_time, mean_and_error
 from dpd.engine.queries.pairs import pair_histogram
-from dpd.engine.simulation import Simulation, State, Unstable
+from dpd.engine.simulation import Simulation, Unstable
+from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of

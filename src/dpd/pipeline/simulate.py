@@ -12,7 +12,8 @@ from dpd.analysis.statistics import mean_and_error
 from dpd.digest import stage_digest
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation, State, Unstable
+from dpd.engine.simulation import Simulation, Unstable
+from dpd.engine.state import State
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.start.description import start_description, start_digest

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dpd.engine.periodic import MOST_STRETCHED, STRETCHED
 from dpd.errors import UserError
+from dpd.physics.bond import MOST_STRETCHED, STRETCHED
 from dpd.start.description import start_forces
 
 MOST_BEADS = 10**8  # 29 GB of state

@@ -9,7 +9,7 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError
-from dpd.physics.schemes import coefficients
+from dpd.physics.schemes import scheme_named
 from dpd.scene.automatic import choose
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
@@ -351,7 +351,7 @@ class Scene:
 
     def _check_thermostat(self):
         scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]
-        if kind == "langevin" and coefficients(scheme).exchange is not None:
+        if kind == "langevin" and scheme_named(scheme).exchange is not None:
             self._fail(
                 "integrator.scheme",
                 f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "
