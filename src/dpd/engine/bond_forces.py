@@ -6,6 +6,7 @@ import numpy as np
 
 from dpd.engine.pair_forces import squared_length
 from dpd.engine.space import nearest_images
+from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.engine.vectors.rows import push_apart
 from dpd.jit import part
 from dpd.physics.bond import Bond
@@ -117,9 +118,9 @@ def add_bond_forces(total, position, slot, bonds, batch, space, sums, measure):
             for k in range(dimension):
                 for m in range(dimension):
                     moment = over_r[b] * apart[k, b] * apart[m, b]
-                    sums.virial[0, k, m] += moment
-                    sums.virial[1, k, m] += moment
-            sums.energy[1] += energy(bonds.law, np.sqrt(squared_length(apart, b, space)))
+                    sums.virial[CONSERVATIVE, k, m] += moment
+                    sums.virial[ALL_FORCES, k, m] += moment
+            sums.energy[OF_BONDS] += energy(bonds.law, np.sqrt(squared_length(apart, b, space)))
 
 
 @part()

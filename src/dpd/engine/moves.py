@@ -9,6 +9,7 @@ from dpd.jit import part
 
 IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
+SLOT, DISTANCE = 0, 1  # what is noted of such a bead
 
 
 @part()
@@ -19,7 +20,7 @@ def drift(beads, force, mine, edges, plan, waiting, lost):
     v + dt (1 - b) f, ``predicted`` holds v + lambda dt f, and the force is zero, for the next to
     be added up. A scheme with its force in the middle of a step drifts for half of it.
     """
-    lost[0] = -1.0
+    lost[SLOT] = -1.0
     for first in range(mine.first, mine.end, IN_CACHE):
         some = Share(first, min(mine.end, first + IN_CACHE))
         if waiting > 0.0:
@@ -52,8 +53,8 @@ def find_lost(velocity, force, mine, time, half_square, lost):
     for i in range(mine.first, mine.end):
         for k in range(velocity.shape[1]):
             move = time * velocity[i, k] + half_square * force[i, k]
-            if not abs(move) <= FARTHEST and lost[0] < 0.0:
-                lost[0], lost[1] = i, abs(move)
+            if not abs(move) <= FARTHEST and lost[SLOT] < 0.0:
+                lost[SLOT], lost[DISTANCE] = i, abs(move)
 
 
 @part()

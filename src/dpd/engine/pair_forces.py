@@ -7,6 +7,7 @@ vectors, then the beads are pushed.
 
 import numpy as np
 
+from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_PAIRS
 from dpd.engine.vectors.rows import difference_along, push_apart
 from dpd.jit import part
 from dpd.physics.forces import energy, force
@@ -105,10 +106,7 @@ def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
 
 @part()
 def measure_pairs(sums, pairs, n, species, pair, space):
-    """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to a task's sums.
-
-    ``sums.virial[0]`` takes the conservative force, ``sums.virial[1]`` all forces.
-    """
+    """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to a task's sums."""
     dimension = len(space.edges)
     for p in range(n):
         r2 = squared_length(pairs.separation, p, space)
@@ -117,9 +115,9 @@ def measure_pairs(sums, pairs, n, species, pair, space):
         w = max(0.0, 1.0 - r)
         a = repulsion_of(pairs, p, species, pair)
         conservative = force(pair, a, r, w) * inverse
-        sums.energy[0] += energy(pair, a, r, w)
+        sums.energy[OF_PAIRS] += energy(pair, a, r, w)
         for k in range(dimension):
             for m in range(dimension):
                 moment = pairs.separation[k, p] * pairs.separation[m, p]
-                sums.virial[0, k, m] += conservative * moment
-                sums.virial[1, k, m] += pairs.force_over_r[p] * moment
+                sums.virial[CONSERVATIVE, k, m] += conservative * moment
+                sums.virial[ALL_FORCES, k, m] += pairs.force_over_r[p] * moment

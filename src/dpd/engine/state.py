@@ -36,15 +36,20 @@ class Beads(NamedTuple):
     species: np.ndarray | None
 
 
+# Places in the arrays of `Sums`.
+CONSERVATIVE, ALL_FORCES = 0, 1
+OF_PAIRS, OF_BONDS = 0, 1
+
+
 class Sums(NamedTuple):
     """Virials and energies of one evaluation of the forces.
 
     Attributes
     ----------
     virial : (2, dimension, dimension) array
-        Sum over pairs and bonds of r_ij F_ij: conservative forces only, and all forces.
+        Sum over pairs and bonds of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
     energy : (2,) array
-        Of pairs and of bonds.
+        `OF_PAIRS` and `OF_BONDS`.
     """
 
     virial: np.ndarray

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.bond_forces import Bonded, add_bond_forces, batches, find_slots
-from dpd.engine.moves import drift, velocity_of_friction
+from dpd.engine.moves import DISTANCE, SLOT, drift, velocity_of_friction
 from dpd.engine.neighbours.cells import Cells, Grid, count_cells, move_to_cells, share_cells
 from dpd.engine.neighbours.lists import (
     CHUNK,
@@ -99,7 +99,7 @@ class Shared(NamedTuple):
     moved : (threads,) array
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
-        Slot of a bead of each thread's that moved too far, or -1; and how far.
+        `SLOT` of a bead of each thread's that moved too far, or -1; and the `DISTANCE`.
     """
 
     cells: Cells
@@ -209,9 +209,9 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
 def first_lost(shared, identity, step):
     """The first bead that moved too far, if one did."""
     for rank in range(shared.lost.shape[0]):
-        slot = np.int64(shared.lost[rank, 0])
+        slot = np.int64(shared.lost[rank, SLOT])
         if slot >= 0:
-            return Lost(np.int64(identity[slot]), step, shared.lost[rank, 1])
+            return Lost(np.int64(identity[slot]), step, shared.lost[rank, DISTANCE])
     return Lost(np.int64(-1), step, 0.0)
 
 

@@ -28,7 +28,7 @@ class BondLengths:
         self._system = system
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
         # The first two places hold the sums of r and r^2.
-        self._blocks = BlockSums((len(self._edges) + 1,), scene.steps[1] // every)
+        self._blocks = BlockSums((len(self._edges) + 1,), scene.steps.sample // every)
         self._longest = np.zeros(self._blocks.count)
         self.arrays = self._blocks.arrays | {"longest": self._longest}
 

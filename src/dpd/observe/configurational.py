@@ -25,7 +25,7 @@ class Configurational:
         self.every = every
         self._system = system
         self._beads = scene.beads
-        self._blocks = BlockSums((2,), scene.steps[1] // every)
+        self._blocks = BlockSums((2,), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
     def sample(self, simulation, sums):

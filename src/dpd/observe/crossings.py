@@ -29,7 +29,7 @@ class Crossings:
     def __init__(self, scene, system, every):
         self.every = every
         self._system = system
-        n, bonds = scene.steps[1] // every, len(system.members)
+        n, bonds = scene.steps.sample // every, len(system.members)
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "crossings": np.full(n, np.nan),

@@ -28,7 +28,7 @@ class EndToEnd:
         self._system = system
         lengths = scene.lengths[scene.lengths > 1]
         self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
-        samples = scene.steps[1] // every
+        samples = scene.steps.sample // every
         self._correlation = MultipleTau(samples, (system.dimension, len(lengths)), 1)
         self.arrays = self._correlation.arrays | {"square": np.zeros(len(lengths))}
 

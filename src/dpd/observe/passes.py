@@ -25,7 +25,7 @@ class Passes:
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "last": np.zeros((system.dimension, scene.beads)),
-            "passes": np.full(scene.steps[1] // every, np.nan),
+            "passes": np.full(scene.steps.sample // every, np.nan),
         }
 
     def sample(self, simulation, sums):

@@ -29,9 +29,9 @@ class Stretch:
     needs_forces = False
 
     def __init__(self, scene, system):
-        self.every = min(EVERY, scene.steps[1])
+        self.every = min(EVERY, scene.steps.sample)
         self._box, self._members = system.box, system.members
-        looks = scene.steps[1] // self.every
+        looks = scene.steps.sample // self.every
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}
 
