@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.pair_forces import squared_length
-from dpd.engine.space import nearest_images
+from dpd.engine.pair_forces import CLOSEST
+from dpd.engine.space import nearest_images, squared_distance
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.engine.vectors.rows import push_apart
 from dpd.jit import part
@@ -110,17 +110,22 @@ def add_bond_forces(total, position, slot, bonds, batch, space, sums, measure):
             apart[k, b] = position[i, k] - position[j, k]
     nearest_images(apart, n, space)
     for b in range(n):
-        over_r[b] = force_over_r(bonds.law, np.sqrt(squared_length(apart, b, space)))
+        r2 = CLOSEST
+        for k in range(dimension):
+            r2 += apart[k, b] * apart[k, b]
+        over_r[b] = force_over_r(bonds.law, np.sqrt(r2))
     for b in range(n):
         push_apart(total, ends[0, b], ends[1, b], over_r[b], apart, b, space)
     if measure:
         for b in range(n):
+            r2 = CLOSEST
             for k in range(dimension):
+                r2 += apart[k, b] * apart[k, b]
                 for m in range(dimension):
                     moment = over_r[b] * apart[k, b] * apart[m, b]
                     sums.virial[CONSERVATIVE, k, m] += moment
                     sums.virial[ALL_FORCES, k, m] += moment
-            sums.energy[OF_BONDS] += energy(bonds.law, np.sqrt(squared_length(apart, b, space)))
+            sums.energy[OF_BONDS] += energy(bonds.law, np.sqrt(r2))
 
 
 @part()
@@ -129,12 +134,8 @@ def bond_curvature(position, slot, bonds, space):
     if bonds is None:
         return 0.0
     dimension, total = len(space.edges), 0.0
-    apart = np.empty((dimension, 1))
     for b in range(len(bonds.members)):
         i, j = slot[bonds.members[b, 0]], slot[bonds.members[b, 1]]
-        for k in range(dimension):
-            apart[k, 0] = position[i, k] - position[j, k]
-        nearest_images(apart, 1, space)
-        r = np.sqrt(squared_length(apart, 0, space))
+        r = np.sqrt(CLOSEST + squared_distance(position, i, position, j, space))
         total += 2.0 * (curvature(bonds.law, r) - (dimension - 1) * force_over_r(bonds.law, r))
     return total

@@ -17,15 +17,6 @@ CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force i
 
 
 @part()
-def squared_length(separation, p, space):
-    """Squared length of column p, never zero."""
-    r2 = CLOSEST
-    for k in range(len(space.edges)):
-        r2 += separation[k, p] * separation[k, p]
-    return r2
-
-
-@part()
 def gather_repulsion(pairs, n, species, pair):
     """Fill ``pairs.repulsion[:n]`` with a_ij, if there are species."""
     if species is not None:
@@ -89,11 +80,13 @@ def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
     does not, and the loops over pairs would not vectorise.
     """
     pair, friction = plan.forces.pair, plan.forces.friction
-    space, species = plan.space, beads.species
+    space, species, dimension = plan.space, beads.species, len(plan.space.edges)
     gather_repulsion(pairs, n, species, pair)
     gather_friction(pairs, n, velocity, beads.identity, friction, space, keys)
     for p in range(n):
-        r2 = squared_length(pairs.separation, p, space)
+        r2 = CLOSEST
+        for k in range(dimension):
+            r2 += pairs.separation[k, p] * pairs.separation[k, p]
         inverse = 1.0 / np.sqrt(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
@@ -109,7 +102,9 @@ def measure_pairs(sums, pairs, n, species, pair, space):
     """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to a task's sums."""
     dimension = len(space.edges)
     for p in range(n):
-        r2 = squared_length(pairs.separation, p, space)
+        r2 = CLOSEST
+        for k in range(dimension):
+            r2 += pairs.separation[k, p] * pairs.separation[k, p]
         inverse = 1.0 / np.sqrt(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)

@@ -6,7 +6,7 @@ from numba import uint32
 from dpd.engine.vectors.rows import add_rows, difference_along, push_apart
 from dpd.jit import part
 from dpd.physics.exchange import SHARDLOW
-from dpd.physics.forces import change, force
+from dpd.physics.forces import change, drag, random
 from dpd.physics.noise import Keys, gaussian_noise, pair_word, uniform_noise
 
 LAST = 0xFFFFFFFF  # the noise of a bead is that of a pair with a partner that no bead is
@@ -39,7 +39,7 @@ def add_langevin_forces(total, velocity, identity, mine, langevin, space, keys):
             uniform_noise(zeta, ours, partner, n, keys)
         for i in range(n):
             s = mine.first + i
-            total[s, k] += force(langevin, velocity[s, k], zeta[i])
+            total[s, k] += random(langevin, zeta[i]) - drag(langevin, velocity[s, k])
 
 
 @part()

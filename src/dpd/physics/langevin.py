@@ -26,6 +26,10 @@ class Langevin(NamedTuple):
     amplitude: float
     gaussian: bool
 
-    def force(self, velocity, zeta):
-        """Force along an axis."""
-        return self.amplitude * zeta - self.gamma * velocity
+    def random(self, zeta):
+        """Noise along an axis."""
+        return self.amplitude * zeta
+
+    def drag(self, velocity):
+        """Friction along an axis, which the force takes off."""
+        return self.gamma * velocity

@@ -12,7 +12,7 @@ from dpd.engine.bond_forces import (
 )
 from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
-from dpd.engine.pair_forces import gather_repulsion, repulsion_of, squared_length
+from dpd.engine.pair_forces import CLOSEST, gather_repulsion, repulsion_of
 from dpd.engine.queries.sorted_beads import sorted_beads
 from dpd.engine.space import Space
 from dpd.engine.state import Beads, Sums
@@ -58,7 +58,10 @@ def _sums(beads, pair, bonds, space, grid):
         at, n = next_pairs(at, n_beads, ordered.position, search, 1.0)
         gather_repulsion(pairs, n, species, pair)
         for p in range(n):
-            r = np.sqrt(squared_length(pairs.separation, p, space))
+            r2 = CLOSEST
+            for k in range(dimension):
+                r2 += pairs.separation[k, p] * pairs.separation[k, p]
+            r = np.sqrt(r2)
             w = max(0.0, 1.0 - r)
             a = repulsion_of(pairs, p, species, pair)
             over_r = force(pair, a, r, w) / r
