@@ -7,8 +7,8 @@ import pytest
 from dpd.benchmark.lammps import TABLE, Lammps, _write_beads, _write_core
 from dpd.benchmark.speed import as_text, installed
 from dpd.benchmark.workloads import workload
-from dpd.engine.periodic import nearest
 from dpd.engine.simulation import Simulation
+from dpd.engine.space import nearest
 from dpd.start.make import make_start, system_of
 
 SMALL = {

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from dpd.engine.simulation import State
+from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.observe.chains import sizes, unwrapped
 from dpd.scene.scene import Scene

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation, State
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.observe import observables

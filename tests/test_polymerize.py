@@ -7,12 +7,13 @@ import pytest
 
 from dpd import files
 from dpd.engine.queries.crossings import crossing_bonds
-from dpd.engine.simulation import State
+from dpd.engine.space import Space
+from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
 from dpd.start.files import read_start, write_start
-from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
+from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.make import make_start, make_start_and_record
 from dpd.start.polymerize import RECORD, Growth
 from tests.engine.build import assert_same_state
@@ -267,10 +268,9 @@ def one_round(points, chains, move=(0.0, 0.0), radius=1.0, nearest=True, box=BOX
         "active": np.flatnonzero(length < 4),
     } | changes
     rng = np.random.default_rng(values.pop("seed", 0))
-    counts = grow(
-        position, box, values["shape"], radius, nearest, chain, values["species"], beads, length,
-        values["wanted"], values["active"], rng,
-    )  # fmt: skip
+    rule = Rule(radius, nearest, values["species"], values["wanted"])
+    chains = Chains(chain, beads, length)
+    counts = grow(position, Space(box), values["shape"], rule, chains, values["active"], rng)
     after = [beads[c, :n].tolist() for c, n in enumerate(length)]
     for c, along in enumerate(after):
         assert (chain[along] == c).all()
@@ -400,10 +400,9 @@ def test_ends_stop_only_where_every_monomer_is_behind_a_bond(box, seed):
     shape = tuple(int(edge / radius) for edge in box)
     counts, made, crossed = None, 0, 0
     while counts is None or counts[MADE]:
-        counts = grow(
-            position, box, shape, radius, False, chain, np.zeros(n, np.uint8), beads, length,
-            wanted, rng.permutation(ends), rng,
-        )  # fmt: skip
+        rule = Rule(radius, False, np.zeros(n, np.uint8), wanted)
+        chains = Chains(chain, beads, length)
+        counts = grow(position, Space(box), shape, rule, chains, rng.permutation(ends), rng)
         made += counts[MADE]
         crossed += counts[CROSSED]
         assert made == length.sum() - ends
@@ -445,7 +444,7 @@ def two_chains(born, move=(0.0, 0.0)):
 def test_the_chains_by_hand_do_cross():
     """Bond 1 and bond 4, which the next tests rely on."""
     growth, position = two_chains(0)
-    assert crossings_by_looking(position, growth.bonds()[0], BOX) == {(1, 4)}
+    assert crossings_by_looking(position, growth.bonds().members, BOX) == {(1, 4)}
 
 
 @pytest.mark.parametrize("move", MOVES, ids=str)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dpd.digest import ROOT
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.physics.schemes import SCHEMES
 from dpd.pipeline.study import read_paper, read_study

@@ -50,7 +50,7 @@ def _long(runs):
     steps = [scene.data["integrator"]["dt"] for scene in scenes]
     data["step"] = ("run", steps, {"units": "tau"})
     data["scheme"] = ("run", [scene.data["integrator"]["scheme"] for scene in scenes])
-    length = [scene.steps[1] * dt for scene, dt in zip(scenes, steps)]
+    length = [scene.steps.sample * dt for scene, dt in zip(scenes, steps)]
     data["length"] = ("run", length, {"units": "tau"})
     for name in ("steps", "beads", "momentum_per_bead", "lost_step"):
         data[name] = runs[name]
@@ -77,7 +77,7 @@ def _without_thermostat(runs):
     drift_error = np.fmax(within, _between(runs.total_energy_trend / beads))
     spread = (runs.total_energy_spread / beads).mean("replica")
     # A standard deviation over T is known to at least sqrt(correlation time / T).
-    length = scene.steps[1] * scene.data["integrator"]["dt"]
+    length = scene.steps.sample * scene.data["integrator"]["dt"]
     share = np.sqrt(runs.total_energy_correlation_time.mean("replica") / (length * count))
     data = xr.Dataset({
         "drift": drift.assign_attrs(units="kT / tau"),

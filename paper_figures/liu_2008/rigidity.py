@@ -96,7 +96,7 @@ def _bonds(at):
     longest = block_mean_and_error(blocks_of(at.bond_longest))
     variance = block_mean_and_error((at.bond_mean_square - at.bond_mean**2).values.ravel())
     bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
-    looks = scene.steps[1] // scene.observe["bonds"]["every"]
+    looks = scene.steps.sample // scene.observe["bonds"]["every"]
     kT, kT_error = over_replicas(at.kT.values, at.kT_error.values, -1)
     return {
         "longest": float(longest[0]),

@@ -15,7 +15,7 @@ from importlib import import_module
 
 from numba import njit
 from numba.core.caching import NullCache
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 
 from dpd.errors import reason
 
@@ -89,6 +89,23 @@ def _warn(why):
     )  # fmt: skip
 
 
-part = partial(register_jitable, forceinline=True, no_cfunc_wrapper=True, **OPTIONS)
+PART = {"forceinline": True, "no_cfunc_wrapper": True} | OPTIONS
+part = partial(register_jitable, **PART)
 # For what two places must agree on to the last bit: rounded as written.
 exact_part = partial(part, fastmath=False)
+
+
+def method(name):
+    """A function that calls the method of that name of its first argument, a NamedTuple.
+
+    In a kernel the class is known when it is compiled, and the method becomes a part of it.
+    """
+
+    def call(record, *arguments):
+        return getattr(record, name)(*arguments)
+
+    @overload(call, strict=False, jit_options=PART)
+    def of_class(record, *arguments):
+        return getattr(record.instance_class, name)
+
+    return call

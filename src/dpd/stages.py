@@ -9,7 +9,7 @@ import ast
 from functools import cache
 
 from dpd.digest import text_digest
-from dpd.physics.schemes import coefficients
+from dpd.physics.schemes import scheme_named
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
 
@@ -125,7 +125,7 @@ def terms_of(scene):
     acting = {
         "bond": "bond" in scene.data,
         "core": "core" in scene.data,
-        "exchange": coefficients(scene.data["integrator"]["scheme"]).exchange is not None,
+        "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
     }
     return frozenset(name for name, acts in acting.items() if acts)

@@ -2,25 +2,41 @@
 
 import numpy as np
 
-from dpd.engine.simulation import Simulation, State, System
-from dpd.physics.schemes import coefficients
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import State, System
+from dpd.physics.bond import Bond
+from dpd.physics.core import Core
+from dpd.physics.schemes import scheme_named
+from dpd.physics.soft import Soft
 
 BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
 BOX_2D = (5.1, 2.2)  # the rows of cells run along the last axis
 
 
-def make_system(box, scheme="gw-vv", prediction=0.5, **changes):
-    """Groot and Warren's standard fluid in a box, with changes by name."""
+def make_system(box, scheme="gw-vv", prediction=0.5, *, bonds=None, core=None, **changes):
+    """Groot and Warren's standard fluid in a box, with changes by name.
+
+    Parameters
+    ----------
+    box : tuple
+    scheme, prediction
+        See `dpd.physics.schemes.scheme_named`.
+    bonds : (members, stiffness, length) or None
+    core : (diameter, push, width) or None
+    """
+    repulsion = changes.pop("repulsion", np.array([[25.0]]))
     values = {
-        "repulsion": np.array([[25.0]]),
+        "pair": Soft(repulsion) if core is None else Core(repulsion, *core),
         "kT": 1.0,
         "friction": 4.5,
         "gaussian": False,
-        "bonds": None,
         "dt": 0.04,
         "seed": 1,
     } | changes
-    return System(box=box, scheme=coefficients(scheme, prediction), **values)
+    if bonds is not None:
+        members, stiffness, length = bonds
+        values |= {"members": members, "bond": Bond(stiffness, length)}
+    return System(box=box, scheme=scheme_named(scheme, prediction), **values)
 
 
 def make_simulation(system, position, velocity, species=None, identity=None, threads=1):

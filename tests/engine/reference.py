@@ -6,8 +6,9 @@ order of their identities, and positions are not wrapped.
 
 import numpy as np
 
-from dpd.engine import noise
 from dpd.jit import kernel
+from dpd.physics import noise
+from dpd.physics.core import Core
 
 NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langevin noise with
 
@@ -20,8 +21,8 @@ def pair_noise(low, high, seed, step, gaussian):
     """The engine's own noise of pairs of identities at a step."""
     theta = np.empty(len(low))
     fill = gaussian_noise if gaussian else uniform_noise
-    keys = [np.uint32(key) for key in step_keys(np.uint64(seed), step)]
-    fill(theta, low.astype(np.uint32), high.astype(np.uint32), len(low), *keys)
+    keys = noise.Keys(*map(np.uint32, step_keys(np.uint64(seed), step)))
+    fill(theta, low.astype(np.uint32), high.astype(np.uint32), len(low), keys)
     return theta
 
 
@@ -42,7 +43,7 @@ class Reference:
         self.evaluate_pairs(velocity)
         if self.system.per_bead:
             self.evaluate_bath(velocity)
-        if self.system.bonds is not None:
+        if self.system.bond is not None:
             self.evaluate_bonds()
 
     def separation(self, i, j):
@@ -60,14 +61,14 @@ class Reference:
         near = self.separation(i, j)[1] < 1
         i, j = i[near], j[near]
         r_ij, r, e = self.separation(i, j)
-        a = system.repulsion[self.species[i], self.species[j]]
+        a = system.pair.repulsion[self.species[i], self.species[j]]
         gamma = 0 if system.per_bead else system.friction
         sigma = np.sqrt(2 * gamma * system.kT)
         zeta = pair_noise(i, j, system.seed, self.steps, system.gaussian)
         approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
         push, energy = a * (1 - r), a * (1 - r) ** 2 / 2
-        if system.core is not None:
-            d, most, width = system.core
+        if isinstance(system.pair, Core):
+            _, d, most, width = system.pair
             width = width or 0.0
             outer = a * (1 - d - width)
             beyond = a * (1 - d - width) ** 2 / 2
@@ -95,8 +96,8 @@ class Reference:
 
     def evaluate_bonds(self):
         """Springs: energy C (r - length)^2 / 2."""
-        members, stiffness, length = self.system.bonds
-        i, j = members.T
+        stiffness, length = self.system.bond
+        i, j = self.system.members.T
         r_ij, r, e = self.separation(i, j)
         pull = -stiffness * (r - length) * e
         self.energy[1] = (stiffness * (r - length) ** 2 / 2).sum()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
-from dpd.engine.simulation import Simulation, State
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
 from tests.engine.build import (

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from dpd.engine.queries.configurational import force_and_curvature
+from dpd.physics.soft import Soft
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 from tests.engine.build import chains, make_simulation, make_system, random_beads
@@ -45,9 +46,8 @@ def test_sums_are_derivatives_of_the_potential(dimension):
                 energies.append(potential(moved, species, table, bonds, box))
             square += ((energies[2] - energies[0]) / (2 * NUDGE)) ** 2
             curvature += (energies[2] - 2 * energies[1] + energies[0]) / NUDGE**2
-    found = force_and_curvature(
-        position, np.arange(24, dtype=np.uint32), species, table, bonds, box
-    )
+    system = make_system(box, repulsion=table, bonds=bonds)
+    found = force_and_curvature(system, make_simulation(system, position, position, species).state)
     np.testing.assert_allclose(found, [square, curvature], rtol=1e-4)
 
 
@@ -60,10 +60,7 @@ def test_it_is_the_temperature_in_equilibrium():
     rows = []
     for _ in range(400):
         simulation.advance(20)
-        state = simulation.state
-        rows.append(force_and_curvature(
-            state.position, state.identity, None, system.repulsion, None, system.box
-        ))  # fmt: skip
+        rows.append(force_and_curvature(system, simulation.state))
     blocks = np.array(rows).reshape(20, 20, 2).mean(axis=1)
     mean = blocks.mean(axis=0)
     spread = (blocks[:, 0] - mean[0] / mean[1] * blocks[:, 1]).std(ddof=1) / np.sqrt(20) / mean[1]
@@ -88,6 +85,6 @@ def test_a_scene_may_ask_for_it(tmp_path):
     with netCDF4.Dataset(tmp_path / "run.nc") as file:
         ratio = file["force_square"][:].mean() / file["curvature"][:].mean()
     assert 0.5 < ratio < 2.0
-    assert system_of(good).core is None
+    assert isinstance(system_of(good).pair, Soft)
     with pytest.raises(UserError, match="configurational"):
         Scene(scene | {"core": {"radius": 0.15, "force": 100}})

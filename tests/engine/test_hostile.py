@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.periodic import wrapped
+from dpd.engine.space import wrapped
 from dpd.errors import UserError
 from tests.engine.build import (
     assert_same_place,

@@ -129,7 +129,7 @@ def test_an_interrupted_run_with_a_list_goes_on_to_the_same_bits(tmp_path):
     def new():
         scene = Scene(SCENE)
         system = system_of(scene)
-        assert system.skin > 0 and system.core == (0.3, 100.0, None)
+        assert system.skin > 0 and system.pair[1:] == (0.3, 100.0, None)
         from dpd.engine.simulation import Simulation
 
         return Simulation(system, make_start(scene)), observables(scene, system), scene.steps

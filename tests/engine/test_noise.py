@@ -12,6 +12,7 @@ import pytest
 from scipy import stats
 
 from dpd.jit import kernel
+from dpd.physics.noise import Keys
 from tests.engine.build import BOX_3D, by_identity, make_simulation, make_system
 from tests.engine.reference import (
     cos_pi,
@@ -86,7 +87,7 @@ def test_gaussian_noise_is_that_of_box_and_muller():
     """With the library's functions, from the same words."""
     theta, keys = draw(NOISES[1], LOW[:2000], HIGH[:2000]), step_keys(np.uint64(1), 1)
     word = words(LOW[:2000], HIGH[:2000])
-    second = [mix32(np.uint32((int(w) ^ 0x5BF03635) + int(keys[0]) & 0xFFFFFFFF)) for w in word]
+    second = [mix32(np.uint32((int(w) ^ 0x5BF03635) + int(keys.first) & 0xFFFFFFFF)) for w in word]
     angle = np.pi * np.array(second, np.uint32).view(np.int32) / 2**31
     plain = np.sqrt(-2 * np.log((word + 0.5) / 2**32)) * np.cos(angle)
     np.testing.assert_allclose(theta, plain, rtol=0, atol=2e-14)
@@ -146,9 +147,9 @@ def sums_of_steps(low, high, seed, steps, gaussian):
     for step in range(steps):
         keys = step_keys(seed, step)
         if gaussian:
-            gaussian_noise(theta, low, high, len(low), keys[0], keys[1])
+            gaussian_noise(theta, low, high, len(low), keys)
         else:
-            uniform_noise(theta, low, high, len(low), keys[0], keys[1])
+            uniform_noise(theta, low, high, len(low), keys)
         for p in range(len(low)):
             total[step] += theta[p]
             if low[p] == 0:
@@ -174,9 +175,9 @@ def test_no_covariance_hides_in_sums(noise):
 
 def words(low, high, seed=1, step=1):
     """The 32 random bits of pairs."""
-    keys = [np.uint32(key) for key in step_keys(np.uint64(seed), step)]
+    keys = Keys(*map(np.uint32, step_keys(np.uint64(seed), step)))
     pairs = zip(low.astype(np.uint32), high.astype(np.uint32))
-    return np.array([pair_word(i, j, *keys) for i, j in pairs], dtype=np.uint32)
+    return np.array([pair_word(i, j, keys) for i, j in pairs], dtype=np.uint32)
 
 
 def assert_even(counts):

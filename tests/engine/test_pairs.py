@@ -7,9 +7,12 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
-from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.neighbours.search import next_pairs, search_buffers
+from dpd.engine.neighbours.cells import grid
+from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.pairs import pair_histogram
+from dpd.engine.queries.sorted_beads import sorted_beads
+from dpd.engine.space import Space
+from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import rows_of
 from dpd.jit import kernel
 from tests.engine.build import BOX_3D, make_simulation, make_system, random_beads
@@ -18,20 +21,16 @@ DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to eit
 
 
 @kernel()
-def pairs_by_cells(position, box, grid, cutoff):
+def pairs_by_cells(position, space, grid, cutoff):
     """Identities and separations of all pairs, by the engine's sort and search."""
     beads = len(position)
     identity = np.arange(beads).astype(np.uint32)
-    source = (position, position, None, identity, None)
-    ordered = empty_like(source)
-    cells = cell_buffers(grid, beads, 1)
-    sort_by_cell(source, ordered, box, grid, cells)
-    line, pairs = search_buffers(cells, box, grid)
-    number = ordered[3]
+    ordered, search = sorted_beads(Beads(position, position, None, identity, None), space, grid)
+    number, pairs = ordered.identity, search.pairs
     found = [(number[0], number[0], position[0]) for _ in range(0)]
-    at = (0, -1)
-    while at[0] < beads:
-        at, n = next_pairs(at, beads, ordered[0], cells, box, grid, cutoff, line, pairs)
+    at = first_place()
+    while at.slot < beads:
+        at, n = next_pairs(at, beads, ordered.position, search, cutoff)
         for p in range(n):
             apart = pairs.separation[:, p].copy()
             found.append((number[pairs.i[p]], number[pairs.j[p]], apart))
@@ -72,7 +71,7 @@ def boxes_of_beads(draw, most=60):
 def test_cells_find_every_pair_once(case):
     """The pairs within the cutoff, each once, with r_i - r_j at the nearest image."""
     position, box, cutoff = case
-    found = pairs_by_cells(rows_of(position), box, grid(box, cutoff), cutoff)
+    found = pairs_by_cells(rows_of(position), Space(box), grid(Space(box), cutoff), cutoff)
     i, j, apart, distance = pairs_by_looking(position, box)
     expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
     sure = {pair for pair, r in zip(zip(i, j), distance) if r < cutoff - DOUBTFUL}
@@ -121,7 +120,7 @@ def test_forces_where_layers_are_cut_into_blocks(box):
     apart = position[:, i] - position[:, j]
     apart -= edges * np.round(apart / edges)
     r = np.sqrt((apart**2).sum(axis=0))
-    push = system.repulsion[0, 0] * (1 - r) / r * apart
+    push = system.pair.repulsion[0, 0] * (1 - r) / r * apart
     expected = np.zeros_like(position)
     for force, component in zip(expected, push):
         np.add.at(force, i, component)

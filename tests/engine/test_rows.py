@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from dpd.engine import rows
+from dpd.engine.space import Space, put_inside, row_edges
+from dpd.engine.threads.team import Share
+from dpd.engine.vectors import rows
 from dpd.engine.vectors.arrays import CACHE_LINE, axes_of, rows_of
 from dpd.jit import OPTIONS
 
@@ -49,36 +51,36 @@ def test_rows_of_few(box, count):
 
 def test_copies(beads, box):
     @njit(**OPTIONS)
-    def reverse(target, source, box):
+    def reverse(target, source, space):
         for i in range(len(source)):
-            rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), box)
+            rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), space)
 
     target = rows_of(np.full_like(beads, np.nan))
-    reverse(target, rows_of(beads), box)
+    reverse(target, rows_of(beads), Space(box))
     np.testing.assert_array_equal(target, rows_of(beads[:, ::-1]))
 
 
 def test_sums(beads, box):
     @njit(**OPTIONS)
-    def lay_out(target, source, shift, box):
+    def lay_out(target, source, shift, space):
         for i in range(len(source)):
-            rows.sum_to_column(target, i, source, i, shift, i % len(shift), box)
+            rows.sum_to_column(target, i, source, i, shift, i % len(shift), space)
 
     shift = np.arange(2.0 * len(box)).reshape(len(box), 2)
     target = np.empty_like(beads)
-    lay_out(target, rows_of(beads), rows_of(shift), box)
+    lay_out(target, rows_of(beads), rows_of(shift), Space(box))
     np.testing.assert_array_equal(target, beads + shift[:, np.arange(BEADS) % 2])
 
 
 def test_differences(beads, pairs, box):
     @njit(**OPTIONS)
-    def differences(found, array, i, j, along, box):
+    def differences(found, array, i, j, along, space):
         for p in range(len(i)):
-            found[p] = rows.difference_along(array, i[p], j[p], along, p, box)
+            found[p] = rows.difference_along(array, i[p], j[p], along, p, space)
 
     i, j, along, _ = pairs
     found = np.empty(PAIRS)
-    differences(found, rows_of(beads), i, j, along, box)
+    differences(found, rows_of(beads), i, j, along, Space(box))
     expected = ((beads[:, i] - beads[:, j]) * along).sum(axis=0)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
 
@@ -87,27 +89,27 @@ def test_pushes(beads, pairs, box):
     """Equal and opposite, bit by bit."""
 
     @njit(**OPTIONS)
-    def push(force, i, j, scale, along, box):
+    def push(force, i, j, scale, along, space):
         for p in range(len(i)):
-            rows.push_apart(force, i[p], j[p], scale[p], along, p, box)
+            rows.push_apart(force, i[p], j[p], scale[p], along, p, space)
 
     i, j, along, scale = pairs
     force, expected = rows_of(beads), beads.copy()
-    push(force, i, j, scale, along, box)
+    push(force, i, j, scale, along, Space(box))
     for a, b, change in zip(i, j, (scale * along).T, strict=True):
         expected[:, a] += change
         expected[:, b] -= change
     np.testing.assert_array_equal(force, rows_of(expected))
 
 
-@pytest.mark.parametrize("own", [(0, BEADS), (7, 31)])
-def test_images(beads, box, own):
+@pytest.mark.parametrize("share", [(0, BEADS), (7, 31)])
+def test_images(beads, box, share):
     """Only a thread's own beads, and with more of them than edges are written out for."""
     position = rows_of(np.tile(beads, 10))
     inside = position.copy()
-    first, end = (10 * slot for slot in own)
-    own = (np.uint64(first), np.uint64(end))
-    njit(**OPTIONS)(put_all_inside)(inside, own, box)
+    first, end = (10 * slot for slot in share)
+    share = Share(np.uint64(first), np.uint64(end))
+    njit(**OPTIONS)(put_all_inside)(inside, share, Space(box))
     moved = axes_of(inside, len(box))[:, first:end]
     edges = np.array(box)[:, None]
     assert (moved >= 0).all() and (moved < edges).all()
@@ -117,5 +119,5 @@ def test_images(beads, box, own):
     np.testing.assert_array_equal(inside[untouched], position[untouched])
 
 
-def put_all_inside(position, own, box):
-    rows.put_inside(position, own, rows.row_edges(box))
+def put_all_inside(position, share, space):
+    put_inside(position, share, row_edges(space))

@@ -5,10 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dpd.engine.bonds import make_bonds
+from dpd.engine.bond_forces import in_batches
 from dpd.engine.threads.blocks import PHASES, make_blocks
 from dpd.engine.threads.team import BLOCKS, LINE
 from dpd.errors import UserError
+from dpd.physics.bond import Bond
 from tests.engine.build import (
     assert_same_state,
     chains,
@@ -42,7 +43,7 @@ def outcome(threads, box, beads=None, calls=(7, 8), **changes):
     system = make_system(box, **changes)
     position, velocity = random_beads(box, beads, seed=3)
     species = None
-    if len(system.repulsion) > 1:
+    if len(system.pair.repulsion) > 1:
         species = (np.arange(beads) % 2).astype(np.uint8)
     simulation = make_simulation(system, position, velocity, species, threads=threads)
     for steps in calls[:-1]:
@@ -129,7 +130,7 @@ def test_blocks_of_a_large_system_are_deep_and_even(layers):
 
 
 def test_batches_of_bonds_share_no_bead():
-    bonds = make_bonds(np.concatenate([chains(300, 7), [[2100, 2101]]]), 1.0, 0.5)
+    bonds = in_batches(Bond(1.0, 0.5), np.concatenate([chains(300, 7), [[2100, 2101]]]))
     assert len(bonds.batch) > 3
     assert bonds.batch[0] == 0 and bonds.batch[-1] == len(bonds.members)
     parts = [set(bonds.members[a:b].ravel()) for a, b in zip(bonds.batch[:-1], bonds.batch[1:])]
@@ -138,7 +139,7 @@ def test_batches_of_bonds_share_no_bead():
 
 def test_bonds_of_one_molecule_are_one_batch():
     ring = np.stack([np.arange(2000), (np.arange(2000) + 1) % 2000], axis=1)
-    assert len(make_bonds(ring, 1.0, 0.5).batch) == 2
+    assert len(in_batches(Bond(1.0, 0.5), ring).batch) == 2
 
 
 def test_blown_up_run_ends_for_all_threads():

@@ -138,7 +138,7 @@ def first_scene(runs):
 def samples_of(runs, observable):
     """Bead-samples that an observable of one point has taken, all replicas together."""
     scene = first_scene(runs)
-    configurations = scene.steps[1] // scene.observe[observable]["every"]
+    configurations = scene.steps.sample // scene.observe[observable]["every"]
     return scene.beads * configurations * runs.scene.size
 
 

@@ -10,7 +10,7 @@ DIGITS = 6  # of a value: rounding must not make runs anew
 def _closest_contact(at):
     """2 r_0, refused where g(r) does not keep single configurations."""
     scene = first_scene(at)
-    samples = scene.steps[1] // scene.observe["rdf"]["every"]
+    samples = scene.steps.sample // scene.observe["rdf"]["every"]
     if samples != at.sizes["block"]:
         raise UserError(
             f"observe.rdf.every: {samples} configurations in {at.sizes['block']} blocks; "

@@ -196,7 +196,7 @@ def subdiffusion(sweep, axis):
         after = exponents[3] if np.isfinite(exponents[3]) else inner.time[-1]
         constant = diffusion_constant(centre, at.sizes["axis"], after)
         scene = first_scene(at)
-        time = scene.steps[1] * scene.data["integrator"]["dt"]
+        time = scene.steps.sample * scene.data["integrator"]["dt"]
         rows.append((
             *exponents, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
         ))  # fmt: skip

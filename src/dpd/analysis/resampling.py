@@ -52,7 +52,7 @@ class Resampled(NamedTuple):
 def part_length(runs):
     """Length in tau of one of the parts that a run's sums are kept for."""
     scene = first_scene(runs)
-    return scene.steps[1] * scene.data["integrator"]["dt"] / runs.sizes["part"]
+    return scene.steps.sample * scene.data["integrator"]["dt"] / runs.sizes["part"]
 
 
 def resampled(runs, lag, members, times, each, sums, counts):

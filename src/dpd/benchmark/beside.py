@@ -9,8 +9,8 @@ from dpd.benchmark.lammps import Lammps
 from dpd.benchmark.speed import SCHEME, installed, race
 from dpd.benchmark.timing import TURNS, labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import MEMORY, WORKLOADS, workload
-from dpd.engine.periodic import wrapped
-from dpd.engine.simulation import State
+from dpd.engine.space import wrapped
+from dpd.engine.state import ALL_FORCES, State
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
@@ -118,7 +118,9 @@ def own_look(simulation, every):
     sums = simulation.advance(every, measure=True)
     state, system = simulation.state, simulation.system
     twice_kinetic = (state.velocity**2).sum()
-    pressure = (twice_kinetic + np.trace(sums.virial[1])) / (system.dimension * system.volume)
+    pressure = (twice_kinetic + np.trace(sums.virial[ALL_FORCES])) / (
+        system.dimension * system.volume
+    )
     return state.by_identity(state.position), state.by_identity(state.velocity), pressure
 
 

@@ -46,7 +46,7 @@ def schemes(scenes=None, turns=TURNS, dt=DT, say=print):
     wild = []
     cost = np.full((len(scenes), len(named), turns), np.nan)
     for w, (name, scene) in enumerate(scenes.items()):
-        steps = max(1, round(SHARE * scene.steps[1]))
+        steps = max(1, round(SHARE * scene.steps.sample))
         running = {}
         for s, (label, integrator) in enumerate(named.items()):
             say(f"{name}: {label}")

@@ -40,7 +40,7 @@ def race(name, scene, start, turns=TURNS):
     State
         Of our run when it ended.
     """
-    steps = scene.steps[1]
+    steps = scene.steps.sample
     own = simulation_of(scene, start)
     own.advance(steps)
     skin, theirs = np.nan, np.full(turns, np.nan)

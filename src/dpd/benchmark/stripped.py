@@ -73,7 +73,7 @@ def serve(pipe, scene, start, stripped):
     if stripped:
         strip()
     from dpd.benchmark.timing import seconds_of, simulation_of
-    from dpd.engine import advance
+    from dpd.engine.step import advance
 
     simulation = simulation_of(scene, start)
     while True:
@@ -87,7 +87,7 @@ def serve(pipe, scene, start, stripped):
         elif question == "state":
             pipe.send((state.position, state.velocity, state.identity))
         else:
-            pipe.send(code_size(advance.advance))
+            pipe.send(code_size(advance))
 
 
 def code_size(kernel):
@@ -97,16 +97,17 @@ def code_size(kernel):
 
 def strip():
     """Put empty parts in the place of every feature; before any kernel is compiled."""
-    from dpd.engine import advance, cells, forces
+    from dpd.engine import moves, pair_forces, second_friction, step, thermostats
+    from dpd.engine.neighbours import cells, lists
 
-    for module in (advance, cells, forces):
+    for module in (step, moves, pair_forces, second_friction, thermostats, cells, lists):
         for name, replacement in empty_parts().items():
             if hasattr(module, name):
                 setattr(module, name, replacement)
 
 
 def empty_parts():
-    """Name to what takes its place: for species, bonds, bath, core, lists, noise, virial, teams."""
+    """Name to what takes its place: for species, bonds, core, lists, baths, virial, teams."""
     from dpd.jit import part
 
     @part()
@@ -122,38 +123,27 @@ def empty_parts():
         return np.inf
 
     @part()
-    def none_kept(*arguments):
-        return None, 0
-
-    @part()
     def given_velocity(velocity, predicted):
         return velocity
 
     @part()
-    def soft_force(strength, r, w, core):
-        return strength * w
-
-    @part()
-    def one_strength(strength, p, species, repulsion):
-        return repulsion[0, 0]
+    def one_repulsion(pairs, p, species, pair):
+        return pair.repulsion[0, 0]
 
     empty = (
-        "add_bond_forces", "find_slots", "no_slots",  # bonds
-        "pair_repulsion", "copy_species",  # species
-        "add_bath_forces", "renew_bath_friction",  # bath
+        "add_bonds", "find_slots",  # bonds
+        "gather_repulsion", "copy_species",  # species
+        "add_langevin",  # a thermostat on single beads
         "gaussian_noise",
-        "no_list", "listing",  # lists
-        "kept_buffers", "change_of", "close_phase", "renew_friction", "renew",  # friction twice
-        "copy_predicted", "predict", "exchange_momentum",  # other schemes
+        "empty_list", "renewed_list", "add_listed",  # lists
+        "empty_touching", "from_none", "with_pairs", "close_phase",  # pairs that are needed again
+        "take_friction_again", "copy_predicted", "predict", "exchange_momentum",  # other schemes
         "measure_pairs",  # virial
         "meet",  # threads
     )  # fmt: skip
     return dict.fromkeys(empty, nothing) | {
         "batches": no_number,
-        "listed_pairs": no_number,
         "farthest_move": no_limit,
-        "keep_pairs": none_kept,
-        "seen": given_velocity,
-        "conservative_force": soft_force,
-        "strength_of": one_strength,
+        "velocity_of_friction": given_velocity,
+        "repulsion_of": one_repulsion,
     }

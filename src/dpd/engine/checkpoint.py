@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from dpd.drafts import draft_of
-from dpd.engine.simulation import State
+from dpd.engine.state import State
 from dpd.errors import UserError, reason
 
 LONGEST_STRETCH = 500  # steps between looks at the clock,
@@ -195,7 +195,7 @@ def _mistake(stored, simulation, observers, steps):
 
 def _wrong_step(step, observers, steps, beads):
     """Whether the run looks at the clock at that step."""
-    equilibrate, last = steps[0], sum(steps)
+    (equilibrate, _), last = steps, sum(steps)
     if not 0 <= step <= last:
         return f"step {step} of {last}"
     sampled = [
@@ -226,8 +226,9 @@ def _wrong_beads(stored, simulation):
 
 def _wrong_samples(stored, observers, steps):
     """Whether the observers have as many samples as they should at that step."""
+    equilibrate, _ = steps
     for i, observer in enumerate(observers):
-        expected = _taken(observer, int(stored["step"]), steps[0])
+        expected = _taken(observer, int(stored["step"]), equilibrate)
         taken = stored.get(f"{i}/taken")
         if taken is not None and ((taken < 0).any() or taken.sum() != expected):
             return f"{taken.sum()} samples instead of {expected}"

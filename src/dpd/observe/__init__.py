@@ -5,7 +5,7 @@ An observable has ``every`` (steps between its samples), ``needs_forces``,
 it) and ``variables()`` (name to (dimensions, array, units, long_name) for the file).
 """
 
-from dpd.observe.bonds import Bonds
+from dpd.observe.bonds import BondLengths
 from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
 from dpd.observe.configurational import Configurational
@@ -23,7 +23,7 @@ OBSERVABLES = {
     "thermo": Thermo,
     "rdf": RadialDistribution,
     "profile": Profile,
-    "bonds": Bonds,
+    "bonds": BondLengths,
     "chains": Chains,
     "displacement": Displacement,
     "crossings": Crossings,
@@ -48,4 +48,4 @@ def observables(scene, system):
     list
     """
     asked = [OBSERVABLES[name](scene, system, **s) for name, s in scene.observe.items()]
-    return asked if system.bonds is None else [*asked, Stretch(scene, system)]
+    return asked if system.bond is None else [*asked, Stretch(scene, system)]

@@ -5,7 +5,7 @@ import numpy as np
 BLOCKS = 50
 
 
-class Blocks:
+class BlockSums:
     """Sums of an array-valued sample in consecutive blocks of equal length.
 
     Parameters

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
-from dpd.observe.blocks import Blocks
+from dpd.engine.space import nearest
+from dpd.observe.blocks import BlockSums
 
 LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
 
 
-class Bonds:
+class BondLengths:
     """Mean, mean square and longest bond length in blocks, and their distribution.
 
     Parameters
@@ -28,13 +28,13 @@ class Bonds:
         self._system = system
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
         # The first two places hold the sums of r and r^2.
-        self._blocks = Blocks((len(self._edges) + 1,), scene.steps[1] // every)
+        self._blocks = BlockSums((len(self._edges) + 1,), scene.steps.sample // every)
         self._longest = np.zeros(self._blocks.count)
         self.arrays = self._blocks.arrays | {"longest": self._longest}
 
     def sample(self, simulation, sums):
         """Take one sample."""
-        members = self._system.bonds[0]
+        members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
         apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], self._system.box)
         length = np.sqrt((apart**2).sum(axis=0))

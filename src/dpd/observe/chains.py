@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
-from dpd.observe.blocks import Blocks
+from dpd.engine.space import nearest
+from dpd.observe.blocks import BlockSums
 
 
 class Chains:
@@ -26,7 +26,7 @@ class Chains:
         self.every = every
         self._system = system
         self._kinds = [(kind.count, len(kind.beads)) for kind in scene.molecules]
-        self._blocks = Blocks((len(self._kinds), 2), scene.steps[1] // every)
+        self._blocks = BlockSums((len(self._kinds), 2), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
     def sample(self, simulation, sums):

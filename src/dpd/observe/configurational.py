@@ -1,9 +1,7 @@
 """Configurational temperature: what the positions say of kT."""
 
-import numpy as np
-
 from dpd.engine.queries.configurational import force_and_curvature
-from dpd.observe.blocks import Blocks
+from dpd.observe.blocks import BlockSums
 
 
 class Configurational:
@@ -27,16 +25,12 @@ class Configurational:
         self.every = every
         self._system = system
         self._beads = scene.beads
-        self._blocks = Blocks((2,), scene.steps[1] // every)
+        self._blocks = BlockSums((2,), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
     def sample(self, simulation, sums):
         """Take one sample."""
-        state, system = simulation.state, self._system
-        repulsion = np.ascontiguousarray(system.repulsion, dtype=np.float64)
-        self._blocks.open()[:] += force_and_curvature(
-            state.position, state.identity, state.species, repulsion, system.bonds, system.box
-        )
+        self._blocks.open()[:] += force_and_curvature(self._system, simulation.state)
 
     def variables(self):
         """Both per bead, in blocks for the file."""

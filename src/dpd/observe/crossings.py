@@ -29,7 +29,7 @@ class Crossings:
     def __init__(self, scene, system, every):
         self.every = every
         self._system = system
-        n, bonds = scene.steps[1] // every, len(system.bonds[0])
+        n, bonds = scene.steps.sample // every, len(system.members)
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "crossings": np.full(n, np.nan),
@@ -40,7 +40,7 @@ class Crossings:
     def sample(self, simulation, sums):
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
-        members = self._system.bonds[0]
+        members = self._system.members
         one, other = crossing_bonds(state.by_identity(state.position), members, self._system.box)
         pairs = one.astype(np.int64) * len(members) + other
         if len(pairs) > len(arrays["pairs"]):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.errors import LostTrack
 from dpd.observe.multitau import MultipleTau
 
@@ -35,7 +35,7 @@ class Displacement:
         self._lengths = lengths
         self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
         d, molecules = system.dimension, len(lengths)
-        self._correlation = MultipleTau(scene.steps[1] // every, (d, 3, molecules), 2)
+        self._correlation = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
         self.arrays = self._correlation.arrays | {
             "last": np.zeros((d, scene.beads)),
             "moved": np.zeros((d, scene.beads)),

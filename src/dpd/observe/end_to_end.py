@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.observe.multitau import MultipleTau
 
 
@@ -28,13 +28,13 @@ class EndToEnd:
         self._system = system
         lengths = scene.lengths[scene.lengths > 1]
         self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
-        samples = scene.steps[1] // every
+        samples = scene.steps.sample // every
         self._correlation = MultipleTau(samples, (system.dimension, len(lengths)), 1)
         self.arrays = self._correlation.arrays | {"square": np.zeros(len(lengths))}
 
     def sample(self, simulation, sums):
         """Take one sample."""
-        state, members = simulation.state, self._system.bonds[0]
+        state, members = simulation.state, self._system.members
         position = state.by_identity(state.position)
         bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], self._system.box)
         vector = np.add.reduceat(bonds, self._bonds_first, axis=1)

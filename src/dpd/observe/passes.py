@@ -25,7 +25,7 @@ class Passes:
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "last": np.zeros((system.dimension, scene.beads)),
-            "passes": np.full(scene.steps[1] // every, np.nan),
+            "passes": np.full(scene.steps.sample // every, np.nan),
         }
 
     def sample(self, simulation, sums):
@@ -34,7 +34,7 @@ class Passes:
         position = state.by_identity(state.position)
         at = int(arrays["taken"][0])
         if at:
-            members = self._system.bonds[0]
+            members = self._system.members
             found = passed_bonds(arrays["last"], position, members, self._system.box)
             arrays["passes"][at] = found.shape[1]
         else:

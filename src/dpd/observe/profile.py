@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.observe.blocks import Blocks
+from dpd.observe.blocks import BlockSums
 
 
 class Profile:
@@ -26,7 +26,7 @@ class Profile:
         self._names = scene.species
         self._axis = int(np.argmax(system.box))
         self._bins = int(np.ceil(system.box[self._axis] / bin))
-        self._blocks = Blocks((len(self._names), self._bins), scene.steps[1] // every)
+        self._blocks = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
     def sample(self, simulation, sums):

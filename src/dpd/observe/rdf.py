@@ -3,7 +3,7 @@
 import numpy as np
 
 from dpd.engine.queries.pairs import pair_histogram
-from dpd.observe.blocks import Blocks
+from dpd.observe.blocks import BlockSums
 
 
 class RadialDistribution:
@@ -32,7 +32,7 @@ class RadialDistribution:
         self._system = system
         bins = max(1, round(range / bin))
         self._edges = np.linspace(0.0, range, bins + 1)
-        self._blocks = Blocks((bins,), scene.steps[1] // every)
+        self._blocks = BlockSums((bins,), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
         self._beads = scene.beads
 

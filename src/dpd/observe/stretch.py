@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.errors import LostTrack
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
 
@@ -29,9 +29,9 @@ class Stretch:
     needs_forces = False
 
     def __init__(self, scene, system):
-        self.every = min(EVERY, scene.steps[1])
-        self._box, self._members = system.box, system.bonds[0]
-        looks = scene.steps[1] // self.every
+        self.every = min(EVERY, scene.steps.sample)
+        self._box, self._members = system.box, system.members
+        looks = scene.steps.sample // self.every
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}
 

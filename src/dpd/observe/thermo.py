@@ -25,7 +25,7 @@ class Thermo:
     def __init__(self, scene, system, every, pressure):
         self.every, self.needs_forces = every, pressure
         self._system = system
-        n, d = scene.steps[1] // every, system.dimension
+        n, d = scene.steps.sample // every, system.dimension
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "kT": np.full(n, np.nan),

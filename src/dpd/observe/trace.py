@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
+from dpd.engine.space import nearest
 from dpd.observe.chains import unwrapped
 
 
@@ -26,7 +26,7 @@ class Trace:
         self.every = every
         self._system = system
         self._length = len(scene.molecules[0].beads)
-        shape = (scene.steps[1] // every, system.dimension, self._length)
+        shape = (scene.steps.sample // every, system.dimension, self._length)
         self.arrays = {"taken": np.zeros(1, np.int64), "trace": np.full(shape, np.nan)}
 
     def sample(self, simulation, sums):

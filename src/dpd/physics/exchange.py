@@ -1,67 +1,50 @@
-"""Friction and noise as exchanges of momentum, one pair after the other.
+"""Friction and noise as exchanges of momentum, for schemes that split them off the forces.
 
-Where the thermostat is split from the other forces, each pair's relative velocity along its
-line is advanced on its own, with velocities that the pairs before it have left. Momentum is
-kept by every exchange.
+Each pair's relative velocity u = e . v_ij along its line is advanced by a step on its own, while
+the pair stands still. With g = gamma w^2 dt and a random number theta of unit variance it becomes
+
+    Shardlow (2003), half explicit and half implicit:
+        u' = (u - g u + 2 sqrt(2 kT g) theta) / (1 + g)
+    exact, as the Ornstein-Uhlenbeck process that it is (Serrano, De Fabritiis, Espanol and
+    Coveney 2006):
+        u' = u exp(-2 g) + sqrt(2 kT (1 - exp(-4 g))) theta
+    Lowe (1999), with probability gamma dt:
+        u' = sqrt(2 kT) theta
+
+and half of the change goes to each bead. At rest u has the variance 2 kT.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.vectors.rows import difference_along, push_apart
-from dpd.jit import part
-from dpd.physics.noise import gaussian_noise, pair_word, uniform_noise
-from dpd.physics.schemes import EXACT, SHARDLOW
-
-PER_WORD = 1.0 / 2**32  # a 32-bit word to [0, 1)
+SHARDLOW, EXACT, LOWE = 0, 1, 2
 
 
-@part()
-def exchange_momentum(velocity, identity, kept, exchange, gaussian, dt, keys, box):
-    """Let pairs exchange momentum, in the order in which they were found.
+class Exchange(NamedTuple):
+    """Exchange of momentum between pairs.
 
-    Parameters
+    Attributes
     ----------
-    velocity : array with a row for each bead
-    kept : Kept
-        With sqrt(gamma) w e of each pair.
-    exchange : None or (kind, gamma, kT)
+    kind : int
+        `SHARDLOW`, `EXACT` or `LOWE`.
+    gamma, kT : float
     gaussian : bool
-        For Shardlow's scheme; the others take normal noise, without which they are not exact.
-    keys : (uint32, uint32)
-        Of the step.
+        Gaussian instead of uniform random numbers, for Shardlow's; the others always take
+        Gaussian ones, without which they are not exact.
     """
-    if exchange is None:
-        return
-    kind, gamma, kT = exchange
-    count = kept.phase[-1]
-    low, high, theta = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count)
-    for p in range(count):
-        a, b = identity[kept.ends[0, p]], identity[kept.ends[1, p]]
-        low[p], high[p] = min(a, b), max(a, b)
-    if gaussian or kind != SHARDLOW:
-        gaussian_noise(theta, low, high, count, keys[0], keys[1])
-    else:
-        uniform_noise(theta, low, high, count, keys[0], keys[1])
-    for p in range(count):
-        i, j = kept.ends[0, p], kept.ends[1, p]
-        square, u = 0.0, difference_along(velocity, i, j, kept.drag, p, box)
-        for k in range(len(box)):
-            square += kept.drag[k, p] * kept.drag[k, p]
-        if square == 0.0:
-            continue
-        root = np.sqrt(square)
-        chance = PER_WORD * pair_word(low[p], high[p], keys[1], keys[0])
-        kick = 0.5 * change(u / root, kind, square * dt, kT, theta[p], chance < gamma * dt) / root
-        push_apart(velocity, i, j, kick, kept.drag, p, box)
 
+    kind: int
+    gamma: float
+    kT: float
+    gaussian: bool
 
-@part()
-def change(u, kind, g, kT, theta, drawn):
-    """Change of a relative velocity u, whose variance is 2 kT at rest."""
-    if kind == SHARDLOW:
-        push = np.sqrt(2.0 * kT * g) * theta
-        return (u - g * u + 2.0 * push) / (1.0 + g) - u
-    if kind == EXACT:
-        decay = np.exp(-2.0 * g)
-        return u * decay + np.sqrt(2.0 * kT * (1.0 - decay * decay)) * theta - u
-    return np.sqrt(2.0 * kT) * theta - u if drawn else 0.0
+    def change(self, u, g, theta, drawn):
+        """Change of a relative velocity u; ``drawn`` says whether Lowe's pair is due."""
+        if self.kind == SHARDLOW:
+            push = np.sqrt(2.0 * self.kT * g) * theta
+            return (u - g * u + 2.0 * push) / (1.0 + g) - u
+        if self.kind == EXACT:
+            decay = np.exp(-2.0 * g)
+            return u * decay + np.sqrt(2.0 * self.kT * (1.0 - decay * decay)) * theta - u
+        return np.sqrt(2.0 * self.kT) * theta - u if drawn else 0.0

@@ -4,6 +4,8 @@ The same pair at the same step draws the same number, whatever the order in whic
 are found, and whether or not the run was interrupted in between.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import int64, uint32, uint64
 
@@ -23,6 +25,13 @@ LOG_SERIES = tuple(1.0 / (2 * k + 1) for k in range(10))  # of artanh(s) / s in 
 SINE_STEPS = tuple(-1.0 / (2 * k * (2 * k + 1)) for k in range(1, 12))  # from term to term
 
 
+class Keys(NamedTuple):
+    """Two 32-bit keys of a step."""
+
+    first: int
+    second: int
+
+
 @part()
 def mix32(h):
     """Mix 32 bits so that each input bit flips half of the output bits.
@@ -38,35 +47,35 @@ def mix32(h):
 
 @part()
 def step_keys(seed, step):
-    """Two 32-bit keys of a step: one SplitMix64 output for the pair (seed, step)."""
+    """Keys of a step: one SplitMix64 output for the pair (seed, step)."""
     z = uint64(uint64(seed) * uint64(0xD1342543DE82EF95) + uint64(step))
     z = uint64(z * uint64(0x9E3779B97F4A7C15))
     z = uint64((z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9))
     z = uint64((z ^ (z >> uint64(27))) * uint64(0x94D049BB133111EB))
     z = uint64(z ^ (z >> uint64(31)))
-    return uint32(z & uint64(0xFFFFFFFF)), uint32(z >> uint64(32))
+    return Keys(uint32(z & uint64(0xFFFFFFFF)), uint32(z >> uint64(32)))
 
 
 @part()
-def pair_word(low, high, key0, key1):
+def pair_word(low, high, keys):
     """32 random bits of the pair (low < high) under a step's keys."""
-    return mix32(uint32(uint32(mix32(uint32(low ^ key0)) + high) ^ key1))
+    return mix32(uint32(uint32(mix32(uint32(low ^ keys.first)) + high) ^ keys.second))
 
 
 @part()
-def uniform_noise(theta, low, high, n, key0, key1):
+def uniform_noise(theta, low, high, n, keys):
     """Fill ``theta[:n]`` with uniform noise of zero mean and unit variance."""
     for p in range(n):
-        word = pair_word(low[p], high[p], key0, key1)
+        word = pair_word(low[p], high[p], keys)
         theta[p] = UNIFORM_WIDTH * ((np.int32(word) + 0.5) * PER_WORD)
 
 
 @part()
-def gaussian_noise(theta, low, high, n, key0, key1):
+def gaussian_noise(theta, low, high, n, keys):
     """Fill ``theta[:n]`` with normal noise of zero mean and unit variance (Box-Muller)."""
     for p in range(n):
-        word = pair_word(low[p], high[p], key0, key1)
-        angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + key0))
+        word = pair_word(low[p], high[p], keys)
+        angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + keys.first))
         theta[p] = np.sqrt(2.0 * minus_log(word)) * cos_pi(np.int32(angle) * PER_WORD)
 
 

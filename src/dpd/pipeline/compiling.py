@@ -2,6 +2,7 @@
 
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
+from dpd.physics.core import Core
 from dpd.stages import start_terms, terms_of
 from dpd.start.make import system_of
 from dpd.start.quick import compile_start
@@ -55,12 +56,12 @@ def with_terms(scenes, terms):
 def _kernels(scene):
     """What decides which kernels of the engine a scene needs, in words."""
     system = system_of(scene)
-    core = "no core" if system.core is None else "core"
+    core = "core" if isinstance(system.pair, Core) else "no core"
     return (
         f"{scene.dimension} dimensions",
         "several species" if len(scene.species) > 1 else "one species",
         "bonds" if "bond" in scene.data else "no bonds",
-        f"smooth {core}" if system.core and system.core[2] else core,
+        f"smooth {core}" if getattr(system.pair, "width", None) else core,
         scene.data["thermostat"]["kind"],
         _friction(scene, system),
         "list" if scene.skin else "cells",
@@ -71,6 +72,6 @@ def _friction(scene, system):
     """How the scheme takes friction, as far as it is compiled apart."""
     if system.scheme.exchange is not None:
         return scene.data["integrator"]["scheme"]
-    if system.scheme.again:
+    if system.scheme.renewal:
         return "friction twice"
     return "friction once" if system.scheme.prediction is None else "predicted friction"

@@ -111,7 +111,7 @@ def _watched(scene):
 def measured_speed(scene, seconds):
     """The `Speed` of a scene, measured for some seconds without its observables and with them."""
     simulation = Simulation(system_of(scene), make_start(random_start(scene)))
-    system, most = system_of(scene), scene.steps[1]
+    system, most = system_of(scene), scene.steps.sample
     for observer in observables(scene, system):  # kernels of the observables compile
         observer.sample(simulation, simulation.measure())
     observers = observables(scene, system)

@@ -13,7 +13,8 @@ import numpy as np
 
 from dpd.analysis.statistics import correlation_time, mean_and_error
 from dpd.engine.queries.pairs import pair_histogram
-from dpd.engine.simulation import Simulation, State, Unstable
+from dpd.engine.simulation import Simulation, Unstable
+from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
@@ -82,7 +83,7 @@ class Probe:
             self._look()
             sums = self._simulation.advance(self._every, measure=True)
             self.kT.append(float(np.mean(self._simulation.state.velocity**2)))
-            excess = np.trace(sums.virial[0]) / (self._dimension * self._volume)
+            excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
             self.excess.append(float(excess))
 
     def means(self, settling):

@@ -100,12 +100,12 @@ def _check_observe(scene, refuse):
     for name in SERIES:
         if name not in scene.observe:
             continue
-        samples = scene.steps[1] // scene.observe[name]["every"]
+        samples = scene.steps.sample // scene.observe[name]["every"]
         if samples > MOST_SAMPLES:
             refuse(
                 f"observe.{name}.every",
                 f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
-                f"{MOST_SAMPLES}, every >= {-(-scene.steps[1] // MOST_SAMPLES)}",
+                f"{MOST_SAMPLES}, every >= {-(-scene.steps.sample // MOST_SAMPLES)}",
             )
     for name, what in (("rdf", "range"), ("profile", "box")):
         if name not in scene.observe:

@@ -4,12 +4,13 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError
-from dpd.physics.schemes import coefficients
+from dpd.physics.schemes import scheme_named
 from dpd.scene.automatic import choose
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
@@ -34,6 +35,13 @@ class Molecule:
 
     beads: tuple
     count: int
+
+
+class Steps(NamedTuple):
+    """How many steps a run takes: to equilibrate, and then to sample."""
+
+    equilibrate: int
+    sample: int
 
 
 @dataclass(frozen=True)
@@ -208,10 +216,10 @@ class Scene:
         """Steps to equilibrate and to sample: the longer of steps and duration."""
         dt = self.data["integrator"]["dt"]
         steps, duration = self.data["steps"], self.data["duration"]
-        return tuple(
-            max(steps.get(part, 0), round(duration.get(part, 0) / dt))
-            for part in ("equilibrate", "sample")
+        longer = (
+            max(steps.get(part, 0), round(duration.get(part, 0) / dt)) for part in Steps._fields
         )
+        return Steps(*longer)
 
     @property
     def work(self):
@@ -245,7 +253,7 @@ class Scene:
 
     def _every(self, name):
         """Steps between samples where the scene does not say."""
-        sample = self.steps[1]
+        sample = self.steps.sample
         if name == "configuration":
             return sample
         every = round(INTERVALS.get(name, SLOWER) / self.data["integrator"]["dt"])
@@ -263,14 +271,14 @@ class Scene:
         self._check_core()
         self._check_bond()
         self._check_thermostat()
-        if self.steps[1] < 1:
+        if self.steps.sample < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
         for name, settings in self.observe.items():
-            if settings["every"] > self.steps[1]:
+            if settings["every"] > self.steps.sample:
                 self._fail(
                     f"observe.{name}.every",
                     f"{settings['every']} steps is longer than the run; allowed: 1 to "
-                    f"{self.steps[1]}",
+                    f"{self.steps.sample}",
                 )
         for name, dimension in (("crossings", 2), ("passes", 3)):
             if name in self.observe and self.dimension != dimension:
@@ -351,7 +359,7 @@ class Scene:
 
     def _check_thermostat(self):
         scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]
-        if kind == "langevin" and coefficients(scheme).exchange is not None:
+        if kind == "langevin" and scheme_named(scheme).exchange is not None:
             self._fail(
                 "integrator.scheme",
                 f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "

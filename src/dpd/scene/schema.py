@@ -10,11 +10,12 @@ from pathlib import Path
 
 import yaml
 
-from dpd.digest import ROOT, cache_folder
+from dpd.digest import PACKAGE, ROOT, cache_folder
 from dpd.errors import UserError, reason, shown
 from dpd.scene.plain_yaml import LOADER, Problem, load_plain
 
 SCHEMAS = ROOT / "config" / "schema"
+PAGES = PACKAGE / "physics"  # of the terms, each with its part of the scene's schema
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
 LARGEST_NUMBER = 2**63  # of a whole number
 MOST_MARKS = 8000  # in the cache
@@ -22,7 +23,9 @@ MOST_MARKS = 8000  # in the cache
 
 @cache
 def _rules(name):
-    return (SCHEMAS / f"{name}.yaml").read_text()
+    """A schema, and the pages that it may take parts from, as text."""
+    pages = sorted(PAGES.glob("*.yaml")) if name == "scene" else []
+    return "\0".join(path.read_text() for path in (SCHEMAS / f"{name}.yaml", *pages))
 
 
 @cache
@@ -34,7 +37,15 @@ def _checks():
 @cache
 def schema(name):
     """A schema by name: ``config``, ``study``, ``paper`` or ``scene``."""
-    return yaml.load(_rules(name), LOADER)
+    rules = _loaded(SCHEMAS / f"{name}.yaml")
+    for key, rule in rules.get("properties", {}).items():
+        if "$page" in rule:
+            rules["properties"][key] = _loaded(PAGES / f"{rule['$page']}.yaml")
+    return rules
+
+
+def _loaded(path):
+    return yaml.load(path.read_text(), LOADER)
 
 
 @cache

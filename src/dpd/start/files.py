@@ -6,7 +6,7 @@ import time
 import numpy as np
 
 from dpd import files
-from dpd.engine.simulation import State
+from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.start import start_description, start_digest
 from dpd.stages import start_sources

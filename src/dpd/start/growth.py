@@ -4,18 +4,15 @@ An active end picks a free monomer within the reaction radius; the new bond is r
 it would meet an existing one (Liu et al. 2008, Sec. II C).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
+from dpd.engine.space import nearest_image
 from dpd.jit import kernel, part
 
 FREE = -1  # of a monomer that belongs to no chain
 TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts
-
-
-@part()
-def nearest_image(d, edge):
-    """A difference of coordinates at its nearest image."""
-    return d - edge * np.rint(d / edge)
 
 
 @kernel()
@@ -42,10 +39,19 @@ def segments_meet(ax, ay, bx, by, cx, cy, dx, dy):
 
 
 @part()
-def cell_at(x, y, box, shape):
+def cell_at(x, y, space, shape):
     """Column and row of the cell of a point inside the box."""
-    a = min(int(x * (shape[0] / box[0])), shape[0] - 1)
-    return a, min(int(y * (shape[1] / box[1])), shape[1] - 1)
+    a = min(int(x * (shape[0] / space.edges[0])), shape[0] - 1)
+    return a, min(int(y * (shape[1] / space.edges[1])), shape[1] - 1)
+
+
+@part()
+def cell_of_image(x, y, space, shape):
+    """The same for a point anywhere."""
+    width, height = space.edges
+    x -= width * np.floor(x / width)
+    y -= height * np.floor(y / height)
+    return cell_at(x, y, space, shape)
 
 
 @part()
@@ -56,70 +62,118 @@ def around(along, cells):
     return -along, cells - along
 
 
+class Chains(NamedTuple):
+    """Chains while they grow; all arrays are changed.
+
+    Attributes
+    ----------
+    chain : (n,) int64 array
+        Chain of each bead, or `FREE`.
+    beads : (chains, longest) int64 array
+        Identities along each chain.
+    length : (chains,) int64 array
+        Beads in each chain.
+    """
+
+    chain: np.ndarray
+    beads: np.ndarray
+    length: np.ndarray
+
+
+class Rule(NamedTuple):
+    """How a chain takes up a monomer.
+
+    Attributes
+    ----------
+    radius : float
+        Reaction radius.
+    nearest : bool
+        Try the nearest monomer first instead of one at random.
+    species : (n,) uint8 array
+        Of the beads.
+    wanted : (chains, longest) int64 array
+        Species along each chain.
+    """
+
+    radius: float
+    nearest: bool
+    species: np.ndarray
+    wanted: np.ndarray
+
+
+class BondCells(NamedTuple):
+    """Bonds in the cells of their middles, as linked lists.
+
+    Attributes
+    ----------
+    head : (columns, rows) int64 array
+        The bond that was put last into each cell, or -1.
+    following : (n,) int64 array
+        The one before it, or -1.
+    ends : (2, n) int64 array
+    """
+
+    head: np.ndarray
+    following: np.ndarray
+    ends: np.ndarray
+
+
 @part()
-def insert_bond(b, first, second, position, box, shape, head, following, ends):
+def insert_bond(b, first, second, position, space, bonds):
     """Put a bond into the cell of its middle."""
     x, y = position[0, first], position[1, first]
-    x += 0.5 * nearest_image(position[0, second] - x, box[0])
-    y += 0.5 * nearest_image(position[1, second] - y, box[1])
-    a, c = cell_at(x - box[0] * np.floor(x / box[0]), y - box[1] * np.floor(y / box[1]), box, shape)
-    ends[0, b], ends[1, b] = first, second
-    following[b] = head[a, c]
-    head[a, c] = b
+    x += 0.5 * nearest_image(position[0, second] - x, space.edges[0])
+    y += 0.5 * nearest_image(position[1, second] - y, space.edges[1])
+    a, c = cell_of_image(x, y, space, bonds.head.shape)
+    bonds.ends[0, b], bonds.ends[1, b] = first, second
+    bonds.following[b] = bonds.head[a, c]
+    bonds.head[a, c] = b
 
 
 @part()
-def crosses_some(end, monomer, position, box, shape, head, following, ends):
+def crosses_some(end, monomer, position, space, bonds):
     """Whether a bond between two beads would meet an existing one."""
+    width, height = space.edges
+    shape = bonds.head.shape
     ax, ay = position[0, end], position[1, end]
-    bx = ax + nearest_image(position[0, monomer] - ax, box[0])
-    by = ay + nearest_image(position[1, monomer] - ay, box[1])
+    bx = ax + nearest_image(position[0, monomer] - ax, width)
+    by = ay + nearest_image(position[1, monomer] - ay, height)
     x, y = 0.5 * (ax + bx), 0.5 * (ay + by)
-    a, c = cell_at(x - box[0] * np.floor(x / box[0]), y - box[1] * np.floor(y / box[1]), box, shape)
+    a, c = cell_of_image(x, y, space, shape)
     low_a, high_a = around(a, shape[0])
     low_c, high_c = around(c, shape[1])
     for i in range(low_a, high_a):
         for j in range(low_c, high_c):
-            b = head[(a + i) % shape[0], (c + j) % shape[1]]
+            b = bonds.head[(a + i) % shape[0], (c + j) % shape[1]]
             while b >= 0:
-                first, second = ends[0, b], ends[1, b]
+                first, second = bonds.ends[0, b], bonds.ends[1, b]
                 if first != end and second != end:
                     # The image of the bond that is near is the one whose middle is.
                     cx, cy = position[0, first], position[1, first]
-                    hx = 0.5 * nearest_image(position[0, second] - cx, box[0])
-                    hy = 0.5 * nearest_image(position[1, second] - cy, box[1])
-                    mx = x + nearest_image(cx + hx - x, box[0])
-                    my = y + nearest_image(cy + hy - y, box[1])
+                    hx = 0.5 * nearest_image(position[0, second] - cx, width)
+                    hy = 0.5 * nearest_image(position[1, second] - cy, height)
+                    mx = x + nearest_image(cx + hx - x, width)
+                    my = y + nearest_image(cy + hy - y, height)
                     if segments_meet(ax, ay, bx, by, mx - hx, my - hy, mx + hx, my + hy):
                         return True
-                b = following[b]
+                b = bonds.following[b]
     return False
 
 
 @kernel()
-def grow(position, box, shape, radius, nearest, chain, species, beads, length, wanted, active, rng):
+def grow(position, space, shape, rule, chains, active, rng):
     """Let every active end try to take up one monomer.
 
     Parameters
     ----------
     position : (2, n) array
         In the order of identities, inside the box.
-    box, shape : tuples
-        Edges; cells, whose edges are at least the radius, and at least half the sum of
-        the radius and the longest bond.
-    radius : float
-        Reaction radius.
-    nearest : bool
-        Try the nearest monomer first instead of one at random.
-    chain : (n,) int64 array
-        Chain of each bead, or `FREE`; changed.
-    species : (n,) uint8 array
-    beads : (chains, longest) int64 array
-        Identities along each chain; changed.
-    length : (chains,) int64 array
-        Beads in each chain; changed.
-    wanted : (chains, longest) int64 array
-        Species along each chain.
+    space : Space
+    shape : tuple
+        Cells, whose edges are at least the radius, and at least half the sum of the radius and
+        the longest bond.
+    rule : Rule
+    chains : Chains
     active : (ends,) int64 array
         Chains with an active end, in the order in which they try.
     rng : numpy.random.Generator
@@ -130,32 +184,27 @@ def grow(position, box, shape, radius, nearest, chain, species, beads, length, w
         Bonds tried, refused for crossing, refused for distance, made.
     """
     n = position.shape[1]
+    chain, beads, length = chains
     counts = np.zeros(4, np.int64)
     head = np.full(shape, -1)
     following = np.empty(n, np.int64)
     for i in range(n):
         if chain[i] == FREE:
-            a, c = cell_at(position[0, i], position[1, i], box, shape)
+            a, c = cell_at(position[0, i], position[1, i], space, shape)
             following[i] = head[a, c]
             head[a, c] = i
-    bond_head = np.full(shape, -1)
-    bond_following = np.empty(n, np.int64)
-    ends = np.empty((2, n), np.int64)
-    bonds = 0
+    bonds = BondCells(np.full(shape, -1), np.empty(n, np.int64), np.empty((2, n), np.int64))
+    made = 0
     for c in range(len(length)):
         for k in range(length[c] - 1):
-            insert_bond(
-                bonds, beads[c, k], beads[c, k + 1], position, box, shape,
-                bond_head, bond_following, ends,
-            )  # fmt: skip
-            bonds += 1
+            insert_bond(made, beads[c, k], beads[c, k + 1], position, space, bonds)
+            made += 1
     near = np.empty(n, np.int64)
     order = np.empty(n)
     for c in active:
         end = beads[c, length[c] - 1]
-        next_species = wanted[c, length[c]]
         x, y = position[0, end], position[1, end]
-        a, b = cell_at(x, y, box, shape)
+        a, b = cell_at(x, y, space, shape)
         low_a, high_a = around(a, shape[0])
         low_b, high_b = around(b, shape[1])
         found = 0
@@ -163,15 +212,16 @@ def grow(position, box, shape, radius, nearest, chain, species, beads, length, w
             for j in range(low_b, high_b):
                 monomer = head[(a + i) % shape[0], (b + j) % shape[1]]
                 while monomer >= 0:
-                    if chain[monomer] == FREE and species[monomer] == next_species:
-                        dx = nearest_image(position[0, monomer] - x, box[0])
-                        dy = nearest_image(position[1, monomer] - y, box[1])
+                    wanted = rule.species[monomer] == rule.wanted[c, length[c]]
+                    if chain[monomer] == FREE and wanted:
+                        dx = nearest_image(position[0, monomer] - x, space.edges[0])
+                        dy = nearest_image(position[1, monomer] - y, space.edges[1])
                         counts[TRIED] += 1
-                        if dx * dx + dy * dy > radius * radius:
+                        if dx * dx + dy * dy > rule.radius * rule.radius:
                             counts[FAR] += 1
                         else:
                             near[found] = monomer
-                            order[found] = dx * dx + dy * dy if nearest else rng.random()
+                            order[found] = dx * dx + dy * dy if rule.nearest else rng.random()
                             found += 1
                     monomer = following[monomer]
         while found > 0:
@@ -182,11 +232,11 @@ def grow(position, box, shape, radius, nearest, chain, species, beads, length, w
             monomer = near[best]
             found -= 1
             near[best], order[best] = near[found], order[found]
-            if crosses_some(end, monomer, position, box, shape, bond_head, bond_following, ends):
+            if crosses_some(end, monomer, position, space, bonds):
                 counts[CROSSED] += 1
                 continue
-            insert_bond(bonds, end, monomer, position, box, shape, bond_head, bond_following, ends)
-            bonds += 1
+            insert_bond(made, end, monomer, position, space, bonds)
+            made += 1
             beads[c, length[c]] = monomer
             length[c] += 1
             chain[monomer] = c

@@ -4,11 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from dpd.engine.periodic import wrapped
 from dpd.engine.queries.crossings import crossing_bonds
-from dpd.engine.simulation import Simulation, State, System
+from dpd.engine.simulation import Simulation
+from dpd.engine.space import wrapped
+from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.physics.schemes import coefficients
+from dpd.physics.bond import Bond
+from dpd.physics.core import Core
+from dpd.physics.schemes import scheme_named
+from dpd.physics.soft import Soft
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.polymerize import LOOK, polymerize
 
@@ -30,30 +34,34 @@ def system_of(scene):
     thermostat, integrator = data["thermostat"], data["integrator"]
     return System(
         box=scene.box,
-        repulsion=scene.repulsion,
+        pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
         friction=float(thermostat["gamma"]),
         gaussian=thermostat["noise"] == "gaussian",
-        bonds=_bonds(scene, data.get("bond")),
         dt=float(integrator["dt"]),
-        scheme=coefficients(integrator["scheme"], float(integrator["lambda"])),
+        scheme=scheme_named(integrator["scheme"], float(integrator["lambda"])),
         seed=data["seed"],
-        core=_core(data.get("core")),
+        members=scene.bonded if "bond" in data else None,
+        bond=_bond(data.get("bond")),
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
     )
 
 
-def _bonds(scene, bond):
+def _bond(bond):
+    """The law of bonds, if there are any."""
     if bond is None:
         return None
-    return scene.bonded, float(bond["stiffness"]), float(bond["length"])
+    return Bond(float(bond["stiffness"]), float(bond["length"]))
 
 
-def _core(core):
+def _pair(scene, core):
+    """The conservative force between pairs."""
+    repulsion = np.ascontiguousarray(scene.repulsion, dtype=np.float64)
     if core is None or core["radius"] == 0:
-        return None
-    return 2.0 * core["radius"], float(core["force"]), float(core.get("smooth", 0)) or None
+        return Soft(repulsion)
+    width = float(core.get("smooth", 0)) or None
+    return Core(repulsion, 2.0 * core["radius"], float(core["force"]), width)
 
 
 def _start_system(scene, dt):
@@ -64,10 +72,11 @@ def _start_system(scene, dt):
         friction=float(forces["gamma"]),
         gaussian=False,
         per_bead=False,
-        bonds=_bonds(scene, forces.get("bond")),
-        core=_core(forces.get("core")),
+        members=scene.bonded if "bond" in forces else None,
+        bond=_bond(forces.get("bond")),
+        pair=_pair(scene, forces.get("core")),
         dt=float(dt),
-        scheme=coefficients("gw-vv"),
+        scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
     )
@@ -193,15 +202,15 @@ def _relax(scene, state, relax, grown, begun, progress):
     """
     system = _start_system(scene, relax["dt"])
     simulation = Simulation(system, state)
-    look = max(1, round(LOOK / relax["dt"])) if grown and system.bonds else 500
+    look = max(1, round(LOOK / relax["dt"])) if grown and system.bond else 500
     crossings = []
     while (left := relax["steps"] - simulation.state.step) > 0:
         simulation.advance(min(left, look))
         now = simulation.state
-        if grown and system.bonds:
+        if grown and system.bond:
             place = now.by_identity(now.position)
             try:
-                crossings.append(crossing_bonds(place, system.bonds[0], system.box).shape[1])
+                crossings.append(crossing_bonds(place, system.members, system.box).shape[1])
             except UserError as problem:
                 raise UserError(f"{scene.where}: start.relax: {problem}") from None
             if crossings[-1]:

@@ -8,14 +8,16 @@ there are spare monomers and spare chains; what is left of them is removed at th
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.periodic import nearest
 from dpd.engine.queries.crossings import crossing_bonds
-from dpd.engine.simulation import Simulation, State
+from dpd.engine.simulation import Simulation
+from dpd.engine.space import Space, nearest
+from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, grow
+from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
@@ -29,6 +31,14 @@ RECORD = {
     "refused_distance": ("1", "bonds refused for the reaction radius, so far"),
     "undone": ("1", "bonds undone because they were crossed while they shrank, so far"),
 }
+
+
+class Grown(NamedTuple):
+    """Bonds: their (n, 2) members, and the chain of each and its place there."""
+
+    members: np.ndarray
+    chain: np.ndarray
+    place: np.ndarray
 
 
 class Growth:
@@ -79,20 +89,20 @@ class Growth:
             self.beads[c, 0], self.chain[first] = first, c
 
     def bonds(self):
-        """(n, 2) members, and the chain and place of each bond."""
+        """The bonds that there are now."""
         places = np.arange(self.beads.shape[1] - 1)
         chain, place = np.nonzero(places < self.length[:, None] - 1)
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
-        return members.astype(np.uint32), chain, place
+        return Grown(members.astype(np.uint32), chain, place)
 
     def grow(self, position, box, radius, nearest, now, rng):
         """Let each active end try once; return the counts of `dpd.start.growth.grow`."""
         active = rng.permutation(np.flatnonzero(self.length < self.full))
         before = self.length.copy()
-        counts = grow(
-            position, box, _cells(position, self.bonds()[0], box, radius), radius, nearest,
-            self.chain, self.species, self.beads, self.length, self.wanted, active, rng,
-        )  # fmt: skip
+        shape = _cells(position, self.bonds().members, box, radius)
+        rule = Rule(radius, nearest, self.species, self.wanted)
+        chains = Chains(self.chain, self.beads, self.length)
+        counts = grow(position, Space(box), shape, rule, chains, active, rng)
         taken = np.flatnonzero(self.length > before)
         self.born[taken, before[taken]] = now
         return counts
@@ -215,8 +225,7 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
 
 def _moved(state, system, growth, steps):
     """The state after some steps with the bonds that there are now."""
-    _, stiffness, rest = system.bonds
-    grown = replace(system, bonds=(growth.bonds()[0], stiffness, rest))
+    grown = replace(system, members=growth.bonds().members)
     state = replace(state, force=None, reference=None)
     simulation = Simulation(grown, state)
     simulation.advance(steps)

@@ -11,6 +11,7 @@ import numpy as np
 from numba import int64, uint32, uint64
 
 from dpd.engine.threads.blocks import Blocks, make_blocks
+from dpd.engine.threads.team import Share
 from dpd.engine.vectors.arrays import rows_of
 from dpd.engine.vectors.rows import copy_row
 from dpd.jit import exact_part, part
@@ -65,8 +66,9 @@ class Cells(NamedTuple):
     most: np.ndarray
 
 
-def grid(box, cutoff):
+def grid(space, cutoff):
     """The `Grid` with as many cells as fit with edges not below the cutoff."""
+    box = space.edges
     shape = tuple(max(1, int(edge / cutoff)) for edge in box)
     across, edges = np.array(shape[:-1]), np.array(box[:-1])
     here = np.array(list(product(*map(range, across))))
@@ -97,30 +99,30 @@ def cell_buffers(grid, beads, threads):
 
 
 @exact_part()
-def cell_of(position, i, box, shape):
+def cell_of(position, i, space, shape):
     """Number of the cell that holds bead i, and its level.
 
     Sorting asks, and a resumed list asks again, so it is rounded as written: left free, two
     copies of the code put a bead on a boundary in two cells.
     """
     cell, along = 0, 0
-    for k in range(len(box)):
-        along = min(int(position[i, k] * (shape[k] / box[k])), shape[k] - 1)
+    for k in range(len(space.edges)):
+        along = min(int(position[i, k] * (shape[k] / space.edges[k])), shape[k] - 1)
         cell = cell * shape[k] + along
     return cell, along
 
 
 @part()
-def count_cells(position, own, box, grid, cells, rank):
-    """Find the cells of the beads from own[0] to own[1], and count them."""
+def count_cells(position, mine, space, grid, cells, rank):
+    """Find the cells of a thread's share of the beads, and count them."""
     free = cells.free[rank]
     for c in range(free.shape[0]):
         free[c] = np.uint32(0)
-    for i in range(own[0], own[1]):
-        cell, along = cell_of(position, i, box, grid.shape)
+    for i in range(mine.first, mine.end):
+        cell, along = cell_of(position, i, space, grid.shape)
         cells.cell[i] = uint32(cell)
         cells.along[i] = uint32(along)
-    for i in range(own[0], own[1]):
+    for i in range(mine.first, mine.end):
         free[cells.cell[i]] += np.uint32(1)
 
 
@@ -141,42 +143,43 @@ def share_cells(cells, grid):
 
 
 @part()
-def move_to_cells(source, target, own, box, cells, rank):
-    """Copy the beads from own[0] to own[1] to their places.
+def move_to_cells(source, target, mine, space, cells, rank):
+    """Copy a thread's share of the beads to their places.
 
-    Beads are (position, velocity, predicted, identity, species): arrays with a row for each
-    bead, and with a number; predicted and species may be None. The sort is stable, so the
-    order of storage follows from the state alone, and a resumed run adds up its forces in the
-    same order as an uninterrupted one.
+    The sort is stable, so the order of storage follows from the state alone, and a resumed run
+    adds up its forces in the same order as an uninterrupted one.
+
+    Parameters
+    ----------
+    source, target : Beads
     """
-    position, velocity, predicted, identity, species = source
     free = cells.free[rank]
-    for i in range(own[0], own[1]):
+    for i in range(mine.first, mine.end):
         cell = cells.cell[i]
         s = free[cell]
         free[cell] = uint32(s + uint32(1))
         cells.level[s] = cells.along[i]
-        copy_row(target[0], s, position, i, box)
-        copy_row(target[1], s, velocity, i, box)
-        target[3][s] = identity[i]
-        copy_predicted(target[2], s, predicted, i, box)
-        copy_species(target[4], s, species, i)
+        copy_row(target.position, s, source.position, i, space)
+        copy_row(target.velocity, s, source.velocity, i, space)
+        target.identity[s] = source.identity[i]
+        copy_predicted(target.predicted, s, source.predicted, i, space)
+        copy_species(target.species, s, source.species, i)
 
 
 @part()
-def sort_by_cell(source, target, box, grid, cells):
+def sort_by_cell(source, target, space, grid, cells):
     """Copy beads sorted by cell, and fill ``cells``; all by one thread."""
-    own = (uint64(0), uint64(len(source[3])))
-    count_cells(source[0], own, box, grid, cells, 0)
+    mine = Share(uint64(0), uint64(len(source.identity)))
+    count_cells(source.position, mine, space, grid, cells, 0)
     share_cells(cells, grid)
-    move_to_cells(source, target, own, box, cells, 0)
+    move_to_cells(source, target, mine, space, cells, 0)
 
 
 @part()
-def copy_predicted(target, s, source, i, box):
+def copy_predicted(target, s, source, i, space):
     """Copy one bead's predicted velocity, where it is kept."""
     if source is not None:
-        copy_row(target, s, source, i, box)
+        copy_row(target, s, source, i, space)
 
 
 @part()
@@ -184,27 +187,6 @@ def copy_species(target, s, source, i):
     """Copy one bead's species, where there are several."""
     if source is not None:
         target[s] = source[i]
-
-
-@part()
-def like(array):
-    """An empty array like another; None for None."""
-    if array is None:
-        return None
-    return np.empty_like(array)
-
-
-@part()
-def empty_like(beads):
-    """Buffers to sort beads into that have no predicted velocity."""
-    position, velocity, _, identity, species = beads
-    return (
-        np.empty_like(position),
-        np.empty_like(velocity),
-        None,
-        np.empty_like(identity),
-        like(species),
-    )
 
 
 @part()

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.neighbours.cells import SPARE
+from dpd.engine.neighbours.cells import SPARE, Cells, Grid
+from dpd.engine.space import Space
 from dpd.engine.vectors.bits import LANES, lowest, near, popcount
 from dpd.engine.vectors.rows import sum_to_column
 from dpd.jit import part
 
 U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
-ENOUGH = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
+PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
 WORD = np.uint64(64)  # candidates that leave their bits in one word
 AT_ONCE = np.uint64(4)  # bits that are read off without a look whether there are more
 FAR = 1e6  # r_c; where the fillers at the end of a line are
@@ -25,22 +26,42 @@ HALF, LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
 
 class Pairs(NamedTuple):
-    """Buffers for some pairs.
+    """Buffers for some pairs of beads.
 
-    ``separation[:, p]`` is r_i - r_j of pair p at its nearest image. What follows is scratch of
-    the forces: a_ij, r_ij . v_ij, noise, force / r, and the sorted identities. (Rows of one
-    array they must not be: the compiler would take them to overlap, and not vectorise.)
+    They are arrays of their own, and not rows of one: the compiler would take rows to overlap, and
+    would not vectorise.
+
+    Attributes
+    ----------
+    i, j : (size,) uint32 arrays
+        Slots of the two beads.
+    separation : (dimension, size) array
+        r_i - r_j at the nearest image.
+    repulsion, approach, theta : (size,) arrays
+        What the forces need of each pair: a_ij, r_ij . v_ij, a random number.
+    force_over_r, weight_over_r : (size,) arrays
+        What the forces find: F / r and w / r.
+    low, high : (size,) uint32 arrays
+        The smaller and the larger of the two identities.
     """
 
     i: np.ndarray
     j: np.ndarray
     separation: np.ndarray
-    strength: np.ndarray
+    repulsion: np.ndarray
     approach: np.ndarray
     theta: np.ndarray
-    over_r: np.ndarray
+    force_over_r: np.ndarray
+    weight_over_r: np.ndarray
     low: np.ndarray
     high: np.ndarray
+
+
+class Place(NamedTuple):
+    """How far a search has come: the next bead's slot, and its row of cells."""
+
+    slot: int
+    row: int
 
 
 class Line(NamedTuple):
@@ -58,7 +79,7 @@ class Line(NamedTuple):
         Place of the first bead that is not the row's own, from level -1 on.
     to : (rows, lanes) int64 array
         What leads from slots to places, for each of the rows and each level.
-    hit : (widest + `ENOUGH` + `AT_ONCE`,) uint64 array
+    hit : (widest + `PAIRS_AT_ONCE` + `AT_ONCE`,) uint64 array
         Places of both beads of each pair found, in one word.
     """
 
@@ -81,16 +102,40 @@ def pair_buffers(dimension, size):
         np.empty(size),
         np.empty(size),
         np.empty(size),
+        np.empty(size),
         np.empty(size, np.uint32),
         np.empty(size, np.uint32),
     )
 
 
+class Search(NamedTuple):
+    """What a search for pairs works with.
+
+    Attributes
+    ----------
+    cells : Cells
+        Filled by a sort.
+    space : Space
+    grid : Grid
+        With edges not below the cutoff of the search.
+    line : Line
+        Left alone between calls of `next_pairs`.
+    pairs : Pairs
+        Those found last.
+    """
+
+    cells: Cells
+    space: Space
+    grid: Grid
+    line: Line
+    pairs: Pairs
+
+
 @part()
-def search_buffers(cells, box, grid):
-    """A `Line` for the fullest rows, and `Pairs` for all that one call of `next_pairs` finds."""
+def new_search(cells, space, grid):
+    """A `Search` with buffers for the fullest rows, and for all that one call finds."""
     in_cell, in_row = cells.most
-    dimension, levels = len(box), grid.shape[len(box) - 1]
+    dimension, levels = len(space.edges), grid.shape[len(space.edges) - 1]
     rows = grid.base.shape[1]
     size = rows * (in_row + 2 * in_cell) + LANES
     lanes = (levels + SPARE - 1) // SPARE * SPARE
@@ -101,24 +146,26 @@ def search_buffers(cells, box, grid):
         np.empty(lanes + 3, np.int64),
         np.empty(levels + 1, np.int64),
         np.empty((rows, lanes), np.int64),
-        np.empty(widest + int64(ENOUGH + AT_ONCE), np.uint64),
+        np.empty(widest + int64(PAIRS_AT_ONCE + AT_ONCE), np.uint64),
     )
-    return line, pair_buffers(dimension, widest + int64(ENOUGH))
+    pairs = pair_buffers(dimension, widest + int64(PAIRS_AT_ONCE))
+    return Search(cells, space, grid, line, pairs)
 
 
 @part()
-def merge_rows(row, position, cells, box, grid, line):
-    """Fill a line with a row and those ahead of it."""
+def merge_rows(row, position, search):
+    """Fill the line with a row and those ahead of it."""
+    cells, space, grid, line, _ = search
     start, level = cells.start, cells.level
-    levels, rows = grid.shape[len(box) - 1], grid.base.shape[1]
+    levels, rows = grid.shape[len(space.edges) - 1], grid.base.shape[1]
     make_room(row, start, levels, grid, line)
     for r in range(rows):
         base = grid.base[row, r]
         for s in range(uint64(start[base]), uint64(start[base + levels])):
             place = uint64(line.to[r, level[s]]) + s
-            sum_to_column(line.position, place, position, s, grid.shift, row * rows + r, box)
+            sum_to_column(line.position, place, position, s, grid.shift, row * rows + r, space)
             line.slot[place] = uint32(s)
-    join_ends(line, box, levels)
+    join_ends(line, space, levels)
 
 
 @part()
@@ -139,43 +186,44 @@ def make_room(row, start, levels, grid, line):
     for r in range(rows):
         for z in range(line.to.shape[1]):
             line.to[r, z] += first[z + 1]
-    own = uint64(grid.base[row, 0])
+    itself = uint64(grid.base[row, 0])
     for z in range(uint64(levels)):
-        line.ahead[z + U1] = first[z + U1] + int64(start[own + z + U1]) - int64(start[own + z])
+        begin, end = int64(start[itself + z]), int64(start[itself + z + U1])
+        line.ahead[z + U1] = first[z + U1] + end - begin
 
 
 @part()
-def join_ends(line, box, levels):
+def join_ends(line, space, levels):
     """Put the last level before the first, the first after the last, fillers at the end."""
     first = line.first
     first[0] = 0
     line.ahead[0] = line.ahead[levels] - first[levels]
-    copy_level(line, first[levels], first[levels + 1], 0, -1.0, box)
+    copy_level(line, first[levels], first[levels + 1], 0, -1.0, space)
     first[levels + 2] = first[levels + 1] + first[2] - first[1]
-    copy_level(line, first[1], first[2], first[levels + 1], 1.0, box)
+    copy_level(line, first[1], first[2], first[levels + 1], 1.0, space)
     end = uint64(first[levels + 2])
-    for k in range(len(box)):
+    for k in range(len(space.edges)):
         for t in range(uint64(LANES)):
             line.position[k, end + t] = FAR
 
 
 @part()
-def copy_level(line, first, end, to, boxes, box):
+def copy_level(line, first, end, to, boxes, space):
     """Copy places ``first`` to ``end``, moved by so many boxes along the row."""
-    last, n = len(box) - 1, uint64(end - first)
+    last, n = len(space.edges) - 1, uint64(end - first)
     source, target = uint64(first), uint64(to)
     for k in range(last):
         for t in range(n):
             line.position[k, target + t] = line.position[k, source + t]
-    move = boxes * box[last]
+    move = boxes * space.edges[last]
     for t in range(n):
         line.position[last, target + t] = line.position[last, source + t] + move
         line.slot[target + t] = line.slot[source + t]
 
 
 @part()
-def find_partners(own, level, limit, box, line, hits):
-    """Append the pairs of the row's own bead at place ``own`` that are not yet found.
+def find_partners(bead, level, limit, space, line, hits):
+    """Append the pairs of the row's own bead at place ``bead`` that are not yet found.
 
     Own beads of the level before have found this one, and so have those before it in its
     own level. The length is rounded up: what lies beyond is two levels away, further than
@@ -187,13 +235,13 @@ def find_partners(own, level, limit, box, line, hits):
     while begin < end:
         bits = U0
         for t in range(U0, min(WORD, uint64(end - begin)), uint64(LANES)):
-            bits |= near(line.position, box, own, begin + t, limit) << t
-        bits &= ~uint64(ones(own + U1, begin) & ~ones(same, begin))
+            bits |= near(line.position, space, bead, begin + t, limit) << t
+        bits &= ~uint64(ones(bead + U1, begin) & ~ones(same, begin))
         count = popcount(bits)
         at = hits
         while bits != U0:
             for t in range(AT_ONCE):
-                line.hit[at + t] = uint64(own << HALF) | uint64(begin + lowest(bits))
+                line.hit[at + t] = uint64(bead << HALF) | uint64(begin + lowest(bits))
                 bits &= uint64(bits - U1)
             at += AT_ONCE
         hits += count
@@ -211,11 +259,12 @@ def ones(end, begin):
 
 
 @part()
-def unpack_hits(hits, line, pairs, n, box):
+def unpack_hits(hits, search, n):
     """Append what was found to the pairs."""
+    line, pairs = search.line, search.pairs
     for h in range(hits):
         a, b = line.hit[h] >> HALF, line.hit[h] & LOW
-        for k in range(len(box)):
+        for k in range(len(search.space.edges)):
             pairs.separation[k, n + h] = line.position[k, a] - line.position[k, b]
         pairs.i[n + h] = line.slot[a]
         pairs.j[n + h] = line.slot[b]
@@ -223,57 +272,58 @@ def unpack_hits(hits, line, pairs, n, box):
 
 
 @part()
-def pairs_of_piece(piece, cells, grid):
-    """``at`` and ``end`` for `next_pairs` to find those of beads in one piece of a block."""
-    first, end = grid.blocks.rows[piece, 0], grid.blocks.rows[piece, 1]
-    levels = grid.shape[len(grid.shape) - 1]
-    return (int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
+def first_place():
+    """Where a search through all beads begins."""
+    return Place(int64(0), int64(-1))
 
 
 @part()
-def next_pairs(at, end, position, cells, box, grid, cutoff, line, pairs):
+def place_of_piece(piece, cells, grid):
+    """Where a search through one piece of a block begins, and the slot at which it ends."""
+    first, end = grid.blocks.rows[piece, 0], grid.blocks.rows[piece, 1]
+    levels = grid.shape[len(grid.shape) - 1]
+    return Place(int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
+
+
+@part()
+def next_pairs(at, end, position, search, cutoff):
     """Find some more pairs closer than the cutoff.
 
     Parameters
     ----------
-    at : (slot, row)
-        Where to go on: (0, -1) at first, for all beads.
+    at : Place
+        Where to go on.
     end : int
         Slot to stop at: the number of beads, or the end of a row.
     position : array with a row for each bead
         Sorted by cell, inside the box.
-    cells : Cells
-    box : tuple of length dimension
-    grid : Grid
-        With edges not below the cutoff.
+    search : Search
+        Its pairs are filled from 0.
     cutoff : float
-    line : Line
-        Left alone between calls.
-    pairs : Pairs
-        Filled from 0.
 
     Returns
     -------
-    at : (slot, row)
+    at : Place
         All pairs are found when its slot is ``end``.
     n : uint64
-        How many pairs were found: `ENOUGH` or a few more, or all that were left.
+        How many pairs were found: `PAIRS_AT_ONCE` or a few more, or all that were left.
     """
+    cells, space, grid, line, _ = search
     s, row = at
-    levels = grid.shape[len(box) - 1]
+    levels = grid.shape[len(space.edges) - 1]
     n = U0
-    while n < ENOUGH and s < end:
+    while n < PAIRS_AT_ONCE and s < end:
         stop = int64(cells.start[(row + 1) * levels])  # of the row; for row -1, 0
         if s == stop:
             while s == stop:
                 row += 1
                 stop = int64(cells.start[(row + 1) * levels])
-            merge_rows(row, position, cells, box, grid, line)
+            merge_rows(row, position, search)
         hits = U0
-        while s < stop and n + hits < ENOUGH:
+        while s < stop and n + hits < PAIRS_AT_ONCE:
             level = int64(cells.level[s])
-            own = uint64(line.to[0, level] + s)
-            hits = find_partners(own, level, cutoff * cutoff, box, line, hits)
+            bead = uint64(line.to[0, level] + s)
+            hits = find_partners(bead, level, cutoff * cutoff, space, line, hits)
             s += 1
-        n = unpack_hits(hits, line, pairs, n, box)
-    return (s, row), n
+        n = unpack_hits(hits, search, n)
+    return Place(s, row), n

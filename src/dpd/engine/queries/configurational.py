@@ -2,87 +2,76 @@
 
 import numpy as np
 
-from dpd.engine.bonds import add_bond_forces, batches, find_slots, make_bonds, no_slots
-from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.neighbours.search import next_pairs, search_buffers
+from dpd.engine.bond_forces import (
+    add_bond_forces,
+    batches,
+    bond_curvature,
+    empty_slots,
+    find_slots,
+    in_batches,
+)
+from dpd.engine.neighbours.cells import grid
+from dpd.engine.neighbours.search import first_place, next_pairs
+from dpd.engine.pair_forces import CLOSEST, gather_repulsion, repulsion_of
+from dpd.engine.queries.sorted_beads import sorted_beads
+from dpd.engine.space import Space
+from dpd.engine.state import Beads, Sums
+from dpd.engine.threads.team import Share
 from dpd.engine.vectors.arrays import rows_of
 from dpd.engine.vectors.rows import push_apart
-from dpd.jit import kernel, part
-from dpd.physics.pair import CLOSEST, pair_repulsion, strength_of
+from dpd.jit import kernel
+from dpd.physics.forces import curvature, force
 
 
-def force_and_curvature(position, identity, species, repulsion, bonds, box):
+def force_and_curvature(system, state):
     """Sum of squared conservative forces, and the Laplacian of the potential.
 
     In equilibrium <sum F_i^2> = kT <sum nabla_i^2 U> (Rugh 1997; Butler et al. 1998).
 
     Parameters
     ----------
-    position : (dimension, n) array
-        Inside the box.
-    identity : (n,) uint32 array
-    species : (n,) uint8 array or None
-    repulsion : (species, species) array
-    bonds : None or (members, stiffness, length)
-    box : tuple
+    system : System
+        With a pair force that has a curvature everywhere: no core.
+    state : State
 
     Returns
     -------
     (2,) array
         In (kT / r_c)^2 and kT / r_c^2.
     """
-    bonds = None if bonds is None else make_bonds(*bonds)
-    return _sums(rows_of(position), identity, species, repulsion, bonds, box, grid(box, 1.0))
+    rows = rows_of(state.position)
+    beads = Beads(rows, rows, None, state.identity, state.species)
+    space = Space(tuple(map(float, system.box)))
+    bonds = in_batches(system.bond, system.members)
+    return _sums(beads, system.forces.pair, bonds, space, grid(space, 1.0))
 
 
 @kernel()
-def _sums(position, identity, species, repulsion, bonds, box, grid):
-    dimension, beads = len(box), len(position)
-    source = (position, position, None, identity, species)
-    ordered = empty_like(source)
-    cells = cell_buffers(grid, beads, 1)
-    sort_by_cell(source, ordered, box, grid, cells)
-    place, _, _, number, kinds = ordered
-    line, pairs = search_buffers(cells, box, grid)
-    force = np.zeros_like(position)
-    curvature = 0.0
-    at = (0, -1)
-    while at[0] < beads:
-        at, n = next_pairs(at, beads, place, cells, box, grid, 1.0, line, pairs)
-        strength = pairs.strength
-        pair_repulsion(strength, pairs, n, kinds, repulsion)
+def _sums(beads, pair, bonds, space, grid):
+    dimension, n_beads = len(space.edges), len(beads.identity)
+    ordered, search = sorted_beads(beads, space, grid)
+    pairs, species = search.pairs, ordered.species
+    total = np.zeros_like(beads.position)
+    laplacian = 0.0
+    at = first_place()
+    while at.slot < n_beads:
+        at, n = next_pairs(at, n_beads, ordered.position, search, 1.0)
+        gather_repulsion(pairs, n, species, pair)
         for p in range(n):
             r2 = CLOSEST
             for k in range(dimension):
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
-            a = strength_of(strength, p, kinds, repulsion)
-            push = a * max(0.0, 1.0 - r) / r
+            w = max(0.0, 1.0 - r)
+            a = repulsion_of(pairs, p, species, pair)
+            over_r = force(pair, a, r, w) / r
             # u'' + (d - 1) u' / r, for both beads of the pair
-            curvature += 2.0 * (a - (dimension - 1) * push)
-            push_apart(force, pairs.i[p], pairs.j[p], push, pairs.separation, p, box)
-    slot = no_slots(bonds, beads)
-    find_slots(slot, number, (np.uint64(0), np.uint64(beads)))
-    virial, energy = np.zeros((2, dimension, dimension)), np.zeros(2)
+            laplacian += 2.0 * (curvature(pair, a, r, w) - (dimension - 1) * over_r)
+            push_apart(total, pairs.i[p], pairs.j[p], over_r, pairs.separation, p, space)
+    slot = empty_slots(bonds, n_beads)
+    find_slots(slot, ordered.identity, Share(np.uint64(0), np.uint64(n_beads)))
+    sums = Sums(np.zeros((2, dimension, dimension)), np.zeros(2))
     for batch in range(batches(bonds)):
-        add_bond_forces(force, place, slot, bonds, batch, box, False, virial, energy)
-    curvature += bond_curvature(place, slot, bonds, box)
-    return np.array([(force * force).sum(), curvature])
-
-
-@part()
-def bond_curvature(position, slot, bonds, box):
-    """The part of bonds in the Laplacian."""
-    if bonds is None:
-        return 0.0
-    total = 0.0
-    for b in range(len(bonds.members)):
-        i, j = slot[bonds.members[b, 0]], slot[bonds.members[b, 1]]
-        r2 = CLOSEST
-        for k in range(len(box)):
-            d = position[i, k] - position[j, k]
-            d -= box[k] * np.rint(d / box[k])
-            r2 += d * d
-        pull = 1.0 - bonds.length / np.sqrt(r2)
-        total += 2.0 * bonds.stiffness * (1.0 + (len(box) - 1) * pull)
-    return total
+        add_bond_forces(total, ordered.position, slot, bonds, batch, space, sums, False)
+    laplacian += bond_curvature(ordered.position, slot, bonds, space)
+    return np.array([(total * total).sum(), laplacian])

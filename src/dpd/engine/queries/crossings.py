@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.neighbours.search import next_pairs, search_buffers
-from dpd.engine.periodic import nearest, wrapped
+from dpd.engine.neighbours.cells import grid
+from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
+from dpd.engine.queries.sorted_beads import sorted_beads
+from dpd.engine.space import Space, nearest, wrapped
+from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel
 
@@ -42,25 +44,23 @@ def crossing_bonds(position, members, box):
     half = 0.5 * bond
     middle = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
-    cells = grid(box, max(reach, SMALLEST_CELL))
-    return _crossing(rows_of(middle), rows_of(half), members, box, cells, reach)
+    space = Space(tuple(map(float, box)))
+    cells = grid(space, max(reach, SMALLEST_CELL))
+    return _crossing(rows_of(middle), rows_of(half), members, space, cells, reach)
 
 
 @kernel()
-def _crossing(middle, half, members, box, grid, reach):
+def _crossing(middle, half, members, space, grid, reach):
     """Two segments meet unless a line along one of them has the other on one side."""
     bonds = len(middle)
-    source = (middle, half, None, np.arange(bonds).astype(np.uint32), None)
-    ordered = empty_like(source)
-    cells = cell_buffers(grid, bonds, 1)
-    sort_by_cell(source, ordered, box, grid, cells)
-    middles, halves, _, numbers, _ = ordered
-    line, pairs = search_buffers(cells, box, grid)
+    beads = Beads(middle, half, None, np.arange(bonds).astype(np.uint32), None)
+    ordered, search = sorted_beads(beads, space, grid)
+    halves, numbers, pairs = ordered.velocity, ordered.identity, search.pairs
     found = np.empty((2, 16), np.uint32)
     total = 0
-    at = (0, -1)
-    while at[0] < bonds:
-        at, n = next_pairs(at, bonds, middles, cells, box, grid, reach, line, pairs)
+    at = first_place()
+    while at.slot < bonds:
+        at, n = next_pairs(at, bonds, ordered.position, search, reach)
         for p in range(n):
             i, j = pairs.i[p], pairs.j[p]
             x, y = pairs.separation[0, p], pairs.separation[1, p]

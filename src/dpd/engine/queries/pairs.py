@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.neighbours.search import next_pairs, search_buffers
+from dpd.engine.neighbours.cells import grid
+from dpd.engine.neighbours.search import first_place, next_pairs
+from dpd.engine.queries.sorted_beads import sorted_beads
+from dpd.engine.space import Space
+from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import rows_of
 from dpd.jit import kernel
 
@@ -29,26 +32,24 @@ def pair_histogram(position, box, farthest, bins):
     (bins,) array
         Pairs at their nearest images, each counted once.
     """
-    cells = grid(box, max(farthest, SMALLEST_CELL))
-    return _histogram(rows_of(position), box, cells, farthest, bins)
+    space = Space(tuple(map(float, box)))
+    cells = grid(space, max(farthest, SMALLEST_CELL))
+    return _histogram(rows_of(position), space, cells, farthest, bins)
 
 
 @kernel()
-def _histogram(position, box, grid, farthest, bins):
-    beads = len(position)
-    source = (position, position, None, np.empty(beads, np.uint32), None)
-    ordered = empty_like(source)
-    cells = cell_buffers(grid, beads, 1)
-    sort_by_cell(source, ordered, box, grid, cells)
-    line, pairs = search_buffers(cells, box, grid)
+def _histogram(position, space, grid, farthest, bins):
+    beads = Beads(position, position, None, np.empty(len(position), np.uint32), None)
+    ordered, search = sorted_beads(beads, space, grid)
+    separation = search.pairs.separation
     counts = np.zeros(bins)
     scale = bins / farthest
-    at = (0, -1)
-    while at[0] < beads:
-        at, n = next_pairs(at, beads, ordered[0], cells, box, grid, farthest, line, pairs)
+    at = first_place()
+    while at.slot < len(position):
+        at, n = next_pairs(at, len(position), ordered.position, search, farthest)
         for p in range(n):
             r2 = 0.0
-            for k in range(len(box)):
-                r2 += pairs.separation[k, p] * pairs.separation[k, p]
+            for k in range(len(space.edges)):
+                r2 += separation[k, p] * separation[k, p]
             counts[min(int(np.sqrt(r2) * scale), bins - 1)] += 1.0
     return counts

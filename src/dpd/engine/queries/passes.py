@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from dpd.engine.neighbours.cells import cell_buffers, empty_like, grid, sort_by_cell
-from dpd.engine.neighbours.search import next_pairs, search_buffers
-from dpd.engine.periodic import nearest, wrapped
+from dpd.engine.neighbours.cells import grid
+from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
+from dpd.engine.queries.sorted_beads import sorted_beads
+from dpd.engine.space import Space, nearest, wrapped
+from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel, part
 
@@ -53,8 +55,9 @@ def passed_bonds(before, after, members, box):
     # A bond reaches no further from its middle than its ends do, at either time.
     reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
     reach = min(reach, 0.5 * min(box))
-    cells = grid(box, max(reach, SMALLEST_CELL))
-    return _passed(rows_of(wrapped(middle, box)), ends, move, members, box, cells, reach)
+    space = Space(tuple(map(float, box)))
+    cells = grid(space, max(reach, SMALLEST_CELL))
+    return _passed(rows_of(wrapped(middle, box)), ends, move, members, space, cells, reach)
 
 
 @part()
@@ -95,20 +98,17 @@ def _axis(k, bond, ends, move, t):
 
 
 @kernel()
-def _passed(middle, ends, move, members, box, grid, reach):
+def _passed(middle, ends, move, members, space, grid, reach):
     bonds = len(middle)
-    source = (middle, middle, None, np.arange(bonds).astype(np.uint32), None)
-    ordered = empty_like(source)
-    cells = cell_buffers(grid, bonds, 1)
-    sort_by_cell(source, ordered, box, grid, cells)
-    numbers = ordered[3]
-    line, pairs = search_buffers(cells, box, grid)
+    beads = Beads(middle, middle, None, np.arange(bonds).astype(np.uint32), None)
+    ordered, search = sorted_beads(beads, space, grid)
+    numbers, pairs = ordered.identity, search.pairs
     found = np.empty((2, 16), np.uint32)
     total = 0
     x = np.empty(3)
-    at = (0, -1)
-    while at[0] < bonds:
-        at, n = next_pairs(at, bonds, ordered[0], cells, box, grid, reach, line, pairs)
+    at = first_place()
+    while at.slot < bonds:
+        at, n = next_pairs(at, bonds, ordered.position, search, reach)
         for s in range(n):
             one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
             for k in range(3):

@@ -31,6 +31,16 @@ class Team(NamedTuple):
     counters: np.ndarray
 
 
+class Share(NamedTuple):
+    """Things from ``first`` up to ``end``, without it.
+
+    Unsigned: of a signed index every loop would ask whether it counts from the end.
+    """
+
+    first: int
+    end: int
+
+
 def new_team(size):
     """One `Team` per thread."""
     counters = np.zeros((1 + size) * LINE, np.int64)
@@ -68,7 +78,7 @@ def meet(team):
 
 
 @part()
-def take(team, kind, first, end):
+def next_task(team, kind, first, end):
     """One of the tasks from ``first`` to ``end`` that nobody has taken; ``end`` if all are.
 
     A thread has a part of them that it begins with, the same in every step, so that what it
@@ -98,9 +108,6 @@ def new_round(team):
 
 
 @part()
-def share(team, n):
-    """First and end of a thread's own part of n things.
-
-    Unsigned, as a signed index is looked at whether it counts from the end, in every loop.
-    """
-    return np.uint64(n * team.rank // team.size), np.uint64(n * (team.rank + 1) // team.size)
+def share_of(team, n):
+    """The `Share` of a thread in n things."""
+    return Share(np.uint64(n * team.rank // team.size), np.uint64(n * (team.rank + 1) // team.size))

@@ -29,15 +29,15 @@ def lowest(typing, word):
 
 
 @intrinsic
-def near(typing, position, box, own, first, limit):
-    """Which of `LANES` places from ``first`` on lie nearer than sqrt(limit) to place ``own``.
+def near(typing, position, space, place, first, limit):
+    """Which of `LANES` places from ``first`` on lie nearer than sqrt(limit) to ``place``.
 
     Written out as vectors because no loop with this few turns is made into them.
     """
-    dimension = len(box)
+    dimension = len(space.types[0])
 
     def code(context, builder, signature, arguments):
-        array, _, own, first, limit = arguments
+        array, _, place, first, limit = arguments
         array = context.make_array(position)(context, builder, array)
         vector = ir.VectorType(ir.DoubleType(), LANES)
         zero = ir.Constant(ir.IntType(32), 0)
@@ -47,13 +47,13 @@ def near(typing, position, box, own, first, limit):
             one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, zero)
             return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), lanes)
 
-        def pointer(k, place):
-            index = [ir.Constant(place.type, k), place]
+        def pointer(k, at):
+            index = [ir.Constant(at.type, k), at]
             return cgutils.get_item_pointer(context, builder, position, array, index)
 
         square = ir.Constant(vector, [0.0] * LANES)
         for k in range(dimension):
-            ours = all_lanes(builder.load(pointer(k, own)))
+            ours = all_lanes(builder.load(pointer(k, place)))
             theirs = builder.bitcast(pointer(k, first), vector.as_pointer())
             apart = builder.fsub(ours, builder.load(theirs, align=8))
             squared = builder.fmul(apart, apart, flags=["contract"])
@@ -61,4 +61,4 @@ def near(typing, position, box, own, first, limit):
         hit = builder.fcmp_ordered("<", square, all_lanes(limit))
         return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
 
-    return types.uint64(position, box, own, first, limit), code
+    return types.uint64(position, space, place, first, limit), code

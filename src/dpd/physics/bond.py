@@ -1,0 +1,38 @@
+"""Harmonic bonds (Groot and Warren 1997, Eq. 25; with a rest length, Nikunen et al. 2007, Eq. 5).
+
+u(r)   =  C (r - l)^2 / 2
+F(r)   = -C (r - l)
+u''(r) =  C
+"""
+
+from typing import NamedTuple
+
+# Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
+# bead than to its own. It may so in this share of all bonds and steps; see dpd.observe.stretch.
+STRETCHED = 0.48
+MOST_STRETCHED = 1e-4
+
+
+class Bond(NamedTuple):
+    """A harmonic bond.
+
+    Attributes
+    ----------
+    stiffness, length : float
+        C in kT / r_c^2, and the rest length l in r_c.
+    """
+
+    stiffness: float
+    length: float
+
+    def force_over_r(self, r):
+        """Force over distance, F / r."""
+        return -self.stiffness * (1.0 - self.length / r)
+
+    def energy(self, r):
+        """Energy u."""
+        return 0.5 * self.stiffness * (r - self.length) ** 2
+
+    def curvature(self, r):
+        """Second derivative u''."""
+        return self.stiffness

@@ -1,0 +1,38 @@
+"""The soft repulsion of dissipative particle dynamics.
+
+Two beads closer than the cutoff, r < 1, push each other apart (Groot and Warren 1997, Eq. 4):
+
+    u(r)   =  a_ij (1 - r)^2 / 2        energy
+    F(r)   =  a_ij (1 - r)              force, -u'
+    u''(r) =  a_ij                      curvature
+
+The methods are given w = max(0, 1 - r) as well, which is zero from the cutoff on.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Soft(NamedTuple):
+    """The soft repulsion.
+
+    Attributes
+    ----------
+    repulsion : (species, species) array
+        a_ij in kT / r_c.
+    """
+
+    repulsion: np.ndarray
+
+    def force(self, a, r, w):
+        """Force F at distance r, for a pair with the repulsion a."""
+        return a * w
+
+    def energy(self, a, r, w):
+        """Energy u."""
+        return 0.5 * a * w * w
+
+    def curvature(self, a, r, w):
+        """Second derivative u'' within the cutoff."""
+        return a
