@@ -1,6 +1,9 @@
 """Imports run one way: every room of the house stands on those below it."""
 
 import ast
+import os
+import subprocess
+import sys
 from itertools import chain
 
 import pytest
@@ -78,6 +81,16 @@ def test_a_scene_knows_schemes_alone():
     physics = {name for name in names if name.startswith("physics")}
     assert physics == {"physics.schemes.scheme_named"}
     assert not any(name.startswith("engine") for name in names)
+
+
+def test_a_plan_needs_no_numba():
+    """Nor xarray: Snakemake reads studies and digests in every process that it starts."""
+    program = "import sys, dpd.pipeline.study, dpd.stages; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+    assert not {"numba", "xarray", "matplotlib"} & set(done.stdout.split())
 
 
 def test_of_the_pipeline_a_report_knows_paths():
