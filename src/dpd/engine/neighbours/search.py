@@ -15,7 +15,7 @@ from dpd.engine.neighbours.cells import SPARE, Cells, Grid
 from dpd.engine.space import Space
 from dpd.engine.vectors.bits import LANES, lowest, near, popcount
 from dpd.engine.vectors.rows import sum_to_column
-from dpd.jit import part
+from dpd.jit import inner, part
 
 U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
 PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
@@ -152,7 +152,7 @@ def new_search(cells, space, grid):
     return Search(cells, space, grid, line, pairs)
 
 
-@part()
+@inner()
 def merge_rows(row, position, search):
     """Fill the line with a row and those ahead of it."""
     cells, space, grid, line, _ = search
@@ -168,7 +168,7 @@ def merge_rows(row, position, search):
     join_ends(line, space, levels)
 
 
-@part()
+@inner()
 def make_room(row, start, levels, grid, line):
     """Find where levels begin on a line, and where beads of each row go."""
     rows, first = grid.base.shape[1], line.first
@@ -192,7 +192,7 @@ def make_room(row, start, levels, grid, line):
         line.ahead[z + U1] = first[z + U1] + end - begin
 
 
-@part()
+@inner()
 def join_ends(line, space, levels):
     """Put the last level before the first, the first after the last, fillers at the end."""
     first = line.first
@@ -207,7 +207,7 @@ def join_ends(line, space, levels):
             line.position[k, end + t] = FAR
 
 
-@part()
+@inner()
 def copy_level(line, first, end, to, boxes, space):
     """Copy places ``first`` to ``end``, moved by so many boxes along the row."""
     last, n = len(space.edges) - 1, uint64(end - first)
@@ -221,7 +221,7 @@ def copy_level(line, first, end, to, boxes, space):
         line.slot[target + t] = line.slot[source + t]
 
 
-@part()
+@inner()
 def find_partners(bead, level, limit, space, line, hits):
     """Append the pairs of the row's own bead at place ``bead`` that are not yet found.
 
@@ -249,7 +249,7 @@ def find_partners(bead, level, limit, space, line, hits):
     return hits
 
 
-@part()
+@inner()
 def ones(end, begin):
     """A word with a bit for each place before ``end`` from ``begin`` on."""
     if end <= begin:
@@ -258,7 +258,7 @@ def ones(end, begin):
     return ~U0 if n >= WORD else uint64((U1 << n) - U1)
 
 
-@part()
+@inner()
 def unpack_hits(hits, search, n):
     """Append what was found to the pairs."""
     line, pairs = search.line, search.pairs
@@ -271,13 +271,13 @@ def unpack_hits(hits, search, n):
     return uint64(n + hits)
 
 
-@part()
+@inner()
 def first_place():
     """Where a search through all beads begins."""
     return Place(int64(0), int64(-1))
 
 
-@part()
+@inner()
 def place_of_piece(piece, cells, grid):
     """Where a search through one piece of a block begins, and the slot at which it ends."""
     first, end = grid.blocks.rows[piece, 0], grid.blocks.rows[piece, 1]
@@ -285,7 +285,7 @@ def place_of_piece(piece, cells, grid):
     return Place(int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
 
 
-@part()
+@inner()
 def next_pairs(at, end, position, search, cutoff):
     """Find some more pairs closer than the cutoff.
 
