@@ -9,14 +9,14 @@ import numpy as np
 
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_PAIRS
 from dpd.engine.vectors.rows import difference_along, push_apart
-from dpd.jit import inner
+from dpd.jit import part
 from dpd.physics.forces import energy, force
 from dpd.physics.noise import gaussian_noise, uniform_noise
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
 
 
-@inner()
+@part()
 def gather_repulsion(pairs, n, species, pair):
     """Fill ``pairs.repulsion[:n]`` with a_ij, if there are species."""
     if species is not None:
@@ -24,7 +24,7 @@ def gather_repulsion(pairs, n, species, pair):
             pairs.repulsion[p] = pair.repulsion[species[pairs.i[p]], species[pairs.j[p]]]
 
 
-@inner()
+@part()
 def repulsion_of(pairs, p, species, pair):
     """a_ij of pair p; without species there is one value."""
     if species is None:
@@ -32,7 +32,7 @@ def repulsion_of(pairs, p, species, pair):
     return pairs.repulsion[p]
 
 
-@inner()
+@part()
 def gather_friction(pairs, n, velocity, identity, friction, space, keys):
     """Fill ``pairs.approach[:n]`` with r_ij . v_ij and ``pairs.theta[:n]`` with noise."""
     if friction is None:
@@ -50,7 +50,7 @@ def gather_friction(pairs, n, velocity, identity, friction, space, keys):
         uniform_noise(pairs.theta, pairs.low, pairs.high, n, keys)
 
 
-@inner()
+@part()
 def thermostat_force(pairs, p, friction, inverse, w):
     """Friction and noise of pair p; zero without."""
     if friction is None:
@@ -58,7 +58,7 @@ def thermostat_force(pairs, p, friction, inverse, w):
     return force(friction, pairs.approach[p], inverse, w, pairs.theta[p])
 
 
-@inner()
+@part()
 def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
     """Add the forces of ``n`` pairs; leave F / r and w / r in the pairs.
 
@@ -97,7 +97,7 @@ def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
         push_apart(total, pairs.i[p], pairs.j[p], pairs.force_over_r[p], pairs.separation, p, space)
 
 
-@inner()
+@part()
 def measure_pairs(sums, pairs, n, species, pair, space):
     """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to a task's sums."""
     dimension = len(space.edges)

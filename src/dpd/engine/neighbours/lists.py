@@ -10,7 +10,7 @@ from dpd.engine.space import nearest_images, squared_distance
 from dpd.engine.threads.team import BLOCKS, meet, next_task
 from dpd.engine.vectors.arrays import columns
 from dpd.engine.vectors.rows import copy_row
-from dpd.jit import inner, part
+from dpd.jit import part
 
 CHUNK = 1024  # pairs whose forces are worked out together: their buffers stay in cache
 
@@ -120,7 +120,7 @@ def farthest_move(position, listed, mine, space):
     return farthest
 
 
-@inner()
+@part()
 def listed_pairs(first, end, position, listed, space, pairs):
     """Fill the pairs with up to `CHUNK` of the list from ``first`` to ``end``; return how many."""
     n = np.uint64(min(CHUNK, end - first))

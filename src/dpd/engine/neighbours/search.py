@@ -15,7 +15,7 @@ from dpd.engine.neighbours.cells import SPARE, Cells, Grid
 from dpd.engine.space import Space
 from dpd.engine.vectors.bits import LANES, lowest, near, popcount
 from dpd.engine.vectors.rows import sum_to_column
-from dpd.jit import inner, part
+from dpd.jit import part, searching
 
 U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
 PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
@@ -152,23 +152,24 @@ def new_search(cells, space, grid):
     return Search(cells, space, grid, line, pairs)
 
 
-@inner()
+@searching()
 def merge_rows(row, position, search):
     """Fill the line with a row and those ahead of it."""
-    cells, space, grid, line, _ = search
-    start, level = cells.start, cells.level
-    levels, rows = grid.shape[len(space.edges) - 1], grid.base.shape[1]
-    make_room(row, start, levels, grid, line)
+    start, level = search.cells.start, search.cells.level
+    base, shift, to = search.grid.base, search.grid.shift, search.line.to
+    levels, rows = search.grid.shape[len(search.space.edges) - 1], base.shape[1]
+    make_room(row, start, levels, search.grid, search.line)
+    target, slot = search.line.position, search.line.slot
     for r in range(rows):
-        base = grid.base[row, r]
-        for s in range(uint64(start[base]), uint64(start[base + levels])):
-            place = uint64(line.to[r, level[s]]) + s
-            sum_to_column(line.position, place, position, s, grid.shift, row * rows + r, space)
-            line.slot[place] = uint32(s)
-    join_ends(line, space, levels)
+        first = base[row, r]
+        for s in range(uint64(start[first]), uint64(start[first + levels])):
+            place = uint64(to[r, level[s]]) + s
+            sum_to_column(target, place, position, s, shift, row * rows + r, search.space)
+            slot[place] = uint32(s)
+    join_ends(search.line, search.space, levels)
 
 
-@inner()
+@searching()
 def make_room(row, start, levels, grid, line):
     """Find where levels begin on a line, and where beads of each row go."""
     rows, first = grid.base.shape[1], line.first
@@ -192,7 +193,7 @@ def make_room(row, start, levels, grid, line):
         line.ahead[z + U1] = first[z + U1] + end - begin
 
 
-@inner()
+@searching()
 def join_ends(line, space, levels):
     """Put the last level before the first, the first after the last, fillers at the end."""
     first = line.first
@@ -207,7 +208,7 @@ def join_ends(line, space, levels):
             line.position[k, end + t] = FAR
 
 
-@inner()
+@searching()
 def copy_level(line, first, end, to, boxes, space):
     """Copy places ``first`` to ``end``, moved by so many boxes along the row."""
     last, n = len(space.edges) - 1, uint64(end - first)
@@ -221,7 +222,7 @@ def copy_level(line, first, end, to, boxes, space):
         line.slot[target + t] = line.slot[source + t]
 
 
-@inner()
+@searching()
 def find_partners(bead, level, limit, space, line, hits):
     """Append the pairs of the row's own bead at place ``bead`` that are not yet found.
 
@@ -249,7 +250,7 @@ def find_partners(bead, level, limit, space, line, hits):
     return hits
 
 
-@inner()
+@searching()
 def ones(end, begin):
     """A word with a bit for each place before ``end`` from ``begin`` on."""
     if end <= begin:
@@ -258,7 +259,7 @@ def ones(end, begin):
     return ~U0 if n >= WORD else uint64((U1 << n) - U1)
 
 
-@inner()
+@searching()
 def unpack_hits(hits, search, n):
     """Append what was found to the pairs."""
     line, pairs = search.line, search.pairs
@@ -271,13 +272,13 @@ def unpack_hits(hits, search, n):
     return uint64(n + hits)
 
 
-@inner()
+@part()
 def first_place():
     """Where a search through all beads begins."""
     return Place(int64(0), int64(-1))
 
 
-@inner()
+@part()
 def place_of_piece(piece, cells, grid):
     """Where a search through one piece of a block begins, and the slot at which it ends."""
     first, end = grid.blocks.rows[piece, 0], grid.blocks.rows[piece, 1]
@@ -285,7 +286,7 @@ def place_of_piece(piece, cells, grid):
     return Place(int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
 
 
-@inner()
+@searching()
 def next_pairs(at, end, position, search, cutoff):
     """Find some more pairs closer than the cutoff.
 
@@ -308,22 +309,22 @@ def next_pairs(at, end, position, search, cutoff):
     n : uint64
         How many pairs were found: `PAIRS_AT_ONCE` or a few more, or all that were left.
     """
-    cells, space, grid, line, _ = search
+    start, levels_of, to = search.cells.start, search.cells.level, search.line.to
+    levels = search.grid.shape[len(search.space.edges) - 1]
     s, row = at
-    levels = grid.shape[len(space.edges) - 1]
     n = U0
     while n < PAIRS_AT_ONCE and s < end:
-        stop = int64(cells.start[(row + 1) * levels])  # of the row; for row -1, 0
+        stop = int64(start[(row + 1) * levels])  # of the row; for row -1, 0
         if s == stop:
             while s == stop:
                 row += 1
-                stop = int64(cells.start[(row + 1) * levels])
+                stop = int64(start[(row + 1) * levels])
             merge_rows(row, position, search)
         hits = U0
         while s < stop and n + hits < PAIRS_AT_ONCE:
-            level = int64(cells.level[s])
-            bead = uint64(line.to[0, level] + s)
-            hits = find_partners(bead, level, cutoff * cutoff, space, line, hits)
+            level = int64(levels_of[s])
+            bead = uint64(to[0, level] + s)
+            hits = find_partners(bead, level, cutoff * cutoff, search.space, search.line, hits)
             s += 1
         n = unpack_hits(hits, search, n)
     return Place(s, row), n
