@@ -37,10 +37,13 @@ class Pairs(NamedTuple):
         Slots of the two beads.
     separation : (dimension, size) array
         r_i - r_j at the nearest image.
-    repulsion, approach, theta : (size,) arrays
-        What the forces need of each pair: a_ij, r_ij . v_ij, a random number.
-    force_over_r, weight_over_r : (size,) arrays
-        What the forces find: F / r and w / r.
+    repulsion, approach : (size,) arrays
+        What the forces need of each pair: a_ij and r_ij . v_ij.
+    theta : (size,) array
+        A random number of each pair. The loop that uses it up leaves w / r in its place: with an
+        array more, forces between several species are not rounded as they have always been.
+    force_over_r : (size,) array
+        What the forces find: F / r.
     low, high : (size,) uint32 arrays
         The smaller and the larger of the two identities.
     """
@@ -52,7 +55,6 @@ class Pairs(NamedTuple):
     approach: np.ndarray
     theta: np.ndarray
     force_over_r: np.ndarray
-    weight_over_r: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
@@ -98,7 +100,6 @@ def pair_buffers(dimension, size):
         np.empty(size, np.uint32),
         np.empty(size, np.uint32),
         np.empty((dimension, size)),
-        np.empty(size),
         np.empty(size),
         np.empty(size),
         np.empty(size),
