@@ -60,7 +60,7 @@ def thermostat_force(pairs, p, friction, inverse, w):
 
 @part()
 def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
-    """Add the forces of ``n`` pairs; leave F / r and w / r in the pairs.
+    """Add the forces of ``n`` pairs; leave F / r and, in the place of theta, w / r.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
         w = max(0.0, 1.0 - r)
         push = force(pair, repulsion_of(pairs, p, species, pair), r, w)
         pairs.force_over_r[p] = inverse * (push + thermostat_force(pairs, p, friction, inverse, w))
-        pairs.weight_over_r[p] = w * inverse
+        pairs.theta[p] = w * inverse
     for p in range(n):
         push_apart(total, pairs.i[p], pairs.j[p], pairs.force_over_r[p], pairs.separation, p, space)
 

@@ -63,7 +63,7 @@ def from_none(touching):
 def with_pairs(touching, pairs, n, gamma, space):
     """Those of ``n`` pairs that are within the cutoff as well.
 
-    ``pairs.weight_over_r`` holds w / r.
+    ``pairs.theta`` holds w / r.
     """
     if touching is None:
         return None
@@ -71,7 +71,7 @@ def with_pairs(touching, pairs, n, gamma, space):
     if count + np.int64(n) >= ends.shape[1]:
         size = 2 * (count + np.int64(n))
         ends, drag = columns(ends, count, size), columns(drag, count, size)
-    root, weight = np.sqrt(gamma), pairs.weight_over_r
+    root, weight = np.sqrt(gamma), pairs.theta
     end = np.uint64(count)
     for p in range(n):
         ends[0, end] = pairs.i[p]

@@ -106,11 +106,12 @@ class Simulation:
     def _call(self, steps, measure):
         system, state, dimension = self.system, self.state, self.system.dimension
         beads = _rows_of_state(system, state)
+        spare = Beads(*map(_empty_like, beads))
         reference = None
         if system.skin > 0:
             reference = rows_of(state.position if state.reference is None else state.reference)
         force = rows_of(state.force if steps else np.zeros_like(state.force))
-        shared, spare = self._shared(), Beads(*map(_empty_like, beads))
+        shared = self._shared()
         span = Span(state.step, steps, measure)
         beads, lost = self._all_threads(self._plan, beads, spare, force, reference, shared, span)
         if lost.bead >= 0:

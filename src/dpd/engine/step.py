@@ -129,10 +129,22 @@ class Span(NamedTuple):
 
 
 class Evaluation(NamedTuple):
-    """One evaluation of the forces: keys of its noise, and whether it is measured."""
+    """One evaluation of the forces.
+
+    Attributes
+    ----------
+    keys : Keys
+        Of its noise.
+    measure : bool
+        Whether virial and energy are added up.
+    virial, energy : arrays
+        Where to, see `Shared`.
+    """
 
     keys: Keys
     measure: bool
+    virial: np.ndarray
+    energy: np.ndarray
 
 
 class Lost(NamedTuple):
@@ -195,7 +207,8 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
             team, plan, beads.position, mine, listed, shared.cells, sort_now, s == 0
         )
         meet(team)
-        now = Evaluation(step_keys(plan.seed, step), span.measure and s + 1 >= span.steps)
+        measure = span.measure and s + 1 >= span.steps
+        now = Evaluation(step_keys(plan.seed, step), measure, shared.virial, shared.energy)
         touching = add_forces(team, plan, beads, force, shared, listed, touching, now)
         add_langevin(plan, beads, force, mine, now)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
@@ -274,9 +287,7 @@ def add_searched(team, plan, beads, force, shared, touching, now):
                 at, end = place_of_piece(piece, shared.cells, plan.grid)
                 while at.slot < end:
                     at, n = next_pairs(at, end, beads.position, search, 1.0)
-                    touching = add_some(
-                        plan, beads, force, search.pairs, n, Task(task, shared), touching, now
-                    )
+                    touching = add_some(plan, beads, force, search.pairs, n, task, touching, now)
             block = next_task(team, BLOCKS + phase, first, last)
         close_phase(touching, phase)
     return touching
@@ -293,16 +304,9 @@ def add_listed(team, plan, beads, force, shared, listed, touching, now):
             task, end = first_task + listed.block[q], listed.end[q + 1]
             for first in range(listed.end[q], end, CHUNK):
                 n = listed_pairs(first, end, beads.position, listed, plan.space, pairs)
-                touching = add_some(plan, beads, force, pairs, n, Task(task, shared), touching, now)
+                touching = add_some(plan, beads, force, pairs, n, task, touching, now)
         close_phase(touching, phase)
     return touching
-
-
-class Task(NamedTuple):
-    """A share of the work, whose sums are kept apart: a batch of bonds or a block of cells."""
-
-    number: int
-    shared: Shared
 
 
 @part()
@@ -311,8 +315,7 @@ def add_some(plan, beads, force, pairs, n, task, touching, now):
     velocity = velocity_of_friction(beads.velocity, beads.predicted)
     add_pair_forces(force, pairs, n, velocity, beads, plan, now.keys)
     if now.measure:
-        shared, number = task.shared, task.number
-        sums = Sums(shared.virial[number], shared.energy[number])
+        sums = Sums(now.virial[task], now.energy[task])
         measure_pairs(sums, pairs, n, beads.species, plan.forces.pair, plan.space)
     gamma = gamma_of(plan.forces.friction, plan.forces.exchange)
     return with_pairs(touching, pairs, n, gamma, plan.space)

@@ -15,7 +15,7 @@ from dpd.engine.neighbours.cells import SPARE, Cells, Grid
 from dpd.engine.space import Space
 from dpd.engine.vectors.bits import LANES, lowest, near, popcount
 from dpd.engine.vectors.rows import sum_to_column
-from dpd.jit import part
+from dpd.jit import part, searching
 
 U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
 PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
@@ -37,10 +37,13 @@ class Pairs(NamedTuple):
         Slots of the two beads.
     separation : (dimension, size) array
         r_i - r_j at the nearest image.
-    repulsion, approach, theta : (size,) arrays
-        What the forces need of each pair: a_ij, r_ij . v_ij, a random number.
-    force_over_r, weight_over_r : (size,) arrays
-        What the forces find: F / r and w / r.
+    repulsion, approach : (size,) arrays
+        What the forces need of each pair: a_ij and r_ij . v_ij.
+    theta : (size,) array
+        A random number of each pair. The loop that uses it up leaves w / r in its place: with an
+        array more, forces between several species are not rounded as they have always been.
+    force_over_r : (size,) array
+        What the forces find: F / r.
     low, high : (size,) uint32 arrays
         The smaller and the larger of the two identities.
     """
@@ -52,7 +55,6 @@ class Pairs(NamedTuple):
     approach: np.ndarray
     theta: np.ndarray
     force_over_r: np.ndarray
-    weight_over_r: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
@@ -98,7 +100,6 @@ def pair_buffers(dimension, size):
         np.empty(size, np.uint32),
         np.empty(size, np.uint32),
         np.empty((dimension, size)),
-        np.empty(size),
         np.empty(size),
         np.empty(size),
         np.empty(size),
@@ -152,23 +153,24 @@ def new_search(cells, space, grid):
     return Search(cells, space, grid, line, pairs)
 
 
-@part()
+@searching()
 def merge_rows(row, position, search):
     """Fill the line with a row and those ahead of it."""
-    cells, space, grid, line, _ = search
-    start, level = cells.start, cells.level
-    levels, rows = grid.shape[len(space.edges) - 1], grid.base.shape[1]
-    make_room(row, start, levels, grid, line)
+    start, level = search.cells.start, search.cells.level
+    base, shift, to = search.grid.base, search.grid.shift, search.line.to
+    levels, rows = search.grid.shape[len(search.space.edges) - 1], base.shape[1]
+    make_room(row, start, levels, search.grid, search.line)
+    target, slot = search.line.position, search.line.slot
     for r in range(rows):
-        base = grid.base[row, r]
-        for s in range(uint64(start[base]), uint64(start[base + levels])):
-            place = uint64(line.to[r, level[s]]) + s
-            sum_to_column(line.position, place, position, s, grid.shift, row * rows + r, space)
-            line.slot[place] = uint32(s)
-    join_ends(line, space, levels)
+        first = base[row, r]
+        for s in range(uint64(start[first]), uint64(start[first + levels])):
+            place = uint64(to[r, level[s]]) + s
+            sum_to_column(target, place, position, s, shift, row * rows + r, search.space)
+            slot[place] = uint32(s)
+    join_ends(search.line, search.space, levels)
 
 
-@part()
+@searching()
 def make_room(row, start, levels, grid, line):
     """Find where levels begin on a line, and where beads of each row go."""
     rows, first = grid.base.shape[1], line.first
@@ -192,7 +194,7 @@ def make_room(row, start, levels, grid, line):
         line.ahead[z + U1] = first[z + U1] + end - begin
 
 
-@part()
+@searching()
 def join_ends(line, space, levels):
     """Put the last level before the first, the first after the last, fillers at the end."""
     first = line.first
@@ -207,7 +209,7 @@ def join_ends(line, space, levels):
             line.position[k, end + t] = FAR
 
 
-@part()
+@searching()
 def copy_level(line, first, end, to, boxes, space):
     """Copy places ``first`` to ``end``, moved by so many boxes along the row."""
     last, n = len(space.edges) - 1, uint64(end - first)
@@ -221,7 +223,7 @@ def copy_level(line, first, end, to, boxes, space):
         line.slot[target + t] = line.slot[source + t]
 
 
-@part()
+@searching()
 def find_partners(bead, level, limit, space, line, hits):
     """Append the pairs of the row's own bead at place ``bead`` that are not yet found.
 
@@ -249,7 +251,7 @@ def find_partners(bead, level, limit, space, line, hits):
     return hits
 
 
-@part()
+@searching()
 def ones(end, begin):
     """A word with a bit for each place before ``end`` from ``begin`` on."""
     if end <= begin:
@@ -258,7 +260,7 @@ def ones(end, begin):
     return ~U0 if n >= WORD else uint64((U1 << n) - U1)
 
 
-@part()
+@searching()
 def unpack_hits(hits, search, n):
     """Append what was found to the pairs."""
     line, pairs = search.line, search.pairs
@@ -285,7 +287,7 @@ def place_of_piece(piece, cells, grid):
     return Place(int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
 
 
-@part()
+@searching()
 def next_pairs(at, end, position, search, cutoff):
     """Find some more pairs closer than the cutoff.
 
@@ -308,22 +310,22 @@ def next_pairs(at, end, position, search, cutoff):
     n : uint64
         How many pairs were found: `PAIRS_AT_ONCE` or a few more, or all that were left.
     """
-    cells, space, grid, line, _ = search
+    start, levels_of, to = search.cells.start, search.cells.level, search.line.to
+    levels = search.grid.shape[len(search.space.edges) - 1]
     s, row = at
-    levels = grid.shape[len(space.edges) - 1]
     n = U0
     while n < PAIRS_AT_ONCE and s < end:
-        stop = int64(cells.start[(row + 1) * levels])  # of the row; for row -1, 0
+        stop = int64(start[(row + 1) * levels])  # of the row; for row -1, 0
         if s == stop:
             while s == stop:
                 row += 1
-                stop = int64(cells.start[(row + 1) * levels])
+                stop = int64(start[(row + 1) * levels])
             merge_rows(row, position, search)
         hits = U0
         while s < stop and n + hits < PAIRS_AT_ONCE:
-            level = int64(cells.level[s])
-            bead = uint64(line.to[0, level] + s)
-            hits = find_partners(bead, level, cutoff * cutoff, space, line, hits)
+            level = int64(levels_of[s])
+            bead = uint64(to[0, level] + s)
+            hits = find_partners(bead, level, cutoff * cutoff, search.space, search.line, hits)
             s += 1
         n = unpack_hits(hits, search, n)
     return Place(s, row), n
