@@ -14,13 +14,13 @@ from pathlib import Path
 BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
+from dpd.analysis.published import entries_of, published
 from dpd.digest import ROOT, files_digest, stage_digest, value_digest
 from dpd.errors import UserError
 from dpd.pipeline.overlay import edited_in_vain
 from dpd.report.failures import say_at_exit
-from dpd.report.figure_file import figure_path
+from dpd.report.figure_file import figure_path, figure_files
 from dpd.report.overhead import overhead
-from dpd.scene.schema import read_yaml, validate
 from dpd.start.description import start_digest, start_is_shared
 from dpd.pipeline.study import page_suffix, read_config, read_paper
 
@@ -48,8 +48,7 @@ try:
     for name, paper in PAPERS.items():
         for figure in paper.figures:
             figure_path(name, figure)
-    PUBLISHED = read_yaml(ROOT / "paper_figures" / "published.yaml")
-    validate(PUBLISHED, "published", "paper_figures/published.yaml")
+        published(name)
 except UserError as problem:
     raise WorkflowError(str(problem)) from None
 

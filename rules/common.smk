@@ -121,5 +121,5 @@ def first_with_start(wildcards):
 def figure_digest(wildcards):
     """Digest of all that a figure's numbers and looks depend on: sources, its published numbers."""
     paper, figure = wildcards.paper, wildcards.figure
-    entries = {name: e for name, e in PUBLISHED.get(paper, {}).items() if e["figure"] == figure}
-    return f"{stage_digest('figure')} {files_digest(figure_path(paper, figure))} {value_digest(entries)}"
+    sources, entries = figure_files(paper, figure), entries_of(paper, figure)
+    return f"{stage_digest('figure')} {files_digest(*sources)} {value_digest(entries)}"

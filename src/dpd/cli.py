@@ -360,7 +360,7 @@ def _show(options):
 
 def _schemes(options):
     from dpd.files import replace_whole
-    from dpd.report.accuracy import recommendations
+    from dpd.report.recommended import recommendations
 
     text = recommendations(RESULTS / options.study / "benchmark" / "figures")
     replace_whole(options.output, lambda draft: draft.write_text(text))

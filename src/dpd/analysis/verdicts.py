@@ -1,16 +1,13 @@
 """Published numbers against ours."""
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import pandas as pd
 
-from dpd.digest import ROOT
+from dpd.analysis.published import PUBLISHED, published
 from dpd.errors import UserError
-from dpd.scene.schema import read_yaml, validate
 
-PUBLISHED = ROOT / "paper_figures" / "published.yaml"
 COLUMNS = [
     "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
     "rounding", "value", "error", "deviation_sigma", "resolution", "verdict", "note",
@@ -64,24 +61,6 @@ class Judgement:
     deviation: float = np.nan
     resolution: float = np.nan
     reason: str = ""
-
-
-def published(paper):
-    """Published numbers of a paper, if it has any: name to what published.yaml says of it.
-
-    Raises
-    ------
-    UserError
-        If an entry is not as config/schema/published.yaml has it.
-    """
-    return _all_published().get(paper, {})
-
-
-@cache
-def _all_published():
-    table = read_yaml(PUBLISHED)
-    validate(table, "published", str(PUBLISHED))
-    return table
 
 
 def judge(entry, measured):
