@@ -202,7 +202,7 @@ def test_linear_fit_recovers_and_widens():
 
 
 def test_linear_fit_of_terms_that_are_nearly_alike():
-    """Powers of a number between 100 and 101: normal equations would lose all digits."""
+    """Powers of a number between 100 and 101: normal equations keep two digits of the constant."""
     x = np.linspace(100, 101, 30)
     basis = np.stack([np.ones_like(x), x, x**2])
     found = linear_fit(basis, 3.0 + x - 0.5 * x**2, np.full(30, 0.1))
