@@ -14,6 +14,7 @@ from pathlib import Path
 BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
+from dpd.analysis.published import entries_of, published
 from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
@@ -23,7 +24,6 @@ from dpd.pipeline.study import read_config, read_paper
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
-from dpd.scene.schema import read_yaml, validate
 from dpd.scene.start import start_digest, start_is_shared
 from dpd.stages import (
     figure_sources, kernels_name, run_sources, stage_digest, start_sources, start_terms, terms_of
@@ -53,8 +53,7 @@ try:
     for name, paper in PAPERS.items():
         for figure in paper.figures:
             figure_path(name, figure)
-    PUBLISHED = read_yaml(ROOT / "paper_figures" / "published.yaml")
-    validate(PUBLISHED, "published", "paper_figures/published.yaml")
+        published(name)
 except UserError as problem:
     raise WorkflowError(str(problem)) from None
 

@@ -173,5 +173,5 @@ def option(name):
 def figure_digest(wildcards):
     """Digest of all that a figure's numbers and looks depend on: sources, its published numbers."""
     paper, figure = wildcards.paper, wildcards.figure
-    entries = {name: e for name, e in PUBLISHED.get(paper, {}).items() if e["figure"] == figure}
-    return f"{figure_sources(figure_path(paper, figure))} {value_digest(entries)}"
+    sources, entries = figure_sources(figure_path(paper, figure)), entries_of(paper, figure)
+    return f"{sources} {value_digest(entries)}"

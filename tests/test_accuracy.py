@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.accuracy import bound, cheapest, front, limit
+from dpd.analysis.accuracy import bound, cheapest, choices, front, limit
 from dpd.errors import UserError
-from dpd.report.accuracy import choices, recommendations
+from dpd.report.recommended import recommendations
 from dpd.scene import automatic
 from dpd.scene.scene import Scene
 
@@ -176,7 +176,7 @@ def test_recommendations_are_what_auto_reads(tmp_path, monkeypatch):
     finally:
         automatic.table.cache_clear()
     best = choices(data)[-1]
-    assert (best["tolerance"], best["scheme"]) == (0.003, "aboba")
+    assert (best.tolerance, best.scheme) == (0.003, "aboba")
     assert scene.data["integrator"] == {"scheme": "aboba", "lambda": 0.5, "dt": 0.04}
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from emcee.autocorr import integrated_time
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
@@ -46,6 +47,25 @@ def test_correlation_time_of_a_known_series():
     assert 0.95 * known < np.mean([correlation_time(x) for x in runs]) < 1.25 * known
     times = by_window(runs.T).times
     assert np.mean(4000 / times) == pytest.approx(known, rel=0.1)
+
+
+@pytest.mark.parametrize("memory", [0.5, MEMORY])
+def test_correlation_time_against_emcee(memory):
+    """emcee sums the same autocorrelation, 1 + 2 sum, up to the first lag of c times that.
+
+    With c of 2.5 that is our window, so that each series has the same sum; what we multiply it by
+    for the sample's own mean, 1 + (2 W + 1) / n, follows from the degrees of freedom. emcee's own
+    c of 5 is another estimator of the same time: over many series the means of both agree within
+    three standard errors of their difference.
+    """
+    n, runs = 20_000, correlated(np.random.default_rng(6), 60, 20_000, memory)
+    ours = by_window(runs.T)
+    tau = n / ours.times / (1 + 1 / (ours.degrees + 0.5))
+    same = np.array([integrated_time(x, c=2.5, tol=0)[0] for x in runs])
+    np.testing.assert_allclose(2 * tau, same, rtol=1e-9)
+    wider = np.array([integrated_time(x, c=5, tol=0)[0] for x in runs])
+    apart = 2 * n / ours.times - wider
+    assert abs(apart.mean()) < 3 * apart.std(ddof=1) / np.sqrt(len(runs))
 
 
 def test_widening_is_students_t():
@@ -181,6 +201,14 @@ def test_linear_fit_recovers_and_widens():
             linear_fit(basis, y, np.append(np.full(39, 0.1), broken))
 
 
+def test_linear_fit_of_terms_that_are_nearly_alike():
+    """Powers of a number between 100 and 101: normal equations keep two digits of the constant."""
+    x = np.linspace(100, 101, 30)
+    basis = np.stack([np.ones_like(x), x, x**2])
+    found = linear_fit(basis, 3.0 + x - 0.5 * x**2, np.full(30, 0.1))
+    np.testing.assert_allclose(found.values, [3, 1, -0.5], rtol=1e-4)
+
+
 def slab_profile(phi, blocks=40, bins=100, seed=4):
     """Counts of two slabs with a known minority fraction, Poisson like beads."""
     rng = np.random.default_rng(seed)
@@ -243,6 +271,10 @@ def test_chi_carries_the_error():
         ({"value": 0.1, "error": 0.01}, 0.1, 0.051, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.02, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.01, verdicts.REPLICATED),
+        ({"value": 0.533, "rival": 0.5}, 0.516, 0.01, verdicts.NOT_REACHED),
+        ({"value": 0.07}, 0.042, 0.025, verdicts.NOT_REACHED),
+        ({"value": 0.07}, 0.052, 0.025, verdicts.REPLICATED),
+        ({"value": 0.07}, 0.015, 0.025, verdicts.DEVIATES),
         ({"value": 0, "rival": 0.02}, 0.0, 0.02, verdicts.NOT_REACHED),
         ({"value": 0, "rival": 0.02}, 0.5, 0.02, verdicts.DEVIATES),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),

@@ -5,6 +5,7 @@ import pytest
 
 from dpd.analysis.chain_length import end_effect, meeting, power
 from dpd.analysis.statistics import COVERAGE
+from dpd.report.figure_file import load_module
 
 LENGTHS = np.array([8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 192.0, 256.0])
 REGIMES = ((8, 40), (60, np.inf))
@@ -102,3 +103,11 @@ def test_a_missing_regime_has_no_meeting():
     assert np.isnan(meeting(short, short**2, 0.03 * short**2, REGIMES)[0])
     rouse = LENGTHS**2
     assert np.isnan(meeting(LENGTHS, rouse, 0.03 * rouse, REGIMES, (2, 2))[0])
+
+
+def test_room_of_a_box_is_counted_in_mean_distances():
+    """Ends of Gaussian chains: <R> is below the root of <R^2>, and the rule is on <R>."""
+    vectors = np.random.default_rng(4).normal(size=(100_000, 3))
+    distance = np.sqrt((vectors**2).sum(axis=1))
+    rooms = load_module("nikunen_2007", "fig04_chains").room(5.0, np.sqrt((distance**2).mean()))
+    assert rooms == pytest.approx(5.0 / distance.mean(), rel=3e-3)

@@ -113,6 +113,40 @@ def test_width_against_chi(rho):
     assert np.all((np.std(pulls, axis=0) > 0.6) & (np.std(pulls, axis=0) < 1.2))
 
 
+def test_points_off_a_straight_line_decide_nothing():
+    """Their zero depends on which are fitted; points on one are taken, but for 1 in 100."""
+    chi, widths, refused = np.linspace(2.8, 5.5, 6), module("text_interface_width"), []
+    for power in (1.0, 1.3):
+        reasons = []
+        for _ in range(100):
+            true = (0.3 * (chi - 2.39) ** power) ** -0.5
+            data = xr.Dataset(
+                {
+                    "chi": ("excess", chi),
+                    "width": ("excess", true * (1 + RNG.normal(scale=0.01, size=6))),
+                    "width_error": ("excess", 0.01 * true),
+                    "fitted": ("excess", np.ones(6, dtype=bool)),
+                }
+            )
+            data["classical_p_value"] = widths.line(data, 3, 0.5)["p_value"]
+            reasons.append(widths.no_line(data, "classical"))
+        refused.append(sum("straight line" in reason for reason in reasons))
+    assert refused[0] <= 6 and refused[1] >= 94
+    assert "fewer than three" in widths.no_line(data.isel(excess=slice(0, 2)), "classical")
+
+
+def test_the_largest_difference_of_three_pressures():
+    """Between the two that are farthest apart, whichever these are, with their errors."""
+    scaled = module("fig04_scaled_pressure")
+    data = xr.Dataset({
+        "fluid_conservative": 20.0, "fluid_conservative_error": 0.003, "fluid_all": 20.1,
+        "fluid_all_error": 0.004, "from_rdf": 16.9, "from_rdf_error": 0.3,
+    })  # fmt: skip
+    found = scaled.routes(data)
+    assert found.value == pytest.approx(0.2 / 20)
+    assert found.error == pytest.approx(np.hypot(0.3, 0.004) / 20)
+
+
 def test_heat_in_the_same_boxes():
     """The mean ratio over boxes that both time steps have."""
     data = xr.Dataset(

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.diffusion import too_small
 from dpd.analysis.resampling import Resampled
 from dpd.report.figures import load_module
+from paper_figures.liu_2008.shared import too_small
 
 PAPER = "liu_2008"
 TIME = np.geomspace(0.1, 100, 60)
@@ -96,5 +96,5 @@ def test_the_share_at_our_core_and_what_one_bin_is_worth():
 )
 def test_claims_on_long_runs_wait_for_long_runs(duration, edge, enough):
     """Both the time and the box must be there."""
-    reason = too_small(xr.Dataset({"duration": duration, "box_edge": edge}), 1e4, 100)
+    reason = too_small(xr.Dataset({"duration": duration, "box_edge": edge}))
     assert (reason == "") == enough

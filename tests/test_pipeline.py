@@ -12,7 +12,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from dpd.analysis.verdicts import COLUMNS, published
+from dpd.analysis.published import published
+from dpd.analysis.verdicts import COLUMNS
 from dpd.digest import ROOT
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.notation import typeset

@@ -238,6 +238,21 @@ def test_broken_figure_files(mine, name):
     assert not (mine / "figures").exists()
 
 
+def test_what_figures_share(mine):
+    """A fault there is blamed on that file; an edit there redraws the figures beside it."""
+    own = "from paper_figures.mine.shared import TOP\n\n" + FIGURE.replace("2.0]", "TOP]")
+    shared = give_figure(mine, own).with_name("shared.py")
+    shared.write_text("TOP = 1 / 0\n")
+    done = snakemake(mine, *ALONE)
+    said = done.stdout + done.stderr
+    assert done.returncode != 0 and "Traceback" not in said
+    assert "error: paper_figures/mine/shared.py: line 1: the file, while it is read, raised" in said
+    shared.write_text("TOP = 2.0\n")
+    assert snakemake(mine, *ALONE).returncode == 0
+    shared.write_text("TOP = 3.0\n")
+    assert planned(mine, *ALONE)["draw_figure"] == 1
+
+
 def test_a_figure_without_its_file_is_refused(mine):
     """Before anything runs."""
     give_figure(mine).unlink()

@@ -9,6 +9,7 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, panels, points
 from dpd.report.text import with_error
 
 SHOWS_TEMPERATURE = True
+
 TITLE = "Time step and the edge of a rigid core (Liu's set (1), rho 2, chains of 20)."
 PAPER_SHOWS = (
     "The published force jumps at the core's diameter of 0.3, so no scheme is of its order there. "

@@ -6,17 +6,18 @@ import xarray as xr
 
 from dpd.analysis.statistics import middle_and_range
 from dpd.report.style import BLACK, BLUE, panels
-from dpd.report.text import with_error, with_range
+from dpd.report.text import with_error
+from paper_figures.benchmark.shared import ranged
 
 TITLE = "What each feature adds to the cost of a bead and step."
 PAPER_SHOWS = (
-    "Each feature against the bare fluid in the same turn. What counts for a feature that changes "
-    "the fluid itself, as bonds do that draw beads together, is the whole change; the Langevin "
-    "bath takes the place of friction and noise between pairs. Table: the same with the ratio, "
-    "then the engine against one whose code for all these features was cut out before it was "
-    "compiled, both on the bare fluid: what a scene pays for what it does not name. There each "
-    "pair of processes counts with the fastest turn of either, as processes that run the same "
-    "machine code differ by up to two percent."
+    "Each feature against the bare fluid in the same turn. Some features change the fluid itself, "
+    "as bonds do, which draw beads together: their whole change counts. The Langevin bath takes "
+    "the place of friction and noise between pairs. Table: the same with the ratio. Its last row "
+    "is what a scene pays for what it does not name: the engine against one whose code for all "
+    "these features was cut out before it was compiled, both on the bare fluid. There each pair of "
+    "processes counts with the fastest turn of either, as processes that run the same machine code "
+    "differ by up to two percent."
 )
 ERRORS = (
     "Points: medians, beside them the ratio. Bars: from the cheapest turn to the dearest. The "
@@ -63,20 +64,16 @@ def warnings(data):
 
 def table(data):
     """Costs with ranges, and the stripped engine."""
-    rows = [("bare fluid", _ranged(data, "bare"), "–", "–")]
+    rows = [("bare fluid", ranged(data, "bare"), "–", "–")]
     for name in data.feature.values:
         at = data.sel(feature=name)
-        rows.append((str(name), *(_ranged(at, part) for part in ("cost", "added", "ratio"))))
+        rows.append((str(name), *(ranged(at, part) for part in ("cost", "added", "ratio"))))
     whole, stripped = data.code_size.values
     size = f"machine code {whole / 1024:.0f} and {stripped / 1024:.0f} KiB"
     bits = "the same bits" if int(data.same_bits) else "other results"
     ratio = with_error(float(data.absent), float(data.absent_error))
     rows.append(("whole over stripped engine", f"{size}, {bits}", "–", ratio))
     return pd.DataFrame(rows, columns=["feature", "ns per bead and step", "added / ns", "ratio"])
-
-
-def _ranged(data, name):
-    return with_range(*(float(data[name + end]) for end in ("", "_low", "_high")))
 
 
 def describe(data):

@@ -1,9 +1,10 @@
 """Run time against error of every scheme: the standard fluid."""
 
 from dpd.analysis.verdicts import Measured
-from dpd.report.accuracy import against_time, describe, draw, shows, table
+from paper_figures.benchmark.shared import against_time, describe, draw, shows, table
 
 SHOWS_TEMPERATURE = True
+
 TITLE = "Run time against error: the standard fluid (rho 3, a 25)."
 PAPER_SHOWS = shows("24 000")
 

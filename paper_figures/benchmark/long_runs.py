@@ -12,6 +12,7 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 from dpd.report.text import with_error
 
 SHOWS_TEMPERATURE = True
+
 TITLE = "Long runs: momentum (a), trends (b), and energy without a thermostat (c)."
 PAPER_SHOWS = (
     "(a) Largest component of the total momentum met at any sample, per bead; bars: what one "

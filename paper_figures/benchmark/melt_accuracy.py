@@ -1,8 +1,9 @@
 """Run time against error of every scheme: a melt of stiff bonds."""
 
-from dpd.report.accuracy import against_time, describe, draw, shows, table
+from paper_figures.benchmark.shared import against_time, describe, draw, shows, table
 
 SHOWS_TEMPERATURE = True
+
 TITLE = "Run time against error: a melt of stiff bonds (rho 1, a 100, k 200)."
 PAPER_SHOWS = shows("8192")
 

@@ -6,7 +6,7 @@ import xarray as xr
 
 from dpd.analysis.statistics import middle_and_range
 from dpd.report.style import BLUE, ORANGE, panels
-from dpd.report.text import with_range
+from paper_figures.benchmark.shared import ranged
 
 TITLE = "Bead-steps per second over the number of beads (a) and over the density (b)."
 PAPER_SHOWS = (
@@ -53,20 +53,16 @@ def table(data):
     """What does not show in the picture."""
     rows = [
         ("peak memory per bead / B", f"{float(data.memory_per_bead):.0f}"),
-        ("`python -m dpd run` of one step, caches warm / s", _ranged(data, "start_up")),
+        ("`python -m dpd run` of one step, caches warm / s", ranged(data, "start_up")),
     ]
     for n in data.beads.values[data.beads.values >= LARGE]:
-        rows.append((f"two threads over one, {n} beads", _ranged(data.sel(beads=n), "gain")))
+        rows.append((f"two threads over one, {n} beads", ranged(data.sel(beads=n), "gain")))
     for threads in data.threads.values:
         at = data.sel(threads=threads)
         if np.isfinite(at.rate).all():
             what = f"rate of {int(at.worst)} beads (worst) over that of {int(at.best)} (best)"
-            rows.append((f"{what}, {_threads(threads)}", _ranged(at, "fall")))
+            rows.append((f"{what}, {_threads(threads)}", ranged(at, "fall")))
     return pd.DataFrame(rows, columns=["quantity", "median (range)"])
-
-
-def _ranged(data, name):
-    return with_range(*(float(data[name + end]) for end in ("", "_low", "_high")))
 
 
 def _threads(n):

@@ -1,5 +1,7 @@
 """Maps of stability: time step against noise, repulsion, density, core force and bond stiffness."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -16,10 +18,11 @@ from dpd.analysis.stability import (
     free_temperature,
     outcome,
 )
-from dpd.report.style import BLACK, BLUE, MARKERS, ORANGE, RED, panels
+from dpd.report.style import BLACK, BLUE, ORANGE, RED, Look, panels
 from dpd.report.text import with_error
 
 SHOWS_TEMPERATURE = True
+
 TITLE = "How runs fail as the time step grows."
 PAPER_SHOWS = (
     "Each mark is a run: by how much kT is off 1, or after how many tau (the number below) a bead "
@@ -28,32 +31,41 @@ PAPER_SHOWS = (
     "limit between two kinds. (a) to (c): the standard fluid (rho 3, a 25, gamma 4.5), gw-vv with "
     "lambda 1/2. (d) and (e): monomers in two dimensions (rho 2, a 25, lambda 0.65) with rigid "
     "cores of two radii. (f): chains of 10 of such beads, rest length 0.25, r_s 0.15, F_max 100. "
-    "Ticks: the step at which kT is 10 % off, between the steps that were tried. Dashed: its power "
-    "law over the columns that the line spans, beyond those in which that step is as large as "
-    "anywhere within errors, where a fit is good (p > 0.05) and not level."
+    "Ticks: the step at which kT is 10 % off, between the steps that were tried. Dashed: a power "
+    "law fitted to the ticks of the columns that the line spans. It begins where that step starts "
+    "to fall by more than its errors, and is drawn where the fit is good (p > 0.05) and not level."
 )
 ERRORS = "Errors are standard errors; those of kT know about correlation."
 KINDS = {
-    STABLE: ("kT within 2 %", BLUE, MARKERS[0]),
-    OFF: ("2 to 10 % off", ORANGE, MARKERS[1]),
-    FAR: ("> 10 % off", RED, MARKERS[2]),
-    LOST: (r"blown up (after $\tau$)", BLACK, "x"),
+    STABLE: Look("kT within 2 %", BLUE, "o"),
+    OFF: Look("2 to 10 % off", ORANGE, "s"),
+    FAR: Look("> 10 % off", RED, "^"),
+    LOST: Look(r"blown up (after $\tau$)", BLACK, "x"),
 }
 FAILS = {OFF: "2 to 10 % off", FAR: "> 10 % off", LOST: "blows up"}
-# Sweep, its axis, and how it is called in labels, in the table and in formulas.
+
+
+class Map(NamedTuple):
+    """A sweep over the time step and one more axis, and how that is called.
+
+    ``name`` is for the table, ``symbol`` for formulas, ``label`` for the axis of the panel.
+    """
+
+    sweep: str
+    axis: str
+    name: str
+    symbol: str
+    label: str
+
+
 MAPS = (
-    (
-        "map_noise",
-        "sigma",
-        r"noise $\sigma$ / ($k_BT$ $\tau^{1/2}$ $r_c^{-1}$)",
-        "noise sigma",
-        r"\sigma",
-    ),
-    ("map_repulsion", "a", r"repulsion $a$ / ($k_BT$ $r_c^{-1}$)", "repulsion a", "a"),
-    ("map_density", "density", r"density $\rho$ / $r_c^{-3}$", "density", r"\rho"),
-    ("map_core", "force", r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)", "F_max", "F_{max}"),
-    ("map_bonds", "stiffness", r"spring constant C / ($k_BT$ $r_c^{-2}$)", "C", "C"),
-)
+    Map("map_noise", "sigma", "noise sigma", r"\sigma",
+        r"noise $\sigma$ / ($k_BT$ $\tau^{1/2}$ $r_c^{-1}$)"),
+    Map("map_repulsion", "a", "repulsion a", "a", r"repulsion $a$ / ($k_BT$ $r_c^{-1}$)"),
+    Map("map_density", "density", "density", r"\rho", r"density $\rho$ / $r_c^{-3}$"),
+    Map("map_core", "force", "F_max", "F_{max}", r"core force $F_{max}$ / ($k_BT$ $r_c^{-1}$)"),
+    Map("map_bonds", "stiffness", "C", "C", r"spring constant C / ($k_BT$ $r_c^{-2}$)"),
+)  # fmt: skip
 UNITS = {"excess": "kT", "error": "kT", "lost": "tau", "kind": "1", "sure": "1"}
 
 
@@ -64,13 +76,14 @@ def compute(sweeps):
 
 def _maps(sweeps):
     """Key, runs, axis and name of each map; one for each core radius."""
-    for sweep, axis, _, name, _ in MAPS:
-        runs = sweeps[sweep]
+    for each in MAPS:
+        runs = sweeps[each.sweep]
         if "r_s" not in runs.dims:
-            yield sweep, runs, axis, name
+            yield each.sweep, runs, each.axis, each.name
             continue
         for number, radius in enumerate(runs.r_s.values):
-            yield f"{sweep}_{number}", runs.sel(r_s=radius), axis, f"{name}, r_s {radius:g}"
+            name = f"{each.name}, r_s {radius:g}"
+            yield f"{each.sweep}_{number}", runs.sel(r_s=radius), each.axis, name
 
 
 def _map(key, runs, axis, name):
@@ -82,9 +95,10 @@ def _map(key, runs, axis, name):
     edges = np.array([edge(dt, kind, sure) for kind, sure in zip(found.kind, found.sure)])
     hot = np.array([crossing(dt, e, error) for e, error in zip(found.excess, found.error)])
     law = falling(x, *hot.T)
-    along, across = (f"{key}_x", f"{key}_dt"), f"{key}_x"
-    data = xr.Dataset(coords={across: (across, x, runs[axis].attrs), along[1]: (along[1], dt)})
-    data[along[1]].attrs = {"units": "tau", "long_name": "time step"}
+    across, up = f"{key}_x", f"{key}_dt"
+    along = (across, up)
+    data = xr.Dataset(coords={across: (across, x, runs[axis].attrs), up: (up, dt)})
+    data[up].attrs = {"units": "tau", "long_name": "time step"}
     for part, values in found._asdict().items():
         data[f"{key}_{part}"] = (along, np.asarray(values), {"units": UNITS[part], "map": name})
     for part, values in zip(("stable", "beyond"), edges.T):
@@ -200,12 +214,11 @@ def draw(data):
     """A panel for each map, over two log axes."""
     keys = _keys(data)
     figure, axes = panels(3, -(-len(keys) // 3), height=2.6)
-    described = {sweep: (label, symbol) for sweep, _, label, _, symbol in MAPS}
     for panel, key in zip(axes.ravel(), keys):
-        label, symbol = next(d for sweep, d in described.items() if key.startswith(sweep))
+        drawn = next(each for each in MAPS if key.startswith(each.sweep))
         _draw_map(panel, data, key)
-        title = f"{_radius(data, key)}{_law(data, key, symbol)}"
-        panel.set(xlabel=label, ylabel=r"time step dt / $\tau$", title=title)
+        title = f"{_radius(data, key)}{_law(data, key, drawn.symbol)}"
+        panel.set(xlabel=drawn.label, ylabel=r"time step dt / $\tau$", title=title)
     for panel in axes.ravel()[len(keys) :]:
         panel.remove()
     handles = [
@@ -220,7 +233,7 @@ def draw(data):
 
 def _radius(data, key):
     """The core radius of a map as part of its title."""
-    radius = _name(data, key).partition("r_s ")[2]
+    _, _, radius = _name(data, key).partition("r_s ")
     return rf" $r_s$ = {radius} $r_c$" if radius else ""
 
 

@@ -4,29 +4,34 @@ import numpy as np
 import xarray as xr
 from scipy.special import chdtrc, ndtri
 
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Look, panels, points
+
+PUBLISHED = shown_by(__file__)
+STATED = {0.04: PUBLISHED["kT_excess_dt_0.04"].value, 0.05: PUBLISHED["kT_excess_dt_0.05"].value}
+HEATED = STATED[0.04]  # kT - 1 at which time steps of schemes are compared
 
 TITLE = "Temperature against time step (rho = 4, a = 25, sigma = 3)."
 PAPER_SHOWS = (
     "The paper shows the kinetic temperature of 4000 beads, averaged over 200 steps, for the Euler"
     " scheme, Verlet without the acceleration term, and Verlet with lambda 0.5 and 0.65, and "
-    "states 2 % at dt 0.04 and 3 % at 0.05 for lambda 0.5 (stars; their bars are the scatter of "
-    "means over 200 steps from run to run, measured here). (a) The paper's layout. (b) How far kT "
-    "is from 1, above or below, on logarithmic axes, where the order of a scheme is a slope; "
-    "arrows point down from upper bounds (95 %) of what is not clear of zero. Filled: uniform "
-    "noise; open: Gaussian noise. tau_0 is the unit of time of DPD."
+    f"states kT - 1 = {STATED[0.04]:g} at dt 0.04 and {STATED[0.05]:g} at dt 0.05 for lambda 0.5 "
+    "(stars; their bars are the scatter of means over 200 steps from run to run, measured here). "
+    "(a) The paper's layout. (b) How far kT is from 1, above or below, on logarithmic axes, where "
+    "the order of a scheme is a slope. Where kT - 1 is not clear of zero, an arrow points down from"
+    " its upper bound (95 %). Filled: uniform noise; open: Gaussian noise. tau_0 is the unit of "
+    "time of DPD."
 )
 
 STEPS_AVERAGED, BEADS = 200, 4000  # of the paper's points
-PUBLISHED = {0.04: 0.02, 0.05: 0.03}  # kT - 1 for lambda 0.5
 
 STYLES = {
-    "euler": ("Euler, Eq. 7", RED, "D"),
-    "verlet-no-acceleration": (r"Verlet without $\Delta t^2 f/2$", ORANGE, "^"),
-    "gw-vv-0.5": (r"Verlet, $\lambda$ = 0.5", BLUE, "o"),
-    "gw-vv-0.65": (r"Verlet, $\lambda$ = 0.65", GREEN, "s"),
+    "euler": Look("Euler, Eq. 7", RED, "D"),
+    "verlet-no-acceleration": Look(r"Verlet without $\Delta t^2 f/2$", ORANGE, "^"),
+    "gw-vv-0.5": Look(r"Verlet, $\lambda$ = 0.5", BLUE, "o"),
+    "gw-vv-0.65": Look(r"Verlet, $\lambda$ = 0.65", GREEN, "s"),
 }
 
 
@@ -114,11 +119,11 @@ def measured(data):
     at_004, error_004 = both_noises(data, "gw-vv-0.5", 0.04)
     at_005, error_005 = both_noises(data, "gw-vv-0.5", 0.05)
     at_006, error_006 = both_noises(data, "gw-vv-0.65", 0.06)
-    euler, euler_error = step_at(data, "euler", 0.02, 0.01)
-    verlet, verlet_error = step_at(data, "gw-vv-0.5", 0.02, 0.05)
+    euler, euler_error = step_at(data, "euler", HEATED, 0.01)
+    verlet, verlet_error = step_at(data, "gw-vv-0.5", HEATED, 0.05)
     ratio = verlet / euler
     ratio_error = ratio * float(np.hypot(euler_error / euler, verlet_error / verlet))
-    without, without_error = step_at(data, "verlet-no-acceleration", 0.02, 0.01)
+    without, without_error = step_at(data, "verlet-no-acceleration", HEATED, 0.01)
     nearly = without / euler
     nearly_error = nearly * float(np.hypot(without_error / without, euler_error / euler))
     p = float(data.noise_p_value)
@@ -176,10 +181,11 @@ def draw(data):
             high = bound.where(~clear, drop=True)
             right.errorbar(high.dt, high, 0.35 * high, uplims=True, color=color, linestyle="none",
                            elinewidth=0.7, capsize=1.5)  # fmt: skip
-    stars = (list(PUBLISHED), np.array(list(PUBLISHED.values())), [float(data.scatter)] * 2)
+    steps, stated = list(STATED), np.array(list(STATED.values()))
+    scattered = np.full(len(steps), float(data.scatter))
     style = dict(color=BLACK, marker="*", markersize=7, zorder=5)
-    points(left, stars[0], 1 + stars[1], stars[2], r"published, $\lambda$ = 0.5", **style)
-    points(right, *stars, **style)
+    points(left, steps, 1 + stated, scattered, r"published, $\lambda$ = 0.5", **style)
+    points(right, steps, stated, scattered, **style)
     left.axhline(1, color=BLACK, linewidth=0.5)
     left.set(xscale="log", ylim=(0.98, 1.3), xlabel=r"time step $\Delta t$ / $\tau_0$",
              ylabel=r"kinetic temperature $k_BT$")  # fmt: skip

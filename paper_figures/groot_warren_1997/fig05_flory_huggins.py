@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
 from dpd.theory.flory_huggins import (
@@ -13,11 +14,13 @@ from dpd.theory.flory_huggins import (
     spinodal,
 )
 
+PUBLISHED = shown_by(__file__)
+
 TITLE = "Flory-Huggins free energy and chemical potential, N_A = N_B = 1."
 PAPER_SHOWS = (
-    "The paper shows (a) F and (b) mu = dF/dphi for a chi above the critical 2 that it does not "
-    "state (3 here), with spinodal points S, where mu is extremal, and binodal points B, the two "
-    "coexisting compositions. No simulation enters."
+    "The paper shows (a) F and (b) mu = dF/dphi for a chi above the critical one, "
+    f"{PUBLISHED['critical_chi']}, that it does not state (3 here), with spinodal points S, where "
+    "mu is extremal, and binodal points B, the two coexisting compositions. No simulation enters."
 )
 ERRORS = "The curves are exact."
 CHI = 3.0

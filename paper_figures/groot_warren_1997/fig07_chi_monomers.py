@@ -4,41 +4,46 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.composition import sweep_chi
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+from dpd.report.style import BLACK, panels, points, published_line
+from paper_figures.groot_warren_1997.shared import (
+    MEAN_FIELD,
+    NOT_FITTED,
+    SEGREGATION,
+    monomer_slope,
+)
+
+PUBLISHED = shown_by(__file__)
+SLOPES = {rho: PUBLISHED[runs.slope] for rho, runs in SEGREGATION.items()}
 
 TITLE = "chi against excess repulsion Delta a = a_AB - a for monomers."
 PAPER_SHOWS = (
     "The paper shows chi by Eq. 18 from the minority fraction in the bulk of both phases at rho 3 "
-    "(a 25) and rho 5 (a 15), and fits chi = s Delta a through the origin where chi > 3: s = 0.286 "
-    "+- 0.002 and 0.689 +- 0.002 (dashed). Open points are not fitted: chi is below 3, the "
-    "composition drifted by more than 2 standard errors between the halves of the run, its "
-    "relative error is above 30 %, or the run is worth fewer than 5 independent samples or too "
-    "short for an error. The bulk of a phase is taken from the positions that the interfaces have "
-    "in each block of the run."
+    "(a 25) and rho 5 (a 15), and fits chi = s Delta a through the origin where chi > 3: s = "
+    f"{SLOPES[3]} and {SLOPES[5]} (dashed). Open points are not fitted: chi is below 3, "
+    f"{NOT_FITTED} The bulk of a phase is taken from the positions that the interfaces have in "
+    "each block of the run."
 )
-DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
-MEAN_FIELD_RANGE = 3.0
 
 
 def compute(sweeps):
     """chi over excess repulsion for both densities, and the fitted slopes."""
     parts = []
-    for rho, (name, *_) in DENSITIES.items():
-        data = sweep_chi(sweeps[name], "excess")
-        fitted = ((data.chi > MEAN_FIELD_RANGE) & (data.settled == 1)).values
+    for rho, runs in SEGREGATION.items():
+        data = sweep_chi(sweeps[runs.sweep], "excess")
+        fitted, fit = monomer_slope(data)
         data["fitted"] = ("excess", fitted)
         slope, error, quality, degrees = np.nan, np.nan, np.nan, 0
         intercept, intercept_error = np.nan, np.nan
-        if fitted.sum() >= 1:
-            x = data.excess.values.astype(float)[fitted]
-            fit = linear_fit([x], data.chi.values[fitted], data.chi_error.values[fitted])
-            slope, error, quality, degrees = fit.values[0], fit.errors[0], *fit[2:]
+        if fit:
+            (slope,), (error,), quality, degrees = fit
         if fitted.sum() >= 3:
+            x = data.excess.values.astype(float)[fitted]
             terms = [x, np.ones_like(x)]
             free = linear_fit(terms, data.chi.values[fitted], data.chi_error.values[fitted])
-            intercept, intercept_error = free.values[1], free.errors[1]
+            (_, intercept), (_, intercept_error) = free.values, free.errors
         data["slope"] = ((), slope, {"units": "r_c / kT", "long_name": "chi / Delta a, chi > 3"})
         data["slope_error"] = ((), error, {"units": "r_c / kT", "long_name": "standard error"})
         data["intercept"] = ((), intercept, {"units": "1", "long_name": "of a line with one"})
@@ -53,7 +58,7 @@ def compute(sweeps):
 def measured(data):
     """Both slopes of Eq. 24."""
     found = {}
-    for rho in DENSITIES:
+    for rho in SEGREGATION:
         at = data.sel(density=rho)
         count = int(at.fitted.sum())
         quality = float(at.reduced_chi_square)
@@ -71,7 +76,7 @@ def measured(data):
 def describe(data):
     """What is seen."""
     each = " and ".join(
-        f"{float(data.slope.sel(density=rho)):.3f} at density {rho}" for rho in DENSITIES
+        f"{float(data.slope.sel(density=rho)):.3f} at density {rho}" for rho in SEGREGATION
     )
     return (
         "chi against excess repulsion: two straight lines through the origin, of slopes "
@@ -83,7 +88,8 @@ def describe(data):
 def draw(data):
     """chi against Delta a, the paper's axes."""
     figure, axes = panels(1)
-    for rho, (_, color, marker, published) in DENSITIES.items():
+    for rho, runs in SEGREGATION.items():
+        color, marker = runs.look.color, runs.look.marker
         at = data.sel(density=rho).dropna("excess", subset=["chi"])
         for fitted in (True, False):
             part = at.where(at.fitted == fitted, drop=True)
@@ -93,8 +99,8 @@ def draw(data):
         slope, error = float(at.slope), float(at.slope_error)
         label = rf"$\rho$ = {rho}, fit: {slope:.3f} ± {COVERAGE * error:.3f}"
         axes.plot(x, slope * x, color=color, linewidth=0.8, label=label)
-        published_line(axes, x, published * x, "published, Eq. 24" if rho == 3 else None)
-    axes.axhline(MEAN_FIELD_RANGE, color=BLACK, linewidth=0.4, linestyle=":")
+        published_line(axes, x, SLOPES[rho].value * x, "published, Eq. 24" if rho == 3 else None)
+    axes.axhline(MEAN_FIELD, color=BLACK, linewidth=0.4, linestyle=":")
     axes.set(xlim=(0, None), ylim=(0, 7), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",
              ylabel=r"$\chi$")  # fmt: skip
     axes.legend(loc="lower right")

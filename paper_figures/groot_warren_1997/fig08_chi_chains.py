@@ -4,19 +4,21 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.composition import sweep_chi
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+from paper_figures.groot_warren_1997.shared import NOT_FITTED, monomer_slope
+
+PUBLISHED = shown_by(__file__)
+SLOPE, BELOW = PUBLISHED["chain_slope"], PUBLISHED["monomer_below"]
 
 TITLE = "chi N kT / Delta a of chains against their length N (rho = 3, C = 2)."
 PAPER_SHOWS = (
-    "(a) The paper shows chi N kT / Delta a against N and fits (0.306 +- 0.003) N for 2 <= N <= 10 "
-    "(dashed), N = 1 lying about 7 % below. (b) The same divided by N. N = 1 here is "
-    "the slope of the monomer runs with chi > 3. Open points are not fitted: the composition "
-    "drifted by more than 2 standard errors between the halves of the run, its relative error is "
-    "above 30 %, or the run is worth fewer than 5 independent samples or too short for an error."
+    f"(a) The paper shows chi N kT / Delta a against N and fits ({SLOPE}) N for 2 <= N <= 10 "
+    f"(dashed), N = 1 lying some {100 * BELOW.value:g} % below. (b) The same divided by N. N = 1 "
+    f"here is the slope of the monomer runs with chi > 3. Open points are not fitted: {NOT_FITTED}"
 )
-SLOPE = 0.306
 
 
 def compute(sweeps):
@@ -28,11 +30,7 @@ def compute(sweeps):
     settled = chains.settled.values == 1
     chosen = settled & (length >= 2) & (length <= 10) & np.isfinite(ratio)
     monomers = sweep_chi(sweeps["segregation_3"], "excess")
-    high = ((monomers.chi > 3) & (monomers.settled == 1)).values
-    one = linear_fit(
-        [monomers.excess.values.astype(float)[high]],
-        monomers.chi.values[high], monomers.chi_error.values[high],
-    ) if high.any() else None  # fmt: skip
+    _, one = monomer_slope(monomers)
     data = xr.Dataset(
         {
             "ratio": ("length", np.append(one.values if one else np.nan, ratio)),
@@ -47,11 +45,10 @@ def compute(sweeps):
     data.error.attrs = {"units": "r_c", "long_name": "standard error"}
     data.drift.attrs = {"units": "1", "long_name": "change between halves in standard errors"}
     data.counted.attrs = {"units": "1", "long_name": "minority beads in the bulk windows"}
-    put_fit(
-        data,
-        "slope",
-        chosen.sum() >= 1 and linear_fit([length[chosen]], ratio[chosen], error[chosen]),
-    )
+    chains_fit = None
+    if chosen.any():
+        chains_fit = linear_fit([length[chosen]], ratio[chosen], error[chosen])
+    put_fit(data, "slope", chains_fit)
     for name, first in (("offset", False), ("offset_with_1", True)):
         use = data.fitted.values | (
             (data.length.values == 1) & first & np.isfinite(data.ratio.values)
@@ -64,14 +61,16 @@ def offset_fit(data):
     """N_0 of ratio = s (N - N_0), with its error by linear propagation."""
     x = data.length.values
     fit = linear_fit([x, np.ones_like(x)], data.ratio.values, data.error.values)
-    slope, constant = fit.values
-    relative = fit.errors[1] / slope  # the error of the slope matters little for N_0 near 0
+    (slope, constant), (_, constant_error) = fit.values, fit.errors
+    relative = constant_error / slope  # the error of the slope matters little for N_0 near 0
     return fit._replace(values=np.array([-constant / slope]), errors=np.array([relative]))
 
 
 def put_fit(data, name, fit):
     """Put a fit's value, error and quality into a dataset; NaN without a fit."""
-    value, error, quality = (fit.values[0], fit.errors[0], fit[2]) if fit else (np.nan,) * 3
+    value = error = quality = np.nan
+    if fit:
+        (value,), (error,), quality, _ = fit
     data[name] = ((), value, {"units": "r_c / kT" if name == "slope" else "1"})
     data[f"{name}_error"] = ((), error, {"units": data[name].attrs["units"]})
     data[f"{name}_reduced_chi_square"] = ((), quality, {"units": "1"})
@@ -131,9 +130,9 @@ def draw(data):
         label = f"fit {slope:.3f} ± {COVERAGE * float(data.slope_error):.3f}"
         left.plot(x, slope * x, color=BLUE, linewidth=0.8, label=label)
         right.axhline(slope, color=BLUE, linewidth=0.8)
-    published_line(left, x, SLOPE * x, "published 0.306 $N$")
-    band = right.axhspan(SLOPE - 0.003, SLOPE + 0.003, color=BLACK, alpha=0.2, linewidth=0,
-                  label="published 0.306 ± 0.003")  # fmt: skip
+    published_line(left, x, SLOPE.value * x, f"published {SLOPE.value:g} $N$")
+    band = right.axhspan(SLOPE.value - SLOPE.error, SLOPE.value + SLOPE.error, color=BLACK,
+                         alpha=0.2, linewidth=0, label=f"published {SLOPE}")  # fmt: skip
     left.set(xlim=(0, x[1]), ylim=(0, None), xlabel="chain length $N$",
              ylabel=r"$\chi N k_BT / \Delta a$ / $r_c$")  # fmt: skip
     right.set(xlim=(0, x[1]), xlabel="chain length $N$", ylabel=r"$\chi k_BT / \Delta a$ / $r_c$")

@@ -4,19 +4,23 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.coverage import Coverage, coverage_of_pieces, slow_time
+from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, RED, panels, points
+from dpd.report.style import BLACK, BLUE, GREEN, RED, Look, panels, points
+
+WANTED = shown_by(__file__)["coverage_kT_20"]  # the same for all quantities and lengths
+LEAST, MOST = WANTED.value - WANTED.rounding, WANTED.value + WANTED.rounding
 
 TITLE = "Calibration of error bars: how often 95 % intervals hold the truth."
 PAPER_SHOWS = (
     "Not a figure of the paper: a check of our own errors. One long run of a small melt (chains "
-    "of 4) is cut into many short ones. (a) Of these, the share whose 95 % interval holds the mean "
-    "of the long run, over their length in correlation times tau of the quantity: the integrated "
-    "autocorrelation time, in the long run, of averages over one such time of the samples, which "
-    "is that of the slow part where faster ones hide it. Shaded: the limits that we set, 0.93 to "
-    "0.97, from 20 tau on. Crosses: if samples are taken for independent. tau_0: the DPD time "
-    "unit. (b) Median width of the intervals over that of a perfect one (solid), and the share of "
-    "runs that are found too short for an error (dashed)."
+    "of 4) is cut into many short ones. (a) The share of them whose 95 % interval holds the mean "
+    "of the long run, over their length in correlation times tau. tau is the integrated "
+    "autocorrelation time of the slowest part of the long run's series: we average samples over "
+    "one autocorrelation time first, so that faster parts do not hide it. Shaded: the limits that "
+    f"we set, {LEAST:.2f} to {MOST:.2f}, from 20 tau on. Crosses: samples taken for independent. "
+    "tau_0: the DPD time unit. (b) Median width of the intervals over that of a perfect one "
+    "(solid), and the share of runs that are found too short for an error (dashed)."
 )
 ERRORS = (
     "Bars: 95 % intervals of binomial counts. Short runs are part of the long one, which is taken "
@@ -24,11 +28,10 @@ ERRORS = (
 )
 LENGTHS = (5, 10, 20, 50, 100, 200)  # correlation times
 JUDGED = (20, 100)
-LIMITS = (0.93, 0.97)
 SHOWN = {
-    "kT": (r"$k_BT$", BLUE, "o"),
-    "pressure": ("pressure", GREEN, "s"),
-    "bond_energy": ("bond energy", RED, "^"),
+    "kT": Look(r"$k_BT$", BLUE, "o"),
+    "pressure": Look("pressure", GREEN, "s"),
+    "bond_energy": Look("bond energy", RED, "^"),
 }
 
 
@@ -76,7 +79,7 @@ def measured(data):
 
 def describe(data):
     """What is seen, in words."""
-    at = data.sel(length=JUDGED[0])
+    at = data.sel(length=min(JUDGED))
     low, high = float(at.share.min()), float(at.share.max())
     return (
         "(a) Coverage over the length of runs: from 20 correlation times on it lies between "
@@ -88,9 +91,9 @@ def describe(data):
 def draw(data):
     """Shares that cover; widths and runs without an error."""
     figure, (left, right) = panels(2, height=3.0)
-    left.axhline(0.95, color=BLACK, linewidth=0.6)
-    ends = np.array([JUDGED[0], 1.2 * LENGTHS[-1]])
-    left.fill_between(ends, *LIMITS, color=BLACK, alpha=0.12, linewidth=0)
+    left.axhline(WANTED.value, color=BLACK, linewidth=0.6)
+    ends = np.array([min(JUDGED), 1.2 * LENGTHS[-1]])
+    left.fill_between(ends, LEAST, MOST, color=BLACK, alpha=0.12, linewidth=0)
     for shift, (name, (label, color, marker)) in zip((0.94, 1, 1.06), SHOWN.items()):
         at = data.sel(quantity=name)
         x = at.length * shift  # beside each other

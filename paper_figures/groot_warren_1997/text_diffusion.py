@@ -5,13 +5,17 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
+PUBLISHED = shown_by(__file__)["diffusion"]
+LOW, HIGH = PUBLISHED.value - PUBLISHED.error, PUBLISHED.value + PUBLISHED.error
+
 TITLE = "Self-diffusion over the edge of the box (rho = 3, a = 25, gamma = 6.75)."
 PAPER_SHOWS = (
-    "Not a figure of the paper: its text gives D = 0.306 +- 0.006 (shaded) and no box. In a "
+    f"Not a figure of the paper: its text gives D = {PUBLISHED} (shaded) and no box. In a "
     "periodic box D falls by 2.837 kT / (6 pi eta L), because a bead drags its images along, so "
     "the value for an infinite box is the intercept of a straight line in 1 / L. At the paper's "
     "dt 0.04 kT is too high, and D with it; at the smaller dt it is nearly right. Open: the "
@@ -23,7 +27,6 @@ ERRORS = (
     " legend, ± of this work is a 95 % interval, too; that of the published value is as printed."
 )
 AFTER = 5.0  # units of time, beyond which displacements grow in proportion to time
-PUBLISHED, PUBLISHED_ERROR = 0.306, 0.006
 SWEEPS = {"diffusion": (BLUE, "o"), "diffusion_small_step": (RED, "s")}
 
 
@@ -123,7 +126,7 @@ def describe(data):
     return (
         "The diffusion constant falls in a straight line with one over the edge of the box, from "
         f"{float(data.infinite[0]):.3f} in an infinite box at dt {float(data.dt[0]):g}, just below "
-        f"the published band of 0.300 to 0.312; at dt {float(data.dt[1]):g} it is "
+        f"the published band of {LOW:.3f} to {HIGH:.3f}; at dt {float(data.dt[1]):g} it is "
         f"{100 * change / (1 + change):.0f} % lower."
     )
 
@@ -146,8 +149,7 @@ def draw(data):
         else:
             axes.plot(x, line / (1 + heating(data)[0]), color=color, linewidth=0.8, linestyle=":",
                       label="the same line, scaled")  # fmt: skip
-    low, high = PUBLISHED - PUBLISHED_ERROR, PUBLISHED + PUBLISHED_ERROR
-    axes.axhspan(low, high, color=BLACK, alpha=0.15, linewidth=0, label="published 0.306 ± 0.006")
+    axes.axhspan(LOW, HIGH, color=BLACK, alpha=0.15, linewidth=0, label=f"published {PUBLISHED}")
     lowest = float((data.diffusion - COVERAGE * data.diffusion_error).min())
     axes.set(
         xlim=(-0.04 * end, end),

@@ -4,35 +4,42 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.composition import sweep_chi
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+from dpd.report.style import BLACK, panels, points, published_line
+from paper_figures.groot_warren_1997.shared import SEGREGATION
+
+PUBLISHED = shown_by(__file__)
+AMPLITUDE, CRITICAL = PUBLISHED["width_amplitude_rho_3"], PUBLISHED["width_critical_rho_3"]
 
 TITLE = "Width of the interfaces between monomers."
 PAPER_SHOWS = (
     "Not a figure of the paper: its Eq. 35 says that the width xi of Eq. 34 is "
-    "(3.24 +- 0.03) / sqrt(rho [chi - (2.39 +- 0.03)]) at rho 3 and 5 close to the critical point "
+    f"({AMPLITUDE}) / sqrt(rho [chi - ({CRITICAL})]) at rho 3 and 5 close to the critical point "
     "(how close, it does not say), found by plotting xi^-2 against chi (dashed), chi from Delta a "
     "by Eq. 24. Here all filled points are fitted. Every block of a run is taken at its own "
     "positions of the interfaces, so that they do not widen by moving. Open points are not fitted, "
     "for the reasons given at Figure 7, but chi may be below 3. The waves on an interface "
     "widen it with the area, 8 x 8 here as there."
 )
-DENSITIES = {3: ("segregation_3", BLUE, "o", 0.286), 5: ("segregation_5", RED, "s", 0.689)}
-AMPLITUDE, CRITICAL = 3.24, 2.39
 EXPONENTS = {"classical": 0.5, "ising": 0.63}
+LINE = (
+    "amplitude", "amplitude_error", "critical", "critical_error", "reduced_chi_square", "p_value",
+)  # fmt: skip
+CROOKED = 0.01  # p-value below which points do not lie on a straight line
 
 
 def compute(sweeps):
     """Widths over chi for both densities, and straight lines through xi^(-1 / nu)."""
     parts = []
-    for rho, (name, _, _, slope) in DENSITIES.items():
-        found = sweep_chi(sweeps[name], "excess")
+    for rho, runs in SEGREGATION.items():
+        found = sweep_chi(sweeps[runs.sweep], "excess")
         data = found[["width", "width_error"]]
-        data["chi"] = slope * found.excess.astype(float)
+        data["chi"] = PUBLISHED[runs.slope].value * found.excess.astype(float)
         data.chi.attrs = {"units": "1", "long_name": "by Eq. 24 from Delta a"}
         known = data.width_error > 0  # not where a run is too short for an error
-        fitted = ((found.settled == 1) & (data.chi > CRITICAL) & known).values
+        fitted = ((found.settled == 1) & (data.chi > CRITICAL.value) & known).values
         data["fitted"] = ("excess", fitted)
         for kind, nu in EXPONENTS.items():
             for key, value in line(data.isel(excess=fitted), rho, nu).items():
@@ -47,12 +54,12 @@ def line(data, rho, nu):
     Returns
     -------
     dict
-        ``amplitude``, ``critical``, each with ``_error``, and ``reduced_chi_square``; NaN with
+        ``amplitude``, ``critical``, each with ``_error``, ``reduced_chi_square``, and
+        ``p_value``, the probability of points that scatter more about a straight line; NaN with
         fewer than three points.
     """
-    names = ("amplitude", "amplitude_error", "critical", "critical_error", "reduced_chi_square")
     if data.sizes["excess"] < 3:
-        return dict.fromkeys(names, np.nan)
+        return dict.fromkeys(LINE, np.nan)
     chi, power = data.chi.values, -1 / nu
     y = data.width.values**power
     error = abs(power) * y * data.width_error.values / data.width.values
@@ -62,28 +69,45 @@ def line(data, rho, nu):
     shift = constant / slope
     shift_error = abs(shift) * np.hypot(constant_error / constant, slope_error / slope)
     amplitude = (slope / rho) ** -0.5
-    values = (amplitude, 0.5 * amplitude * slope_error / slope, middle - shift, shift_error)
-    return dict(zip(names, (*values, fit.reduced_chi_square)))
+    return {
+        "amplitude": amplitude,
+        "amplitude_error": 0.5 * amplitude * slope_error / slope,
+        "critical": middle - shift,
+        "critical_error": shift_error,
+        "reduced_chi_square": fit.reduced_chi_square,
+        "p_value": fit.p_value,
+    }
 
 
 def measured(data):
     """The two numbers of Eq. 35 at both densities, and the critical chi for nu = 0.63."""
     found = {}
-    for rho in DENSITIES:
+    for rho in SEGREGATION:
         at = data.sel(density=rho)
-        count = int(at.fitted.sum())
-        few = "" if count >= 3 else "fewer than three runs in equilibrium"
-        classical, ising = fitted_runs(at, "classical"), fitted_runs(at, "ising")
-        rows = {
-            "width_amplitude": ("classical_amplitude", classical),
-            "width_critical": ("classical_critical", classical),
-            "width_critical_ising": ("ising_critical", ising),
-        }
-        for name, (key, note) in rows.items():
+        for name, kind, quantity in (
+            ("width_amplitude", "classical", "amplitude"),
+            ("width_critical", "classical", "critical"),
+            ("width_critical_ising", "ising", "critical"),
+        ):
+            key = f"{kind}_{quantity}"
             found[f"{name}_rho_{rho}"] = Measured(
-                float(at[key]), float(at[f"{key}_error"]), note, few
-            )
+                float(at[key]), float(at[f"{key}_error"]), fitted_runs(at, kind),
+                no_line(at, kind),
+            )  # fmt: skip
     return found
+
+
+def no_line(at, kind):
+    """Why no straight line was found at one density; empty if one was."""
+    if at.fitted.sum() < 3:
+        return "fewer than three runs in equilibrium"
+    p = float(at[f"{kind}_p_value"])
+    if p < CROOKED:
+        return (
+            f"the points do not lie on a straight line (p = {p:.1g}), so its slope and its zero "
+            "depend on which of them are fitted"
+        )
+    return ""
 
 
 def fitted_runs(at, kind):
@@ -97,30 +121,32 @@ def describe(data):
     """What is seen."""
     each = " and ".join(
         f"{float(data.classical_amplitude.sel(density=rho)):.2f} at density {rho}"
-        for rho in DENSITIES
+        for rho in SEGREGATION
     )
     return (
         "One over rho xi^2 rises in straight lines with chi, from zero near chi 2.4. Their slope "
-        f"gives an amplitude of {each}; the dashed published line has 3.24."
+        f"gives an amplitude of {each}; the dashed published line has {AMPLITUDE.value:g}."
     )
 
 
 def draw(data):
     """1 / (rho xi^2) over chi: one straight line for both densities by Eq. 35."""
     figure, axes = panels(1)
-    for rho, (_, color, marker, _) in DENSITIES.items():
+    for rho, runs in SEGREGATION.items():
+        name, color, marker = runs.look
         at = data.sel(density=rho).dropna("excess", subset=["width"])
         for fitted in (True, False):
             part = at.where(at.fitted == fitted, drop=True)
             y = 1 / (rho * part.width**2)
-            label = rf"$\rho$ = {rho}" if fitted else None
+            label = name if fitted else None
             points(axes, part.chi, y, 2 * y * part.width_error / part.width, label, color, marker,
                    fitted)  # fmt: skip
         x = np.linspace(2.2, 5.8, 2)
         amplitude, critical = float(at.classical_amplitude), float(at.classical_critical)
         text = rf"fit: $A$ = {amplitude:.2f} ± {COVERAGE * float(at.classical_amplitude_error):.2f}"
         axes.plot(x, (x - critical) / amplitude**2, color=color, linewidth=0.8, label=text)
-    published_line(axes, x, (x - CRITICAL) / AMPLITUDE**2, "published, Eq. 35: $A$ = 3.24")
+    eq_35 = (x - CRITICAL.value) / AMPLITUDE.value**2
+    published_line(axes, x, eq_35, f"published, Eq. 35: $A$ = {AMPLITUDE.value:g}")
     axes.axhline(0, color=BLACK, linewidth=0.5)
     axes.set(xlim=(2.2, 5.8), ylim=(-0.02, 0.35), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
              ylabel=r"$1 / (\rho \xi^2)$ / $r_c$")  # fmt: skip

@@ -4,9 +4,14 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, ORANGE, RED, panels, points, published_line
+from paper_figures.groot_warren_1997.shared import excess_by
+
+PUBLISHED = shown_by(__file__)
+ALPHA = PUBLISHED["alpha"].value
 
 TITLE = "Excess pressure of mixtures (rho = 3, a = 25)."
 PAPER_SHOWS = (
@@ -14,19 +19,16 @@ PAPER_SHOWS = (
     "to x (1 - x), x the fraction of A, and that the prefactor is not simply linear in Delta a = "
     "a_AB - a from 2 to 5. (a) Excess pressure over that of the pure fluid, with straight lines "
     "through the origin. (b) Prefactor over rho^2 Delta a, a constant if it were linear; dashed: "
-    "2 alpha with the published alpha = 0.101, which Eq. 21 would have."
+    f"2 alpha with the published alpha = {ALPHA:g}, which Eq. 21 would have."
 )
 COLORS = (BLUE, GREEN, ORANGE, RED)
-TWO_ALPHA = 0.202
 
 
 def compute(sweeps):
     """Pressure of mixing over fraction and excess repulsion, and prefactors of x (1 - x)."""
     runs = sweeps["mixtures"]
     density = float(np.mean(runs.number_density))
-    p, error = over_replicas(
-        runs.excess_conservative.values, runs.excess_conservative_error.values, -1
-    )
+    p, error = excess_by(runs, "conservative")
     pure = runs.excess.values == 0  # there A and B are the same: one fluid, run once a fraction
     reference, reference_error = over_replicas(p[:, pure], error[:, pure], 0)
     mixing, mixing_error = p[:, ~pure] - reference, np.hypot(error[:, ~pure], reference_error)
@@ -59,7 +61,8 @@ def slope(x, y, error):
     if not np.all(error > 0):
         return np.nan, np.nan
     fit = linear_fit([x], y, error)
-    return fit.values[0], fit.errors[0]
+    (value,), (error,) = fit.values, fit.errors
+    return value, error
 
 
 def measured(data):
@@ -89,7 +92,8 @@ def describe(data):
     return (
         "(a) The excess pressure of mixing lies on straight lines through the origin over "
         "x (1 - x), steeper for larger excess repulsion. (b) Their slope over rho^2 Delta a "
-        f"goes from {first:.3f} to {last:.3f} as Delta a rises, below the dashed line at 0.202."
+        f"goes from {first:.3f} to {last:.3f} as Delta a rises, below the dashed line at "
+        f"{2 * ALPHA:g}."
     )
 
 
@@ -105,7 +109,8 @@ def draw(data):
         slope = float(at.prefactor * at.excess) * data.attrs["density"] ** 2
         left.plot(line, slope * line, color=color, linewidth=0.8)
         points(right, at.excess, at.prefactor, at.prefactor_error, None, color)
-    published_line(right, [0, 6], [TWO_ALPHA] * 2, r"$2\alpha$, published $\alpha$ = 0.101")
+    label = rf"$2\alpha$, published $\alpha$ = {ALPHA:g}"
+    published_line(right, [0, 6], [2 * ALPHA] * 2, label)
     left.set(xlim=(0, 0.27), ylim=(0, None), xlabel=r"$x (1 - x)$",
              ylabel=r"$p(x) - p(0)$ / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
     right.set(xlim=(0, 6), ylim=(0, 0.25), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",

@@ -1,9 +1,12 @@
 """Numbers of Sec. III without a figure: relaxation of kT, and kT against noise amplitude."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 from scipy.optimize import curve_fit
 
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import (
     COVERAGE,
     independent_mean_and_error,
@@ -13,20 +16,25 @@ from dpd.analysis.statistics import (
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
+PUBLISHED = shown_by(__file__)
+STEPS = {sigma: PUBLISHED[f"relaxation_sigma_{sigma:g}"].value for sigma in (1.0, 3.0)}
+BEST = PUBLISHED["best_lambda"].value
+
 SHOWS_TEMPERATURE = True
 TITLE = "Temperature: relaxation, noise amplitude, and lambda (rho = 3, a = 25)."
 PAPER_SHOWS = (
     "Not a figure of the paper: its Sec. III states these. (a) kT - 1 at dt 0.04 after a start at "
-    "kT = 10, mean over replicas: it relaxes exponentially within some 10 steps at sigma 3 and "
-    "some 90 at sigma 1 (dashed); solid thin lines: fitted exponentials from 10 to kT in "
-    "equilibrium; the last tenth relaxes more slowly than they do. "
+    f"kT = 10, mean over replicas: it relaxes exponentially within some {STEPS[3.0]:g} steps at "
+    f"sigma 3 and some {STEPS[1.0]:g} at sigma 1 (dashed); solid thin lines: fitted exponentials "
+    "from 10 to kT in equilibrium; the last tenth relaxes more slowly than they do. "
     "(b) kT - 1 at dt 0.04 against sigma: it rises slowly up to about 8 (dashed) and rapidly "
-    "beyond. Cross: the run blew up. (c) kT - 1 at dt 0.06 against lambda; the text finds 0.65 "
-    "(dashed) to be the best. Line: parabola, whose zero is where kT is right."
+    "beyond. Cross: the run blew up. (c) kT - 1 at dt 0.06 against lambda; the text finds "
+    f"{BEST:g} (dashed) to be the best. Line: parabola, whose zero is where kT is right."
 )
 HOT = 10.0
 END_OF_SLOW = 8.0  # sigma, as the text has it
 BEGIN_OF_SLOW = 3.0  # below, kT - 1 is hardly larger than its error
+MIDDLE = 0.6  # lambda about which the parabola is written
 
 
 def compute(sweeps):
@@ -94,25 +102,36 @@ def steepening(data, at):
     return after / before, float(np.sqrt(np.sum((by * errors) ** 2)))
 
 
+class Best(NamedTuple):
+    """Where a parabola through kT - 1 is zero.
+
+    ``coefficients`` are those of 1, x and x^2, x = lambda - `MIDDLE`.
+    """
+
+    value: float
+    error: float
+    coefficients: np.ndarray
+
+
 def best_lambda(data):
-    """lambda at which kT = 1: zero of a parabola through kT - 1; and its error.
+    """lambda at which kT = 1.
 
     Returns
     -------
-    value, error : float
-    coefficients : (3,) array
-        Of 1, x and x^2, x = lambda - 0.6; all NaN with fewer than three runs that have an error.
+    Best
+        All NaN with fewer than three runs that have an error.
     """
     known = data.dropna("lambda", subset=["at_lambda_error"])
     if known.sizes["lambda"] < 3:
-        return np.nan, np.nan, np.full(3, np.nan)
-    x, y = known["lambda"].values - 0.6, known.at_lambda.values
+        return Best(np.nan, np.nan, np.full(3, np.nan))
+    x, y = known["lambda"].values - MIDDLE, known.at_lambda.values
     fit = linear_fit([x**power for power in range(3)], y, known.at_lambda_error.values)
     a, b, c = fit.values
     root = (-b - np.sqrt(max(0.0, b * b - 4 * a * c))) / (2 * c) if c else -a / b
     near = np.argmin(np.abs(x - root))  # the fit is as good there as the nearest point, or better
     slope = b + 2 * c * root
-    return 0.6 + root, abs(float(known.at_lambda_error[near]) / slope), fit.values
+    error = abs(float(known.at_lambda_error[near]) / slope)
+    return Best(MIDDLE + root, error, fit.values)
 
 
 def measured(data):
@@ -126,19 +145,19 @@ def measured(data):
         )  # fmt: skip
     found["relaxation_ratio"] = relaxation_ratio(data)
     ratio, error = steepening(data, END_OF_SLOW)
-    sooner = steepening(data, END_OF_SLOW - 1)[0]
+    sooner, _ = steepening(data, END_OF_SLOW - 1)
     found["noise_knee"] = Measured(
         ratio, error, f"{sooner:.1f} at sigma {END_OF_SLOW - 1:g}",
         "" if np.isfinite(ratio) else "no runs at sigma 3, 8 and 9 in this study",
     )  # fmt: skip
-    value, error, _ = best_lambda(data)
+    best = best_lambda(data)
     each = ", ".join(
         f"{float(kT):+.4f} at {factor:g}"
         for factor, kT in zip(data["lambda"].values, data.at_lambda)
     )
-    found["best_lambda"] = Measured(value, error, f"kT = 1 on a parabola; kT - 1: {each}")
+    found["best_lambda"] = Measured(best.value, best.error, f"kT = 1 on a parabola; kT - 1: {each}")
     found["kT_excess_lambda_0.65_rho_3"] = Measured(
-        *(float(data[name].sel({"lambda": 0.65})) for name in ("at_lambda", "at_lambda_error"))
+        *(float(data[name].sel({"lambda": BEST})) for name in ("at_lambda", "at_lambda_error"))
     )
     return found
 
@@ -158,22 +177,23 @@ def describe(data):
         f"(a) kT - 1 falls in straight lines on a logarithmic axis, within {fast:.0f} steps at "
         f"sigma 3 and {slow:.0f} at sigma 1, until noise is left. (b) kT - 1 rises evenly with "
         "sigma, then steeply from 8 on. (c) kT - 1 falls nearly in a straight line with lambda "
-        f"and crosses zero at {best_lambda(data)[0]:.3f}, right of the dashed line at 0.65."
+        f"and crosses zero at {best_lambda(data).value:.3f}, right of the dashed line at {BEST:g}."
     )
 
 
 def draw(data):
     """Relaxation on a logarithmic axis; kT - 1 against sigma and against lambda."""
     figure, (left, middle, right) = panels(3)
-    for sigma, published, color in ((1.0, 90, RED), (3.0, 10, BLUE)):
-        at = data.sel(sigma=sigma)
+    for sigma, color in ((1.0, RED), (3.0, BLUE)):
+        at, published = data.sel(sigma=sigma), STEPS[sigma]
         label = rf"$\sigma$ = {sigma:g}: {float(at.relaxation_steps):.1f} steps"
         left.plot(data.step, at.kT_series - 1, ".", color=color, markersize=1.5)
         end = float(at.relaxation_end)
         fitted = end + (HOT - end) * np.exp(-data.step / float(at.relaxation_steps))
         left.plot(data.step, fitted - 1, color=color, linewidth=0.7, label=label)
-        left.plot(data.step, (HOT - 1) * np.exp(-data.step / published), color=color,
-                  linestyle="--", linewidth=0.9, label=f"published: {published} steps")  # fmt: skip
+        decayed = (HOT - 1) * np.exp(-data.step / published)
+        left.plot(data.step, decayed, color=color, linestyle="--", linewidth=0.9,
+                  label=f"published: {published:g} steps")  # fmt: skip
     left.set(yscale="log", ylim=(0.01, 300), xlim=(0, 300), xlabel=r"steps of 0.04 $\tau_0$",
              ylabel=r"$k_BT - 1$")  # fmt: skip
     left.legend(loc="upper right")
@@ -188,13 +208,14 @@ def draw(data):
                ylabel=r"$k_BT - 1$")  # fmt: skip
     middle.legend(loc="upper left")
     points(right, data["lambda"], data.at_lambda, data.at_lambda_error)
-    value, error, coefficients = best_lambda(data)
+    best = best_lambda(data)
     x = np.linspace(float(data["lambda"].min()), float(data["lambda"].max()), 50)
-    right.plot(x, np.polyval(coefficients[::-1], x - 0.6), color=BLUE, linewidth=0.8,
-               label=rf"$k_BT = 1$ at {value:.3f} ± {COVERAGE * error:.3f}")  # fmt: skip
+    label = rf"$k_BT = 1$ at {best.value:.3f} ± {COVERAGE * best.error:.3f}"
+    parabola = np.polyval(best.coefficients[::-1], x - MIDDLE)
+    right.plot(x, parabola, color=BLUE, linewidth=0.8, label=label)
     low, high = right.get_ylim()
-    right.plot([0.65, 0.65], [low, high], color=BLACK, linestyle="--", linewidth=0.9,
-               label="published best, 0.65")  # fmt: skip
+    right.plot([BEST, BEST], [low, high], color=BLACK, linestyle="--", linewidth=0.9,
+               label=f"published best, {BEST:g}")  # fmt: skip
     right.set_ylim(low, high + 0.35 * (high - low))  # room for the legend
     right.axhline(0, color=BLACK, linewidth=0.5)
     right.set(xlabel=r"$\lambda$", ylabel=r"$k_BT - 1$")

@@ -4,10 +4,15 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene, samples_of
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of, closest_contact
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, mpl, panels, points, published_line
+from paper_figures.liu_2008.shared import SETS, printed_share, share_of_long_bonds
+
+PUBLISHED = shown_by(__file__)
+SHARE = printed_share(PUBLISHED["share"].value)
 
 TITLE = "Bond lengths in melts of sets (1) and (2), N = 100, and bonds longer than 4 r_0."
 PAPER_SHOWS = (
@@ -17,7 +22,7 @@ PAPER_SHOWS = (
     "median over 50 configurations, with an uncertainty of one bin. (a) Dashed, with a band: 4 r_0."
     " Dotted: l_max of this run. (b) Share of set (1)'s bonds that are longer than 4 r_0, for "
     "melts whose 2 r_0, and rest length, would be a little smaller or larger. Band: our 2 r_0. "
-    "Long dashes: the published 0.05 %."
+    f"Long dashes: the published {100 * SHARE:g} %."
 )
 ERRORS = (
     "(a) Errors of the curves, from blocks of the run, are smaller than the lines but in the tails."
@@ -25,9 +30,8 @@ ERRORS = (
     "more or less makes it smaller or larger by a factor: the verdict is on its logarithm, "
     "interpolated between the runs, with an error from one bin of 2 r_0 and from the runs."
 )
-SETS = {"set_1": ("set (1)", BLUE), "set_2": ("set (2)", RED)}
+COLORS = {"set_1": BLUE, "set_2": RED}
 TOP = 100.0  # of the lines, below the legend
-PUBLISHED_SHARE = 0.0005
 
 
 def compute(sweeps):
@@ -45,7 +49,9 @@ def compute(sweeps):
             core.value if core else np.nan, float(at.bond_longest.max()),
             float(at.bond_mean.mean()), samples_of(at, "bonds"),
         ))  # fmt: skip
-    beyond = np.array([_beyond(share.sel(rest_length=rest)) for rest in share.rest_length.values])
+    beyond = np.array([
+        share_of_long_bonds(share.sel(rest_length=rest)) for rest in share.rest_length.values
+    ])  # fmt: skip
     data = xr.Dataset(
         {
             "density": (("set", "bond_length"), [d for d, _ in curves], {"units": "1 / r_c"}),
@@ -66,14 +72,6 @@ def compute(sweeps):
     return data
 
 
-def _beyond(at):
-    """Share of bonds longer than 4 r_0, twice the rest length, and its error."""
-    length = at.bond_length.values
-    blocks = blocks_of(at.bond_density)
-    limit = 2 * first_scene(at).data["bond"]["length"]
-    return block_mean_and_error(blocks[:, length > limit].sum(axis=1) * (length[1] - length[0]))
-
-
 def _share(data):
     """Logarithm to base 10 of the share at our 2 r_0."""
     seen = (data.share > 0).values
@@ -87,13 +85,14 @@ def _share(data):
         [np.ones_like(x), x], np.log10(share),
         np.maximum(data.share_error.values[seen] / share, 1e-3) / np.log(10),
     )  # fmt: skip
-    low, middle, high = 10.0 ** (fit.values[0] + fit.values[1] * np.array([width, 0, -width]))
-    error = float(np.hypot(fit.values[1] * width, fit.errors[0]))
+    (here, slope), (here_error, _) = fit.values, fit.errors
+    low, middle, high = 10.0 ** (here + slope * np.array([width, 0, -width]))
+    error = float(np.hypot(slope * width, here_error))
     note = (
         f"share {middle:.2%}, {low:.2%} to {high:.2%} for 2 r_0 = {core:.3f} within one bin; "
-        f"published 0.05 %"
+        f"published {100 * SHARE:g} %"
     )
-    return Measured(float(fit.values[0]), error, note, data.undecided)
+    return Measured(float(here), error, note, data.undecided)
 
 
 def measured(data):
@@ -119,7 +118,7 @@ def measured(data):
 def describe(data):
     """What is seen, in words."""
     longest = ", ".join(
-        f"{SETS[str(at.item())][0]}: l_max {float(data.longest.sel(set=at)):.2f} r_c, 4 r_0 "
+        f"{SETS[at.item()]}: l_max {float(data.longest.sel(set=at)):.2f} r_c, 4 r_0 "
         f"{2 * float(data.core.sel(set=at)):.2f} r_c"
         for at in data.set
     )
@@ -136,9 +135,9 @@ def draw(data):
     figure, (left, right) = panels(2)
     width = data.bin
     for name in data.set.values:
-        at, (label, color) = data.sel(set=name), SETS[str(name)]
+        at, color = data.sel(set=name), COLORS[name]
         seen = at.density.values > 0
-        left.plot(data.bond_length[seen], at.density[seen], color=color, label=label)
+        left.plot(data.bond_length[seen], at.density[seen], color=color, label=SETS[name])
         limit = 2 * float(at.core)
         left.fill_betweenx(
             [1e-4, TOP], limit - 2 * width, limit + 2 * width, color=color, alpha=0.15, linewidth=0
@@ -153,7 +152,7 @@ def draw(data):
     seen = data.where(data.share > 0, drop=True)
     points(right, seen.rest_length, seen.share, seen.share_error, "set (1)", BLUE)
     ends = [float(data.rest_length.min()) - width / 2, float(data.rest_length.max()) + width / 2]
-    published_line(right, ends, [PUBLISHED_SHARE] * 2, "published")
+    published_line(right, ends, [SHARE] * 2, "published")
     if "set_1" in data.set.values:
         core = float(data.core.sel(set="set_1"))
         right.axvspan(core - width, core + width, color=BLACK, alpha=0.1, linewidth=0,

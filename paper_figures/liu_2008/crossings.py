@@ -5,24 +5,35 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.published import shown_by
+from dpd.analysis.statistics import COVERAGE, NONE_SEEN
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, RED, SINGLE, panels
+from paper_figures.liu_2008.shared import (
+    PAPER_BEADS,
+    PAPER_LENGTH,
+    PAPER_STEP,
+    SETS,
+    printed_share,
+)
+
+SHARE = printed_share(shown_by(__file__)["share"].value)
 
 TITLE = "Bond crossings per bond and DPD time unit tau_0."
 PAPER_SHOWS = (
-    "Not a figure of the paper, which saw no crossing in set (1) in 1e7 steps although about 0.05"
-    " % of its bonds are longer than 4 r_0. Pairs of bonds that cross are looked for every 0.2 "
-    "tau_0; counted is each pair that did not cross at the look before. Filled: runs in which "
-    "bonds crossed. Hollow: runs that have seen none, and the rate that they exclude at 95 % (3 "
-    "over bonds times time). F is the core force F_max, C the spring constant, N the chain length."
+    "Not a figure of the paper, which saw no crossing in set (1) in 1e7 steps although about "
+    f"{100 * SHARE:g} % of its bonds are longer than 4 r_0. Every 0.2 tau_0 we look for pairs of "
+    "bonds that cross, and count those that did not cross at the look before. Filled: runs in "
+    "which bonds crossed. Hollow: runs in which none did, and the rate that they exclude at 95 % "
+    "(3 over bonds times time). F is the core force F_max, C the spring constant, N the chain "
+    "length."
 )
 ERRORS = "Bars: 95 % intervals, from the square root of the count."
 SYMBOLS = {"force": "F", "stiffness": "C", "length": "N"}
 SYSTEMS = {"sets": "", "melts": "set (1), Fig. 6, ", "rigidity": "N 20, "}
-NAMES = {"set_1": "set (1), N 100", "set_2": "set (2), N 100", "standard": "standard DPD, N 100"}
-AT_LEAST = 3.0  # counts that exclude none at 95 %
-PAPER_EXPOSURE = 19_800 * 1e7 * 0.002  # bonds of N 100 among 20 000 beads, times the time
+NAMES = SETS | {"standard": "standard DPD"}
+PAPER_BONDS = PAPER_BEADS * (PAPER_LENGTH - 1) / PAPER_LENGTH
+PAPER_EXPOSURE = PAPER_BONDS * 1e7 * PAPER_STEP  # bonds times the time of its longest runs
 ENOUGH = 0.1  # of the paper's exposure, below which none seen decides nothing; ours
 
 
@@ -35,9 +46,7 @@ def compute(sweeps):
             at = sweep.isel(dict(zip(axes, place)))
             length = len(first_scene(at).molecules[0].beads)
             time = float(at.crossing_time.isel(replica=0).max())
-            label = ", ".join(
-                NAMES[at[d].item()] if d == "set" else f"{SYMBOLS[d]} {at[d].item()}" for d in axes
-            )
+            label = ", ".join(_label(axis, at[axis].item(), length) for axis in axes)
             rows.append({
                 "run": SYSTEMS[name] + label,
                 "sweep": name,
@@ -55,13 +64,18 @@ def compute(sweeps):
     return data
 
 
+def _label(axis, value, length):
+    """One value of an axis, as the name of a run has it."""
+    return f"{NAMES[value]}, N {length}" if axis == "set" else f"{SYMBOLS[axis]} {value}"
+
+
 def measured(data):
     """Crossings of the paper's sets, and in melts as they were grown."""
     found = {}
     for number in (1, 2):
         at = data.isel(run=[k for k, run in enumerate(data.run.values) if f"set ({number})" in run])
         count, exposure = float(at.begun.sum()), float(at.exposure.sum())
-        rate = f"rate {count / exposure:.2g}" if count else f"rate < {AT_LEAST / exposure:.1e}"
+        rate = f"rate {count / exposure:.2g}" if count else f"rate < {NONE_SEEN / exposure:.1e}"
         share = exposure / PAPER_EXPOSURE
         note = (
             f"in {exposure:.3g} bonds times DPD time units, {share:.1%} of the paper's; {rate}; a "
@@ -85,7 +99,7 @@ def table(data):
     for k in range(data.sizes["run"]):
         at = data.isel(run=k)
         count, exposure = float(at.begun), float(at.exposure)
-        rate = f"{count / exposure:.2g}" if count else f"< {AT_LEAST / exposure:.1e}"
+        rate = f"{count / exposure:.2g}" if count else f"< {NONE_SEEN / exposure:.1e}"
         rows.append((at.run.item(), f"{count:.0f}", f"{exposure:.3g}", rate))
     names = ("run", "crossings begun", "bonds times time / tau_0", "rate x tau_0")
     return pd.DataFrame(rows, columns=names)
@@ -112,7 +126,7 @@ def draw(data):
             bar = [[min(reach, 0.9 * rate)], [reach]]  # an axis of logarithms has no zero
             axes.errorbar(rate, k, xerr=bar, fmt="o", color=RED, capsize=1.5)
         else:
-            axes.plot(AT_LEAST / exposure, k, "<", color=BLUE, markerfacecolor="white")
+            axes.plot(NONE_SEEN / exposure, k, "<", color=BLUE, markerfacecolor="white")
     axes.plot([], [], "o", color=RED, label="counted")
     axes.plot([], [], "<", color=BLUE, markerfacecolor="white", label="less than (95 %)")
     axes.set_yticks(range(count), data.run.values)

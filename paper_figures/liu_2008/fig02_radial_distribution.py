@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import samples_of
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, jackknife
 from dpd.analysis.structure import (
     closest_contact,
@@ -13,17 +14,21 @@ from dpd.analysis.structure import (
     rise,
 )
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, mpl, panels, points
+from dpd.report.style import BLACK, ORANGE, PURPLE, mpl, panels, points
+from paper_figures.liu_2008.shared import CORES, at_radius
+
+PUBLISHED = shown_by(__file__)
+CRYSTAL = PUBLISHED["crystal_radius"].value  # r_s at which the paper expects a crystal
 
 TITLE = "Monomers with rigid cores (rho 2, a 25, F_max 100): g(r), and how close they come."
 PAPER_SHOWS = (
     "The paper shows (a) for r_s = 0, 0.15, 0.20 and 0.25, and says where the first peak of r_s "
-    "0.293 should be. Dotted: the published first peaks. (b) Closest contact 2 r_0 over 2 r_s: the "
-    "lower edge of the first bin (0.01 r_c wide) of g(r) that is not empty in one configuration "
-    "of 20 000 beads, median over 50 configurations. The line is 2 r_0 = 2 r_s. (c) The same for "
-    "g(r) made of several configurations: the core is finite, so the first bin that is not empty "
-    "keeps falling; hollow circles: all of the run, without an error. Hollow squares: where g = "
-    "0.05, which does not depend on sampling."
+    f"{CRYSTAL:g} should be. Dotted: the published first peaks. (b) Closest contact 2 r_0 over "
+    "2 r_s: the lower edge of the first bin (0.01 r_c wide) of g(r) that is not empty in one "
+    "configuration of 20 000 beads, median over 50 configurations. The line is 2 r_0 = 2 r_s. "
+    "(c) The same for g(r) made of several configurations: the core is finite, so the first bin "
+    "that is not empty keeps falling; hollow circles: all of the run, without an error. Hollow "
+    "squares: where g = 0.05, which does not depend on sampling."
 )
 ERRORS = (
     "(a) and (c): 95 % intervals from blocks of the run. (b): one bin either way. Peaks: a cubic "
@@ -31,10 +36,9 @@ ERRORS = (
     "the kink of g(r) at 2 r_s, where the force jumps; errors by leaving out tenths of the run. "
     "Where the peak stands at the kink itself it is the highest bin, and its error one bin."
 )
-RADII = (0.0, 0.15, 0.2, 0.25, 0.293)
-COLORS = dict(zip(RADII, (BLACK, BLUE, GREEN, RED, PURPLE)))
-PUBLISHED_PEAKS = (0.78, 0.67)
-SHARES = (1 / 2, 2 / 3, 5 / 6)  # of the way to the kink: windows to show that they do not matter
+COLORS = CORES | {CRYSTAL: PURPLE}
+REACH = 2 / 3  # of the way to the kink: how far the fit of a peak reaches
+SHARES = (1 / 2, REACH, 5 / 6)  # other windows, to show that they do not matter
 PARTS, LEAST = 5, 8  # of the run for the drift of 2 r_0, and configurations in each
 RESTS = {0.15: 0.25, 0.25: 0.41}  # 2 r_0 in the bonds of sets (1) and (2)
 
@@ -44,26 +48,28 @@ def compute(sweeps):
     runs = sweeps["monomers"]
     r, r_s = runs.r.values, runs.r_s.values.astype(float)
     width = float(r[1] - r[0])
-    curves, rows, windows, drift = [], [], [], []
+    curves, rows, windows, falling = [], [], [], []
     for radius in runs.r_s.values:
         at = runs.sel(r_s=radius)
         g, error, blocks = radial_distribution(at)
         curves.append((g, error))
         # Half of a last bin either way is as good as a peak at the kink is known.
-        highest = _peak(r, blocks, radius)
-        highest = (highest[0], max(highest[1], width if _at_kink(r, g, radius) else 0.0))
-        windows.append([_peak(r, blocks, radius, share)[0] for share in SHARES])
+        place, place_error = _peak(r, blocks, radius)
+        highest = (place, max(place_error, width if _at_kink(r, g, radius) else 0.0))
+        by_window = [_peak(r, blocks, radius, share) for share in SHARES]
+        windows.append([value for value, _ in by_window])
         closest = jackknife(blocks, lambda mean: rise(r, mean))
-        drift.append(contact_over_sampling(r, blocks, samples_of(at, "rdf") / len(blocks)))
+        falling.append(contact_over_sampling(r, blocks, samples_of(at, "rdf") / len(blocks)))
         rows.append((*highest, *closest, closest_contact(at).value, *_drift(r, blocks)))
+    samples, contacts, contact_errors = zip(*falling)
     data = xr.Dataset(
         {
             "g": (("r_s", "r"), [g for g, _ in curves], {"units": "1", "long_name": "g(r)"}),
             "g_error": (("r_s", "r"), [e for _, e in curves], {"units": "1"}),
             "peak_by_window": (("r_s", "share"), windows, {"units": "r_c"}),
-            "samples": (("r_s", "sampling"), [d[0] for d in drift], {"units": "1"}),
-            "contact_over_sampling": (("r_s", "sampling"), [d[1] for d in drift], {"units": "r_c"}),
-            "contact_error": (("r_s", "sampling"), [d[2] for d in drift], {"units": "r_c"}),
+            "samples": (("r_s", "sampling"), list(samples), {"units": "1"}),
+            "contact_over_sampling": (("r_s", "sampling"), list(contacts), {"units": "r_c"}),
+            "contact_error": (("r_s", "sampling"), list(contact_errors), {"units": "r_c"}),
         },
         {"r_s": ("r_s", r_s, {"units": "r_c"}), "r": runs.r, "share": list(SHARES)},
         {"bin": width, "undecided": closest_contact(at).undecided},
@@ -74,7 +80,7 @@ def compute(sweeps):
     return data
 
 
-def _peak(r, blocks, radius, share=SHARES[1]):
+def _peak(r, blocks, radius, share=REACH):
     """Place of the first peak and its error."""
     return jackknife(blocks, lambda mean: peak(r, mean, 2 * radius, share))
 
@@ -95,35 +101,30 @@ def _drift(r, blocks):
     slopes = []
     for part in np.array_split(blocks, PARTS):
         counts, distance, _ = contact_over_sampling(r, part, 1)
-        slopes.append(np.polyfit(np.log10(counts), distance, 1)[0])
+        slope, _ = np.polyfit(np.log10(counts), distance, 1)
+        slopes.append(slope)
     return np.mean(slopes), np.std(slopes, ddof=1) / np.sqrt(PARTS)
-
-
-def _at(data, radius):
-    """What was found for a core radius; missing values if the study has none of it."""
-    here = np.isclose(data.r_s, radius)
-    return data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
 
 
 def measured(data):
     """Peaks, the core that is met, its drift, and the crystal that the text speaks of."""
     found = {"crystal_radius": Measured(1 / (2 + np.sqrt(2)), 0.0, "1 / (2 + sqrt 2)")}
-    for radius in RADII:
-        at, name = _at(data, radius), f"{100 * radius:g}".replace(".", "")
+    for radius in COLORS:
+        at, name = at_radius(data, radius), f"{100 * radius:g}".replace(".", "")
         windows = ", ".join(f"{float(v):.3f}" for v in at.peak_by_window)
         found[f"peak_{name}"] = Measured(
             float(at.peak), float(at.peak_error),
             f"{windows} with a fit that reaches 1/2, 2/3 and 5/6 of the way to 2 r_s, 0.15 at most",
         )  # fmt: skip
-    for radius in RADII[1:4]:
-        at, name = _at(data, radius), f"{100 * radius:.0f}"
+    for radius in (0.15, 0.2, 0.25):
+        at, name = at_radius(data, radius), f"{100 * radius:.0f}"
         found[f"contact_{name}"] = Measured(
             float(at.contact) / (2 * radius), data.bin / (2 * radius),
             f"error: one bin; 2 r_0 = {float(at.contact):.3f}, g = 0.05 at {float(at.rise):.3f}",
             data.undecided,
         )  # fmt: skip
     for radius in (0.15, 0.25):
-        at, name = _at(data, radius), f"{100 * radius:.0f}"
+        at, name = at_radius(data, radius), f"{100 * radius:.0f}"
         found[f"drift_{name}"] = Measured(
             float(at.drift), float(at.drift_error),
             "straight lines in the logarithm of the number of configurations, mean of "
@@ -132,17 +133,17 @@ def measured(data):
         found[f"rest_{name}"] = Measured(
             float(at.contact) - RESTS[radius], data.bin, "error: one bin", data.undecided
         )
-    bare = _at(data, 0.0)
+    bare = at_radius(data, 0.0)
     found["contact_0"] = Measured(float(bare.contact), data.bin, "error: one bin", data.undecided)
-    contacts = [float(_at(data, radius).contact) for radius in RADII[:4]]
+    contacts = [float(at_radius(data, radius).contact) for radius in CORES]
     listed = ", ".join(f"{value:.3f}" for value in contacts)
     found["contact_order"] = Measured(
         min(np.diff(contacts)), np.sqrt(2) * data.bin,
         f"2 r_0 = {listed}; error: one bin of each", data.undecided,
     )  # fmt: skip
-    others = [_at(data, radius) for radius in RADII[:3]]
+    others = [at_radius(data, radius) for radius in (0.0, 0.15, 0.2)]
     lowest = min(others, key=lambda at: float(at.peak))
-    apart = _at(data, 0.25)
+    apart = at_radius(data, 0.25)
     found["peak_shift"] = Measured(
         float(apart.peak - lowest.peak), float(np.hypot(apart.peak_error, lowest.peak_error))
     )
@@ -177,9 +178,8 @@ def draw(data):
         points(
             right, 1.3 * at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False
         )
-    for k, place in enumerate(PUBLISHED_PEAKS):
-        label = "published" if k == 0 else None
-        left.axvline(place, color=BLACK, linestyle=":", linewidth=0.9, label=label)
+    for name, label in (("peak_0", "published"), ("peak_25", None)):
+        left.axvline(PUBLISHED[name].value, color=BLACK, linestyle=":", linewidth=0.9, label=label)
     left.set(xlim=(0, 2), ylim=(0, None), xlabel="distance r / $r_c$", ylabel="g(r)")
     left.legend(loc="upper right")
     middle.plot([0, 0.65], [0, 0.65], color=BLACK, linewidth=0.8)

@@ -9,6 +9,7 @@ from dpd.analysis.statistics import jackknife
 from dpd.analysis.verdicts import Measured
 from dpd.observe.chains import sizes, unwrapped
 from dpd.report.style import mpl, panels
+from paper_figures.liu_2008.shared import PAPER_LENGTH
 
 TITLE = "Snapshot of a melt of set (1)."
 PAPER_SHOWS = (
@@ -20,7 +21,6 @@ PAPER_SHOWS = (
 )
 ERRORS = "The window is as large as the paper's, or the whole box where that is smaller."
 WINDOW = 30.0
-PAPER_LENGTH = 100
 CLOSE = 2.0  # r_c: chains that come closer are neighbours
 FEWEST = 10  # chains for an error of their shapes
 

@@ -5,8 +5,9 @@ import numpy as np
 from dpd.analysis.pressure import excess_pressure
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
+from dpd.report.style import BLACK, ORANGE, panels, points
 from dpd.theory.virial import core_limits
+from paper_figures.liu_2008.shared import CORES, at_radius
 
 TITLE = "Pressure of monomers with rigid cores (a 25, F_max 100)."
 PAPER_SHOWS = (
@@ -18,8 +19,6 @@ PAPER_SHOWS = (
     "95 % interval. Diamond at rho = 0: B2 / a without a core, exact. Dotted: mean field, pi / 24, "
     "an upper bound without cores."
 )
-RADII = (0.0, 0.15, 0.2, 0.25)
-COLORS = dict(zip(RADII, (BLACK, BLUE, GREEN, RED)))
 DENSE = 2.0  # the fit's density from which on, Eq. 10
 COMMON = 4.0  # the largest density at which the paper has all four cores
 REPULSION, FORCE = 25.0, 100.0
@@ -52,19 +51,20 @@ def _fits(at):
     # Every point counts alike, as for Groot and Warren: the errors are so small that those of
     # the thinnest system would decide where the parabola lies.
     parabola = linear_fit([REPULSION * rho**2], excess)
-    kappa, kappa_error = parabola.values[0], parabola.errors[0]
+    (kappa,), (kappa_error,) = parabola.values, parabola.errors
     off = excess - kappa * REPULSION * rho**2
     # Points without an error count in the fit, not in its quality.
     pulls = (off / error)[np.isfinite(error)]
     power = linear_fit([np.ones_like(rho), np.log(rho)], np.log(excess))
+    (_, exponent), (_, exponent_error) = power.values, power.errors
     far, bent = np.argmax(np.abs(off)), np.argmax(np.abs(off) / rho**2)
     largest, scale = (rho + excess).max(), kappa * REPULSION * rho[bent] ** 2
     return {
         "kappa": kappa,
         "kappa_error": kappa_error,
         "chi_square": pulls @ pulls / max(len(pulls) - 1, 1),
-        "exponent": power.values[1],
-        "exponent_error": power.errors[1],
+        "exponent": exponent,
+        "exponent_error": exponent_error,
         "misfit": abs(off[far]) / largest,
         "misfit_error": error[far] / largest,
         "plateau": abs(off[bent]) / scale,
@@ -72,17 +72,11 @@ def _fits(at):
     }
 
 
-def _at(data, radius):
-    """What was found for a core radius; missing values if the study has none of it."""
-    here = np.isclose(data.r_s, radius)
-    return data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
-
-
 def measured(data):
     """kappa, and whether the equation of state is a parabola."""
     found = {}
-    for radius in RADII:
-        at, name = _at(data, radius), f"{100 * radius:.0f}"
+    for radius in CORES:
+        at, name = at_radius(data, radius), f"{100 * radius:.0f}"
         found[f"parabola_{name}"] = Measured(
             float(at.misfit), float(at.misfit_error),
             f"p - rho kT ~ rho^n with n = {float(at.exponent):.3f} +- "
@@ -96,7 +90,7 @@ def measured(data):
                 "error from the scatter about the parabola; exact limits "
                 f"{float(at.virial):.5f} and {float(at.mean_field):.4f}",
             )  # fmt: skip
-    bare, thin, thick, crowded = (_at(data, radius) for radius in RADII)
+    bare, thin, thick, crowded = (at_radius(data, radius) for radius in CORES)
     found["kappa_ratio"] = _ratio(thin, bare, "kappa", less=1.0)
     worst = max(bare, thin, key=lambda at: np.nan_to_num(float(at.plateau)))
     best = min(thick, crowded, key=lambda at: np.nan_to_num(float(at.plateau), nan=np.inf))
@@ -143,7 +137,7 @@ def draw(data):
     rho = np.linspace(DENSE, end, 100)
     for radius in data.r_s.values:
         at = data.sel(r_s=radius).dropna("density", subset=["excess"])
-        color = COLORS.get(float(radius), ORANGE)
+        color = CORES.get(float(radius), ORANGE)
         exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
         label = rf"$r_s$ = {radius:g}, n = {exponent:.2f} ± {error:.2f}"
         points(

@@ -3,17 +3,18 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.diffusion import (
-    ROUSE,
-    SEMENOV_JOHNER,
-    displacements,
-    excluded,
-    subdiffusion,
-    too_small,
-)
+from dpd.analysis.diffusion import displacements, subdiffusion
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
+from dpd.report.style import BLACK, ORANGE, panels
+from paper_figures.liu_2008.shared import (
+    LENGTHS,
+    PAPER_LENGTH,
+    ROUSE,
+    SEMENOV_JOHNER,
+    excluded,
+    too_small,
+)
 
 TITLE = "Mean-square displacements over t^(1/2) and t^(8/15), melts of set (1)."
 PAPER_SHOWS = (
@@ -32,9 +33,6 @@ ERRORS = (
     "leaving out tenths of the run, which know about motion that all chains share. Times up to a "
     "tenth of the run, so that tenths are independent."
 )
-COLORS = {20: BLUE, 50: GREEN, 100: RED, 200: PURPLE}
-PAPER_LENGTH = 100
-PAPER_TIME, PAPER_BOX = 1e4, 100.0
 BATHS = ("pairs", "langevin")
 FREE = 20.0  # R_g^2 that g_cm must reach before g_i can be within 5 % of it
 MET = 2.0  # g_i over g_cm where a chain goes over to free diffusion
@@ -78,8 +76,8 @@ def _apart_early(inner, square):
         count = int((other.time <= last).sum())
         apart = other.value[:count] / longest.value[:count] - 1
         k = int(np.argmax(np.abs(apart)))
-        errors = [each.derived(lambda g, k=k: g[k])[1] / each.value[k] for each in (other, longest)]
-        found.append((abs(apart[k]), float(np.hypot(*errors))))
+        there = [each.derived(lambda g, k=k: g[k]) for each in (other, longest)]
+        found.append((abs(apart[k]), float(np.hypot(*(error / value for value, error in there)))))
     return max(found, default=(np.nan, np.nan))
 
 
@@ -134,7 +132,7 @@ def measured(data):
     if PAPER_LENGTH in pairs.length:
         at = pairs.sel(length=PAPER_LENGTH)
         here = _exponent(pairs, at)
-        small = too_small(at, PAPER_TIME, PAPER_BOX)
+        small = too_small(at)
         found["exponent_here"] = here
         found["exponent"] = Measured(here.value, here.error, here.note, here.undecided or small)
     shortest = pairs.sel(length=pairs.length.min())
@@ -173,11 +171,12 @@ def _meetings(pairs):
     k = int(np.argmin(steps))
     ratio = float(np.exp(steps[k]))
     fit = linear_fit([np.ones(len(length)), np.log(length)], np.log(time), error)
-    small = too_small(pairs.isel(length=int(np.argmax(pairs.length.values))), PAPER_TIME, PAPER_BOX)
+    (_, power), (_, power_error) = fit.values, fit.errors
+    small = too_small(pairs.isel(length=int(np.argmax(pairs.length.values))))
     note = f"g_i = {MET:g} g_cm at {listed} DPD time units"
     return {
         "crossover": Measured(ratio, ratio * float(errors[k]), note),
-        "relaxation": Measured(float(fit.values[1]), float(fit.errors[1]), note, small),
+        "relaxation": Measured(float(power), float(power_error), note, small),
     }
 
 
@@ -202,7 +201,8 @@ def draw(data):
             panel.set(xscale="log", xlim=(FROM, None), ylim=(0, None), title=words)
             panel.set_ylabel(rf"$g(t) / t^{{{label}}}$ / ($r_c^2$ $\tau_0^{{-{label}}}$)")
         for panel in row:
-            if panel.get_legend_handles_labels()[0]:
+            handles, _ = panel.get_legend_handles_labels()
+            if handles:
                 panel.legend(loc="upper left")
     for panel in axes[-1]:
         panel.set_xlabel(r"time $t$ / $\tau_0$")
@@ -212,7 +212,7 @@ def draw(data):
 def _curves(panel, here, power, named):
     """g_i and g_cm of all N over a power of time."""
     for length in here.length.values:
-        at, color = here.sel(length=length), COLORS.get(int(length), ORANGE)
+        at, color = here.sel(length=length), LENGTHS.get(int(length), ORANGE)
         at = at.isel(lag=np.flatnonzero(at.time >= FROM))
         time, scale = at.time, at.time**power
         exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)

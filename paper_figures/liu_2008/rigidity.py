@@ -4,10 +4,14 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import COVERAGE, block_mean_and_error, over_replicas
+from dpd.analysis.published import shown_by
+from dpd.analysis.statistics import COVERAGE, NONE_SEEN, block_mean_and_error, over_replicas
 from dpd.analysis.structure import blocks_of, closest_contact
 from dpd.analysis.verdicts import AGREE, Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
+from paper_figures.liu_2008.shared import PAPER_STEP, SETS, share_of_long_bonds
+
+WARM = shown_by(__file__)["heat_1"].high  # of kT: how far off a proper time step may be
 
 TITLE = "Core force F_max and spring constant C (r_s 0.15, melts of N = 20)."
 PAPER_SHOWS = (
@@ -19,7 +23,7 @@ PAPER_SHOWS = (
     "all from one melt of set (1). (b) Variance of bond lengths times C. (c) Longest bond of a "
     "block of the run, mean over blocks; dashed: 4 r_0. (d) Share of bonds longer than 4 r_0. "
     "(e) Crossings. (f) The largest dt of the sweep up to which no run blew up and kT stayed "
-    "within 3 % of 1 (bonds at rest at 0.25). Times in DPD units tau_0."
+    f"within {100 * WARM:g} % of 1 (bonds at rest at 0.25). Times in DPD units tau_0."
 )
 ERRORS = (
     "(b), (c): 95 % intervals from blocks of the run; (d): the same; (e): 95 % intervals from the "
@@ -27,13 +31,9 @@ ERRORS = (
     "Points of different C stand a little side by side."
 )
 COLORS = (BLUE, GREEN, RED, ORANGE, PURPLE, BLACK)
-WARM = 0.03  # of kT, the limit of Groot and Warren 1997, Sec. III
 EVEN = 0.01  # of kT, that runs to be compared must keep
-SET = (100, 300)  # F_max and C of set (1)
-SETS = ("set_1", "set_2")
-PAPER_STEP = 0.002
+SET_FORCE, SET_STIFFNESS = 100, 300  # F_max and C of set (1)
 BESIDE = 1.06  # factor between points of different C at one F_max, so that all are seen
-AT_LEAST = 3.0  # counts that exclude none at 95 %
 UNITS = {
     "longest": "r_c", "longest_error": "r_c", "variance": "r_c^2", "variance_error": "r_c^2",
     "share": "1", "share_error": "1", "share_bound": "1", "begun": "1", "exposure": "tau",
@@ -68,7 +68,8 @@ def compute(sweeps):
     data = data.assign_coords(dt=steps.dt.values)
     data["kT"], data["kT_error"] = (names, kT, {"units": "kT"}), (names, error, {"units": "kT"})
     data = data.merge(_heats(sets))
-    return data.assign_attrs(bin=cores[0].bin, undecided=cores[0].undecided)
+    first, *_ = cores
+    return data.assign_attrs(bin=first.bin, undecided=first.undecided)
 
 
 def _heats(sweep):
@@ -89,28 +90,26 @@ def _heats(sweep):
 def _bonds(at):
     """Bonds and crossings of a point of the sweep over F_max and C."""
     scene = first_scene(at)
-    length, rest = at.bond_length.values, scene.data["bond"]["length"]
-    width = length[1] - length[0]
-    density = blocks_of(at.bond_density)
-    share, share_error = block_mean_and_error(density[:, length > 2 * rest].sum(axis=1) * width)
-    longest = block_mean_and_error(blocks_of(at.bond_longest))
-    variance = block_mean_and_error((at.bond_mean_square - at.bond_mean**2).values.ravel())
+    share, share_error = share_of_long_bonds(at)
+    longest, longest_error = block_mean_and_error(blocks_of(at.bond_longest))
+    squares = (at.bond_mean_square - at.bond_mean**2).values.ravel()
+    variance, variance_error = block_mean_and_error(squares)
     bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
     looks = scene.steps.sample // scene.observe["bonds"]["every"]
     kT, kT_error = over_replicas(at.kT.values, at.kT_error.values, -1)
     return {
-        "longest": float(longest[0]),
-        "longest_error": float(longest[1]),
-        "variance": float(variance[0]),
-        "variance_error": float(variance[1]),
+        "longest": float(longest),
+        "longest_error": float(longest_error),
+        "variance": float(variance),
+        "variance_error": float(variance_error),
         "share": float(share),
         "share_error": float(share_error),
-        "share_bound": AT_LEAST / (bonds * looks),
+        "share_bound": NONE_SEEN / (bonds * looks),
         "begun": float(at.crossings_begun.sum()),
         "exposure": bonds * float(at.crossing_time.isel(replica=0).max()),
         "melt_kT": float(kT),
         "melt_kT_error": float(kT_error),
-        "rest": rest,
+        "rest": scene.data["bond"]["length"],
     }
 
 
@@ -123,14 +122,16 @@ def _stable(at):
 
 def _rise(data, name):
     """Change from the lowest to the highest F_max, at C of set (1)."""
-    if SET[1] not in data.stiffness.values or data.sizes["force"] < 2:
+    if SET_STIFFNESS not in data.stiffness.values or data.sizes["force"] < 2:
         return Measured(np.nan, np.nan)
-    along = data.sel(stiffness=SET[1])
+    along = data.sel(stiffness=SET_STIFFNESS)
     low, high = along.isel(force=0), along.isel(force=-1)
     error = float(np.hypot(low[f"{name}_error"], high[f"{name}_error"]))
     listed = ", ".join(f"{float(v):.4g}" for v in along[name])
     forces = ", ".join(f"{f:g}" for f in data.force.values)
-    return Measured(float(high[name] - low[name]), error, f"{listed} at F_max {forces}, C {SET[1]}")
+    return Measured(
+        float(high[name] - low[name]), error, f"{listed} at F_max {forces}, C {SET_STIFFNESS}"
+    )
 
 
 def measured(data):
@@ -162,7 +163,7 @@ def _heat(data, name):
 
 def _tried(data):
     """What shorter runs of set (1) say of other time steps."""
-    place = {"stable_force": SET[0], "stable_stiffness": SET[1]}
+    place = {"stable_force": SET_FORCE, "stable_stiffness": SET_STIFFNESS}
     if not all(value in data[axis].values for axis, value in place.items()):
         return ""
     at = data.sel(place)
@@ -214,7 +215,7 @@ def draw(data):
                            label=label if panel is variance else None)  # fmt: skip
         _seen(share, force, at.share, at.share_error, at.share_bound, color)
         begun, exposure = at.begun, at.exposure
-        _seen(rate, force, begun / exposure, np.sqrt(begun) / exposure, AT_LEAST / exposure,
+        _seen(rate, force, begun / exposure, np.sqrt(begun) / exposure, NONE_SEEN / exposure,
               color)  # fmt: skip
         if stiffness in data.stable_stiffness.values:
             stable = data.stable_dt.sel(stable_stiffness=stiffness)

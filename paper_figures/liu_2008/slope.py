@@ -3,10 +3,18 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.diffusion import ROUSE, SEMENOV_JOHNER, excluded, subdiffusion, too_small
+from dpd.analysis.diffusion import subdiffusion
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
+from paper_figures.liu_2008.shared import (
+    LENGTHS,
+    PAPER_LENGTH,
+    ROUSE,
+    SEMENOV_JOHNER,
+    excluded,
+    too_small,
+)
 
 TITLE = "Local slope d ln g_i / d ln t of the innermost beads' displacement, melts of set (1)."
 PAPER_SHOWS = (
@@ -24,15 +32,13 @@ ERRORS = (
     "Times up to a tenth of the run, so that tenths are independent."
 )
 COLORS = (BLUE, GREEN, RED, PURPLE, ORANGE, BLACK)
-LENGTHS = {"20": BLUE, "50": GREEN, "100": RED, "200": PURPLE}  # a colour for each N, as in Fig. 6
 AXES = {
     "melts": "length", "langevin": "length", "box_size": "box", "langevin_box_size": "box",
     "friction": "gamma",
 }  # fmt: skip
 ALONE = ("box_size", "langevin_box_size", "friction")
-PAPER_TIME, PAPER_BOX = 1e4, 100.0
 FROM = 0.3  # DPD time units, from which on slopes are drawn: before, beads fly
-CONTROL, PAIR = 100, 50  # chain lengths of the control's row and of the pair of boxes
+PAIR = 50  # chain length of the pair of boxes
 
 
 def compute(sweeps):
@@ -65,10 +71,10 @@ def _exponent(data, run):
 
 def _lowest(data):
     """The smallest local slope of the paper's chains, which a plateau by eye may have been."""
-    at = _at(data, f"melts {CONTROL}")
+    at = _at(data, f"melts {PAPER_LENGTH}")
     if at is None:
         return Measured(np.nan, np.nan)
-    small = too_small(at, PAPER_TIME, PAPER_BOX)
+    small = too_small(at)
     if not np.isfinite(at.lowest):
         end = float(at.time[at.slope.notnull()][-1])
         reason = f"the slope falls until {end:.3g} DPD time units, the end"
@@ -84,7 +90,7 @@ def _lowest(data):
 
 def measured(data):
     """The control's exponent, and how the exponent depends on the box."""
-    control = _exponent(data, f"langevin {CONTROL}")
+    control = _exponent(data, f"langevin {PAPER_LENGTH}")
     large = _exponent(data, f"melts {PAIR}")
     found = {"langevin_exponent": control, "lowest_slope": _lowest(data)}
     for name, prefix, reference in (
@@ -99,10 +105,10 @@ def measured(data):
             f"N {PAIR}: {reference.value:.3f} in the largest box, {other.value:.3f} with edge "
             f"{edge:.0f}",
         )  # fmt: skip
-    dpd = _exponent(data, f"melts {CONTROL}")
+    dpd = _exponent(data, f"melts {PAPER_LENGTH}")
     found["momentum_difference"] = Measured(
         dpd.value - control.value, float(np.hypot(dpd.error, control.error)),
-        f"N {CONTROL}: {dpd.value:.3f} with momentum conserved, {control.value:.3f} without",
+        f"N {PAPER_LENGTH}: {dpd.value:.3f} with momentum conserved, {control.value:.3f} without",
     )  # fmt: skip
     return found
 
@@ -133,7 +139,8 @@ def draw(data):
         for run, color in zip(runs, COLORS):
             at = data.sel(run=run)
             at = at.isel(lag=np.flatnonzero(at.time >= FROM))
-            color = color if together else LENGTHS.get(run.split()[1], color)
+            if not together:
+                color = LENGTHS.get(int(run.split()[1]), color)
             reach = COVERAGE * at.slope_error
             style = "--" if run.startswith("langevin") and together else "-"
             axes.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.2,

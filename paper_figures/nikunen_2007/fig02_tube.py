@@ -3,20 +3,22 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.published import shown_by
 from dpd.report.style import BLACK, panels
+from paper_figures.nikunen_2007.shared import repulsion
+
+CROSSOVER = shown_by(__file__)["crossover_diffusion"]  # chain lengths
 
 TITLE = "Ten configurations of one chain at times 100 apart (in DPD time units), projected."
 PAPER_SHOWS = (
     "The paper shows a chain of N = 256: (a) a 25, k 50, a cloud; (b) a 100, k 200, a tube. Gray:"
     " times up to 500, black: from 500 to 1000. Here: the first chain of the box, seen along the "
-    "axis in which it is least extended. A tube can be seen only of chains that are much longer "
-    "than an entanglement, for which the published crossover between N = 40 and 60 stands, and "
-    "only within less than their relaxation time."
+    "axis in which it is least extended. A tube shows only where chains are much longer than an "
+    f"entanglement, for which the published crossover between N = {CROSSOVER.low:g} and "
+    f"{CROSSOVER.high:g} stands, and only within less than their relaxation time."
 )
 ERRORS = "Without error bars: one chain each."
-NAMES = {"a25": "a = 25, k = 50", "a100": "a = 100, k = 200"}
-ENTANGLED = (40, 60)  # chain lengths of the published crossover
-MUCH_LONGER = 3  # of these lengths
+MUCH_LONGER = 3  # of the longest of these lengths
 
 
 def compute(sweeps):
@@ -47,13 +49,13 @@ def measured(data):
 def warnings(data):
     """Chains too short for a tube."""
     n = data.sizes["monomer"]
-    if n >= MUCH_LONGER * ENTANGLED[1]:
+    if n >= MUCH_LONGER * CROSSOVER.high:
         return []
     return [
-        f"N = {n} shows no tube, with any parameters: it is not much longer than the {ENTANGLED[0]}"
-        f" to {ENTANGLED[1]} beads of the published crossover, and moves its own size within the "
-        "time shown. So the two panels look alike here, which says nothing about the paper's "
-        "figure; the study `paper` has N = 256."
+        f"N = {n} shows no tube, with any parameters: it is not much longer than the "
+        f"{CROSSOVER.low:g} to {CROSSOVER.high:g} beads of the published crossover, and moves its "
+        "own size within the time shown. So the two panels look alike here, which says nothing "
+        "about the paper's figure; the study `paper` has N = 256."
     ]
 
 
@@ -61,11 +63,16 @@ def describe(data):
     """What is seen: how far the second half of each set strays from the first."""
     n = data.sizes["monomer"]
     seen = [
-        f"{NAMES.get(str(name), name)}: rms displacement of a bead between neighbouring times "
+        f"{_parameters(name)}: rms displacement of a bead between neighbouring times "
         f"{_step(data.place.sel(set=name).values):.1f} r_c"
         for name in data.set.values
     ]
     return f"Ten superposed configurations of a chain of {n} for each set; {'; '.join(seen)}."
+
+
+def _parameters(name):
+    """Repulsion and spring constant of a set."""
+    return f"a = {repulsion(name)}, k = {2 * repulsion(name)}"
 
 
 def _step(places):
@@ -85,7 +92,7 @@ def draw(data):
             panel.plot(
                 x, y, color=BLACK if late else "0.65", linewidth=0.7, zorder=2 if late else 1
             )
-        title = f"{NAMES.get(name, name)}, N = {data.sizes['monomer']}"
+        title = f"{_parameters(name)}, N = {data.sizes['monomer']}"
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", title=title,
                   xlabel="$x$ / $r_c$", ylabel="$y$ / $r_c$")  # fmt: skip
     return figure

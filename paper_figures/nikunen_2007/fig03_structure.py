@@ -4,18 +4,21 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import jackknife
 from dpd.analysis.structure import (
     blocks_of,
-    criterion,
     neighbours,
     peak,
     radial_distribution,
     unbonded,
 )
-from dpd.analysis.verdicts import Measured, published
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, panels
 from dpd.report.text import with_error
+from paper_figures.nikunen_2007.shared import CONTROL, MAIN, SETS, criterion, in_words, repulsion
+
+PUBLISHED = shown_by(__file__)
 
 TITLE = "Radial distribution function (a) and bond lengths (b) for the parameter sets, k = 2 a."
 PAPER_SHOWS = (
@@ -32,9 +35,7 @@ ERRORS = (
     "Errors of g(r) and of densities are smaller than the lines; those of numbers by leaving out "
     "blocks."
 )
-COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 LEVEL = 0.05
-SHELL = "a100"  # the set that the text's numbers on the first shell are held against
 
 
 def compute(sweeps):
@@ -93,17 +94,17 @@ def _shell(at, n):
 def measured(data):
     """The criterion for each set, and the first shell."""
     found = {}
-    for name in ("a25", "a50", "a100", "a150", "a200"):
+    for name in SETS:
         found[f"criterion_{name}"] = _measured(data, name, "ratio")
     others = (
-        f"a {str(name)[1:]}: {float(data.coordination.sel(set=name)):.1f}"
+        f"{in_words(name)}: {float(data.coordination.sel(set=name)):.1f}"
         for name in data.set.values
     )
-    found["coordination"] = _measured(data, SHELL, "coordination", "; ".join(others))
+    found["coordination"] = _measured(data, MAIN, "coordination", "; ".join(others))
     note = ""
-    if SHELL in data.set.values:
-        note = f"of all pairs: {float(data.first_peak.sel(set=SHELL)):.3f}"
-    found["first_peak"] = _measured(data, SHELL, "unbonded_peak", note)
+    if MAIN in data.set.values:
+        note = f"of all pairs: {float(data.first_peak.sel(set=MAIN)):.3f}"
+    found["first_peak"] = _measured(data, MAIN, "unbonded_peak", note)
     return found
 
 
@@ -121,7 +122,7 @@ def table(data):
     """The criterion and the first shell of each set."""
     rows = [
         (
-            f"a {str(name)[1:]}",
+            in_words(name),
             *(
                 with_error(float(data[q].sel(set=name)), float(data[f"{q}_error"].sel(set=name)))
                 for q in ("ratio", "first_peak", "unbonded_peak", "coordination")
@@ -137,7 +138,7 @@ def table(data):
 
 def describe(data):
     """What is seen."""
-    meets = [f"a {str(name)[1:]}" for name in data.set.values if data.ratio.sel(set=name) > 1]
+    meets = [in_words(name) for name in data.set.values if data.ratio.sel(set=name) > 1]
     return (
         "Peaks of g(r) near 0.96 and of bond lengths grow higher and narrower with a; r_min rises "
         f"from {float(data.r_min.min()):.3f} to {float(data.r_min.max()):.3f} and l_max falls from "
@@ -151,17 +152,16 @@ def draw(data):
     figure, (left, right) = panels(2, height=3.0)
     inner = left.inset_axes([0.52, 0.5, 0.46, 0.47])
     outer = right.inset_axes([0.56, 0.36, 0.42, 0.47])
-    printed = published("nikunen_2007")
     for name in data.set.values:
-        at, color = data.sel(set=name), COLORS.get(str(name), BLACK)
+        at, color = data.sel(set=name), SETS.get(str(name), BLACK)
         for axes in (left, inner):
-            axes.plot(data.r, at.g, color=color, label=f"a = {str(name)[1:]}")
+            axes.plot(data.r, at.g, color=color, label=f"a = {repulsion(name)}")
         for axes in (right, outer):
-            axes.plot(data.bond_length, at.density, color=color, label=f"a = {str(name)[1:]}")
+            axes.plot(data.bond_length, at.density, color=color, label=f"a = {repulsion(name)}")
         for axes, quantity in ((inner, "r_min"), (outer, "l_max")):
             axes.plot(at[quantity], LEVEL, "o", color=color)
-            if f"{quantity}_{name}" in printed:
-                value = printed[f"{quantity}_{name}"]["value"]
+            if name != CONTROL:
+                value = PUBLISHED[f"{quantity}_{name}"].value
                 axes.plot([value] * 2, [1.6 * LEVEL, 2.4 * LEVEL], color=color, linewidth=1.4)
     for axes in (inner, outer):
         axes.axhline(LEVEL, color=BLACK, linewidth=0.5)

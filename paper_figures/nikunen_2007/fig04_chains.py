@@ -5,6 +5,7 @@ import xarray as xr
 
 from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene, padded
+from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics, end_to_end, in_tail
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.structure import blocks_of
@@ -22,6 +23,16 @@ from dpd.report.style import (
     points,
     published_line,
 )
+from paper_figures.nikunen_2007.shared import (
+    MAIN,
+    PAPER_CHAINS,
+    PAPER_LENGTH,
+    SETS,
+    in_words,
+    repulsion,
+)
+
+ROOM = shown_by(__file__)["box_rule"].low  # box over mean end-to-end distance
 
 TITLE = (
     "Radius of gyration over N^(1/2) (a), and autocorrelation of the end-to-end vector for a 100, "
@@ -30,27 +41,23 @@ TITLE = (
 PAPER_SHOWS = (
     "The paper shows (a) R_g over N for every set, which follows N^(1/2), level here (dashed, "
     "through the longest chains of a 100), and (b) the "
-    "correlation <R(t) . R(0)>, whose exponential tail gives the relaxation time tau. Hollow in "
-    "(a): equilibrated for less than two tau of a 100 (its longest known tau / N^2 beyond the runs"
-    " that have one), left out of exponents; sets stand side by side. Time in (b) is in units tau_0"
-    " = (m r_c^2 / kT)^(1/2), over N^2, so that Rouse chains fall on one curve; dashed: exp(-t / "
-    "tau) through the part between 0.6 and 0.15 that it is fitted to; lags reach up to a tenth of "
-    "the run."
+    "correlation <R(t) . R(0)>, whose exponential tail gives the relaxation time tau. Hollow points"
+    " in (a) are left out of exponents: their runs were equilibrated for less than two tau of a 100"
+    " (where N is longer than any with a known tau, tau / N^2 is taken from the longest). Sets of "
+    "one N are drawn side by side. Time in (b) is in units tau_0 = (m r_c^2 / kT)^(1/2), over N^2, "
+    "so that Rouse chains fall on one curve; dashed: exp(-t / tau), fitted between 0.6 and 0.15; "
+    "times reach up to a tenth of the run."
 )
 ERRORS = (
     "Bars and bands: 95 % intervals; sizes from blocks of the run, correlations from the larger "
     "of two jackknife errors, leaving out molecules, and leaving out tenths of the run."
 )
-COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, SKY, BLACK)
-MAIN = "a100"  # the set of the runs in (b)
 OTHERS = ("a50", "a150", "a200")
 LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
 SHORT = 8  # from which on exponents of sets are compared
 BOX = 16  # length of the chains in the small box
 SETTLED = 2.0  # relaxation times: of a wrong R^2 at the start exp(-4) is left, 2 %
-ROOM = 1.75  # box over end-to-end distance that the paper asks for
-PUBLISHED_CHAINS, PUBLISHED_LENGTH = 128, 256
 MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a Gaussian vector
 
 
@@ -101,8 +108,23 @@ def _size(at, name, n, dynamics):
     scene = first_scene(at)
     equilibrated = scene.steps.equilibrate * scene.data["integrator"]["dt"]
     row["settled"] = float(equilibrated >= SETTLED * _relaxation_time(n, dynamics))
-    row["room"] = min(scene.box) / row["end_to_end"]
+    row["room"] = room(min(scene.box), row["end_to_end"])
     return row
+
+
+def room(edge, distance):
+    """Edge of a box over the mean end-to-end distance <R>, by which the paper's rule goes.
+
+    <R> is smaller than the root of <R^2>, which the runs give: by the factor `MEAN`, as the ends of
+    chains are nearly Gaussian.
+
+    Parameters
+    ----------
+    edge : float
+    distance : float
+        Root of <R^2>.
+    """
+    return edge / (MEAN * distance)
 
 
 def _relaxation_time(n, dynamics):
@@ -170,33 +192,29 @@ def _box_effect(data, quantity):
     value, error = data[f"box_{quantity}"].values, data[f"box_{quantity}_error"].values
     if len(value) < 2:
         return Measured(np.nan, np.nan)
-    room = " and ".join(f"{ratio:.2f}" for ratio in data.box_room.values)
+    rooms = " and ".join(f"{ratio:.2f}" for ratio in data.box_room.values)
     change = value[0] / value[1] - 1
     return Measured(
         float(change), float(value[0] / value[1] * np.hypot(*(error / value))),
-        f"N {BOX} in boxes of {room} <R^2>^(1/2)",
+        f"N {BOX} in boxes of {rooms} <R>",
     )  # fmt: skip
 
 
 def _box_rule(data):
-    """Edge over mean end-to-end distance of the paper's own system, from the longest chains.
-
-    The paper's rule is on the average of R = |R|, which is smaller than the root of <R^2>; chains
-    of the paper's length are long enough for the ratio of a Gaussian chain.
-    """
+    """Edge over mean end-to-end distance of the paper's own system, from the longest chains."""
     n, size, error = _sizes(data, MAIN, "end_to_end")
     if not len(n):
         return Measured(np.nan, np.nan, "", "no run is equilibrated")
-    edge = np.cbrt(PUBLISHED_CHAINS * PUBLISHED_LENGTH)
-    grown = MEAN * size[-1] * np.sqrt((PUBLISHED_LENGTH - 1) / (n[-1] - 1))
-    room, spread = edge / grown, edge / grown * error[-1] / size[-1]
+    edge = np.cbrt(PAPER_CHAINS * PAPER_LENGTH)
+    here = room(edge, size[-1] * np.sqrt((PAPER_LENGTH - 1) / (n[-1] - 1)))
+    spread = here * error[-1] / size[-1]
     note = f"from <R^2> of N {n[-1]:g} by R^2 ~ N - 1 and <R> = {MEAN:.3f} <R^2>^(1/2)"
-    if n[-1] >= PUBLISHED_LENGTH:
-        return Measured(float(room), float(spread), note)
+    if n[-1] >= PAPER_LENGTH:
+        return Measured(float(here), float(spread), note)
     # R^2 / (N - 1) still grows, so this is an upper bound, which can miss the rule but not meet it.
     note += "; an upper bound, as R^2 / (N - 1) still grows"
-    blind = f"chains of {n[-1]:g} leave it open" if room > ROOM else ""
-    return Measured(float(room), float(spread), note, blind)
+    blind = f"chains of {n[-1]:g} leave it open" if here > ROOM else ""
+    return Measured(float(here), float(spread), note, blind)
 
 
 def warnings(data):
@@ -208,13 +226,13 @@ def warnings(data):
         tight = [f"N = {n:g} ({r:.2f})" for n, r in zip(small.length.values, small.room.values)]
         if tight:
             found.append(
-                f"Box below {ROOM} end-to-end distances, the paper's rule, for a {name[1:]}: "
-                f"{', '.join(tight)}."
+                f"Box below {ROOM:g} mean end-to-end distances, the paper's rule, for "
+                f"{in_words(name)}: {', '.join(tight)}."
             )
         young = [f"{n:g}" for n in at.length.values[at.settled.values == 0]]
         if young:
             found.append(
-                f"Equilibrated for less than {SETTLED:g} relaxation times, a {name[1:]}: N = "
+                f"Equilibrated for less than {SETTLED:g} relaxation times, {in_words(name)}: N = "
                 f"{', '.join(young)}."
             )
     return found
@@ -252,13 +270,13 @@ def draw(data):
 
 def _draw_sizes(panel, data):
     """R_g over N^(1/2), the sets a little aside of each other."""
-    present = [name for name in COLORS if name in data.set.values]
+    present = [name for name in SETS if name in data.set.values]
     for k, name in enumerate(present):
         aside = 1.03 ** (k - 0.5 * (len(present) - 1))
         for settled in (True, False):
             n, size, error = _sizes(data, name, "gyration", settled)
-            label = f"a = {name[1:]}" if settled else None
-            points(panel, n * aside, size / np.sqrt(n), error / np.sqrt(n), label, COLORS[name],
+            label = f"a = {repulsion(name)}" if settled else None
+            points(panel, n * aside, size / np.sqrt(n), error / np.sqrt(n), label, SETS[name],
                    MARKERS[k], filled=settled)  # fmt: skip
     n, size, _ = _sizes(data, MAIN, "gyration")
     if len(n):

@@ -5,29 +5,38 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.chain_length import meeting, power
+from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, ORANGE, panels, points
+from dpd.report.style import BLACK, BLUE, ORANGE, Look, panels, points
 from dpd.report.text import with_error
+from paper_figures.nikunen_2007.shared import CONTROL, MAIN
+
+PUBLISHED = shown_by(__file__)
+CROSSOVER = PUBLISHED["crossover_diffusion"]  # chain lengths
+SHORTEST = 8  # chain length from which on Rouse's laws are fitted
 
 TITLE = "Relaxation time (a) and diffusion constant of chains (b) over chain length."
 PAPER_SHOWS = (
     "The paper shows tau ~ N^2 crossing to N^3 and D ~ 1/N crossing to N^-2 for a 100, k 200, with "
-    "the crossover between N = 40 and 60 (shaded). (c), (d): tau / N^2 and D N, which are level for"
-    " Rouse chains wherever the crossover is. Only runs of ten relaxation times or more count; "
-    "shorter ones are drawn hollow and left out of the fits, over N from 8 to 40 and from 60 on. "
-    "Dashed and dotted: laws with the published exponents, fitted to the points of a 100 in each "
-    "range. The control a 25, k 50, whose bonds pass through each other, should be Rouse-like at "
-    "any length. tau is the relaxation time, tau_0 = (m r_c^2 / kT)^(1/2) the unit of time."
+    f"the crossover between N = {CROSSOVER.low:g} and {CROSSOVER.high:g} (shaded). (c), (d): "
+    "tau / N^2 and D N, which are level for Rouse chains wherever the crossover is. Only runs of "
+    "ten relaxation times or more count; shorter ones are drawn hollow and left out of the fits, "
+    f"over N from {SHORTEST} to {CROSSOVER.low:g} and from {CROSSOVER.high:g} on. Dashed and "
+    "dotted: laws with the published exponents, fitted to the points of a 100 in each range. The "
+    "control a 25, k 50, whose bonds pass through each other, should be Rouse-like at any length. "
+    "tau is the relaxation time, tau_0 = (m r_c^2 / kT)^(1/2) the unit of time."
 )
 ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
     " out tenths of the run."
 )
-MAIN, CONTROL = "a100", "a25"
-STYLES = {MAIN: ("a = 100", BLUE, "o"), CONTROL: ("a = 25, control", ORANGE, "s")}
-REGIMES = {"rouse": (8, 40), "reptation": (60, np.inf)}
-LAWS = {"tau": {"rouse": 2, "reptation": 3}, "diffusion": {"rouse": -1, "reptation": -2}}
+STYLES = {MAIN: Look("a = 100", BLUE, "o"), CONTROL: Look("a = 25, control", ORANGE, "s")}
+REGIMES = {"rouse": (SHORTEST, CROSSOVER.low), "reptation": (CROSSOVER.high, np.inf)}
+LAWS = {
+    quantity: {regime: PUBLISHED[f"{quantity}_{regime}"].value for regime in REGIMES}
+    for quantity in ("tau", "diffusion")
+}
 
 
 def compute(sweeps):
@@ -72,12 +81,12 @@ def _exponent(data, name, quantity, regime):
     """Of one set in one range of lengths."""
     at = data.sel(set=name)
     low, high = REGIMES[regime]
-    n = _counted(data, name, quantity)[0]
+    n, _, _ = _counted(data, name, quantity)
     inside = ", ".join(f"{length:g}" for length in n if low <= length <= high)
     value, error = float(at[f"{quantity}_{regime}"]), float(at[f"{quantity}_{regime}_error"])
     if np.isfinite(value):
         return Measured(value, error, f"N {inside}")
-    between = f"from {low} on" if np.isinf(high) else f"from {low} to {high}"
+    between = f"from {low:g} on" if np.isinf(high) else f"from {low:g} to {high:g}"
     return Measured(np.nan, np.nan, "", f"fewer than three lengths {between} ran ten tau")
 
 
@@ -97,7 +106,7 @@ def _crossover(data, quantity):
 def warnings(data):
     """Runs that are too short."""
     short = [
-        f"{STYLES[name][0]}, N = {n:g}"
+        f"{STYLES[name].label}, N = {n:g}"
         for name in data.set.values
         for n in data.length.values
         if data.long_enough.sel(set=name, length=n) == 0
@@ -116,7 +125,7 @@ def table(data):
             if not np.isfinite(at.duration):
                 continue
             rows.append((
-                STYLES[name][0], f"{n:g}", with_error(float(at.tau), float(at.tau_error)),
+                STYLES[name].label, f"{n:g}", with_error(float(at.tau), float(at.tau_error)),
                 with_error(float(at.tau) / n**2, float(at.tau_error) / n**2),
                 with_error(float(at.diffusion), float(at.diffusion_error)),
                 with_error(float(at.diffusion) * n, float(at.diffusion_error) * n),
@@ -133,7 +142,7 @@ def describe(data):
     n, tau, _ = _counted(data, MAIN, "tau")
     if not len(n):
         return "No run lasts for ten relaxation times."
-    constant = _counted(data, MAIN, "diffusion")[1]
+    _, constant, _ = _counted(data, MAIN, "diffusion")
     return (
         f"From N = {n[0]:g} to {n[-1]:g}, tau / N^2 of a 100 goes from {tau[0] / n[0] ** 2:.2f} to "
         f"{tau[-1] / n[-1] ** 2:.2f} and D N from {constant[0] * n[0]:.2f} to "
@@ -154,7 +163,8 @@ def draw(data):
                 _draw_set(panel, data.sel(set=name), quantity, taken, *STYLES[name])
             for regime, line in (("rouse", "--"), ("reptation", ":")):
                 _draw_law(panel, data, quantity, regime, taken, line)
-            panel.axvspan(40, 60, color=BLACK, alpha=0.1, linewidth=0, label="published crossover")
+            panel.axvspan(CROSSOVER.low, CROSSOVER.high, color=BLACK, alpha=0.1, linewidth=0,
+                          label="published crossover")  # fmt: skip
             panel.set(xscale="log", yscale="linear" if taken else "log", xlabel="chain length N",
                       ylabel=text)  # fmt: skip
             panel.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
@@ -184,4 +194,4 @@ def _draw_law(panel, data, quantity, regime, taken, line):
         return
     x = np.geomspace(low, min(high, data.length.values.max()), 50)
     panel.plot(x, np.exp(fit.height) * x ** (law - taken), color=BLACK, linestyle=line,
-               linewidth=0.9, label=f"$N^{{{law}}}$")  # fmt: skip
+               linewidth=0.9, label=f"$N^{{{law:g}}}$")  # fmt: skip

@@ -5,11 +5,15 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import over_replicas
-from dpd.analysis.structure import bond_statistics, criterion
+from dpd.analysis.structure import bond_statistics
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import SINGLE, panels, points
 from dpd.report.text import with_error
+from paper_figures.nikunen_2007.shared import LABELS, criterion
+
+LAST_DIGIT = shown_by(__file__)["noise_r_min"].rival  # of Table II
 
 TITLE = "What changes with uniform noise in place of Gaussian noise, a 100, k 200."
 PAPER_SHOWS = (
@@ -19,18 +23,11 @@ PAPER_SHOWS = (
     "Shaded: half of the last digit that Table II prints."
 )
 ERRORS = "Bars: 95 % intervals of the difference; blocks of both runs."
-NAMES = {
-    "kT": r"$k_BT$",
-    "r_min": r"$r_{min}$",
-    "l_max": r"$l_{max}$",
-    "mean_bond": r"$\langle l \rangle$",
-    "rms": "rms",
-}
+NAMES = {"kT": r"$k_BT$"} | LABELS
 WORDS = {
     "kT": "kT, set to 1", "r_min": "r_min / r_c", "l_max": "l_max / r_c",
     "mean_bond": "mean bond length / r_c", "rms": "rms deviation of bonds / r_c",
 }  # fmt: skip
-PRINTED = 0.0005  # half of the last digit of Table II
 
 
 def compute(sweeps):
@@ -97,7 +94,8 @@ def draw(data):
     figure, (left, right) = panels(2, height=2.2, width=SINGLE, width_ratios=(1, 3))
     change, error = (1e3 * part for part in difference(data))
     at = np.arange(len(NAMES))
-    right.axhspan(-1e3 * PRINTED, 1e3 * PRINTED, color="0.9", linewidth=0)
+    half = 1e3 * LAST_DIGIT / 2
+    right.axhspan(-half, half, color="0.9", linewidth=0)
     for panel, part, unit in ((left, at < 1, "k_BT"), (right, at >= 1, "r_c")):
         panel.axhline(0, color="0.5", linewidth=0.6)
         points(panel, at[part], change[part], error[part])

@@ -6,11 +6,17 @@ import xarray as xr
 
 from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene
+from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics
-from dpd.analysis.structure import criterion
-from dpd.analysis.verdicts import Measured, published
+from dpd.analysis.statistics import NONE_SEEN
+from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points
 from dpd.report.text import with_error
+from paper_figures.nikunen_2007.shared import CONTROL, MAIN, criterion, in_words, repulsion
+
+PUBLISHED = shown_by(__file__)
+ROUSE = PUBLISHED["tau_rouse"].value  # exponent of tau over N
+CROSSOVER = PUBLISHED["crossover_diffusion"].high  # chain length beyond which chains should reptate
 
 TITLE = "Bonds passed through per bond and unit of time, against the margin of the criterion."
 PAPER_SHOWS = (
@@ -18,19 +24,16 @@ PAPER_SHOWS = (
     "Pairs of bonds that go through each other are counted directly, from looks at two intervals "
     "between which beads are taken to move in straight lines. The margin is taken from the "
     "longest chains of Figure 3's runs. Dashed: margin 0; sets to its right meet the criterion. "
-    "Table: passes that a chain of the longest of these runs takes part in within its own "
-    "relaxation time tau, which is the number that decides whether others hold it back; and the "
-    "exponent of tau over N, 2 for Rouse chains, from runs of ten tau or more with N of 60 and "
-    "more. tau_0 = (m r_c^2 / kT)^(1/2) is the unit of time."
+    "Table: in how many passes a chain of the longest of these runs takes part within its own "
+    "relaxation time tau, which decides whether other chains hold it back; and the "
+    f"exponent of tau over N, {ROUSE:g} for Rouse chains, from runs of ten tau or more with N of "
+    f"{CROSSOVER:g} and more. tau_0 = (m r_c^2 / kT)^(1/2) is the unit of time."
 )
 ERRORS = (
     "Bars: 95 % intervals, of rates from the square root of the count. Triangles: none seen, 95 %"
     " limit."
 )
-AT_LEAST = 3.0  # counts that exclude none at 95 %
-CHECKED = ("a100", "a200")  # the set of the dynamics, and the one that meets the criterion
-CONTROL = "a25"
-LONG = (60, np.inf)  # chain lengths beyond the published crossover
+CHECKED = (MAIN, "a200")  # the set of the dynamics, and the one that meets the criterion
 CERTAIN = 2.0  # standard errors
 LIFT = 8  # points from a symbol to its label
 
@@ -49,7 +52,7 @@ def compute(sweeps):
             count[k, m] = float(one.passes.sum())
             bonds = float(one.beads.sum()) * (length - 1) / length
             exposure[k, m] = bonds * float(one.pass_time.max())
-        rate = max(count[k, 0], AT_LEAST) / exposure[k, 0]
+        rate = max(count[k, 0], NONE_SEEN) / exposure[k, 0]
         rows.append((*_margin(statics.sel(set=name)), *_behaviour(sweeps, str(name), rate)))
     data = xr.Dataset(
         {
@@ -75,7 +78,7 @@ def _behaviour(sweeps, name, rate):
 
     Where none was seen, the rate is the limit at 95 %.
     """
-    own = {"a100": "dynamics", CONTROL: "dynamics_control"}
+    own = {MAIN: "dynamics", CONTROL: "dynamics_control"}
     runs = sweeps[own.get(name, "dynamics_sets")]
     if "set" in runs.dims:
         if name not in runs.set.values:
@@ -86,7 +89,7 @@ def _behaviour(sweeps, name, rate):
     if not good.any():
         return (np.nan,) * 4
     n, tau = found.length.values[good], found.tau.values[good]
-    fit = power(n, tau, found.tau_error.values[good], *LONG)
+    fit = power(n, tau, found.tau_error.values[good], CROSSOVER, np.inf)
     # Each pass has two bonds, so two chains take part in it.
     return fit.exponent, fit.error, n[-1], 2 * rate * (n[-1] - 1) * tau[-1]
 
@@ -103,8 +106,8 @@ def _rate(data, name):
     at = data.sel(set=name).isel(interval=0)
     count, exposure = float(at["count"]), float(at.exposure)
     note = f"{count:.0f} passes in {exposure:.3g} bonds times tau_0; margin {float(at.margin):.3f}"
-    limit = published("nikunen_2007")[f"passes_{name}"]["range"][1]
-    excluded = AT_LEAST / exposure
+    limit = PUBLISHED[f"passes_{name}"].high
+    excluded = NONE_SEEN / exposure
     blind = ""
     if not count and excluded > limit:
         blind = f"none seen excludes only more than {excluded:.1e} (95 %)"
@@ -149,7 +152,7 @@ def table(data):
             _text(name),
             with_error(float(at.margin), float(at.margin_error)),
             "holds" if at.margin > 0 else "fails",
-            rate if count else f"< {AT_LEAST / exposure:.1e}",
+            rate if count else f"< {NONE_SEEN / exposure:.1e}",
             with_error(100 * change, 100 * error) if np.isfinite(change) else "–",
             _in_a_tau(at, seen=count > 0),
             _verdict(at),
@@ -161,7 +164,7 @@ def table(data):
 
 
 def _text(name):
-    return f"a {str(name)[1:]}, k {2 * int(str(name)[1:])}"
+    return f"{in_words(name)}, k {2 * repulsion(name)}"
 
 
 def _in_a_tau(at, seen):
@@ -178,14 +181,14 @@ def _verdict(at):
         longest = f", N up to {float(at.longest):g}" if at.longest > 0 else ""
         return f"not reached at this scale{longest}"
     text = f"exponent {with_error(exponent, error)}"
-    return f"{'no' if exponent - 2 > CERTAIN * error else 'yes'}: {text}"
+    return f"{'no' if exponent - ROUSE > CERTAIN * error else 'yes'}: {text}"
 
 
 def describe(data):
     """What is seen."""
     one = data.isel(interval=0)
-    passing = [f"a {str(name)[1:]}" for name in data.set.values if one["count"].sel(set=name) > 0]
-    none = [f"a {str(name)[1:]}" for name in data.set.values if one["count"].sel(set=name) == 0]
+    passing = [in_words(name) for name in data.set.values if one["count"].sel(set=name) > 0]
+    none = [in_words(name) for name in data.set.values if one["count"].sel(set=name) == 0]
     return (
         f"The rate falls steeply as the margin grows: passes were seen for "
         f"{', '.join(passing) or 'no set'}, none for {', '.join(none) or 'no set'}."
@@ -203,13 +206,13 @@ def draw(data):
         label = f"looks every {steps} steps" if steps > 1 else "looks every step"
         points(axes, at.margin[seen], rate[seen], error[seen], label, color)
         # Both intervals have the same bound where none was seen: the second is drawn smaller.
-        axes.plot(at.margin[~seen], AT_LEAST / at.exposure[~seen], "v", color=color,
+        axes.plot(at.margin[~seen], NONE_SEEN / at.exposure[~seen], "v", color=color,
                   markerfacecolor="white", markersize=6 - 3 * k)  # fmt: skip
     for name in data.set.values:
         at = data.sel(set=name).isel(interval=0)
-        height = float(np.maximum(at["count"], AT_LEAST) / at.exposure)
+        height = float(np.maximum(at["count"], NONE_SEEN) / at.exposure)
         # Neighbours stand close together, the last at the dashed line: labels are upright.
-        axes.annotate(f"a = {str(name)[1:]}", (float(at.margin), height), (0, LIFT),
+        axes.annotate(f"a = {repulsion(name)}", (float(at.margin), height), (0, LIFT),
                       textcoords="offset points", fontsize=7, ha="center", rotation=90,
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)

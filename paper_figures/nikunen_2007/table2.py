@@ -4,9 +4,21 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.chain_length import end_effect
-from dpd.analysis.structure import bond_statistics, criterion
-from dpd.analysis.verdicts import Measured, published
-from dpd.report.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, RED, panels, points
+from dpd.analysis.published import shown_by
+from dpd.analysis.structure import bond_statistics
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, MARKERS, Look, panels, points
+from paper_figures.nikunen_2007.shared import (
+    CONTROL,
+    LABELS,
+    PAPER_LENGTH,
+    SETS,
+    criterion,
+    repulsion,
+)
+
+PUBLISHED = shown_by(__file__)
+HALF_DIGIT = 1e3 * PUBLISHED["r_min_a50"].rounding  # half of the last digit, in thousandths of r_c
 
 TITLE = "Table II and mean bond lengths over the inverse chain length."
 PAPER_SHOWS = (
@@ -19,15 +31,7 @@ PAPER_SHOWS = (
     "sets stand side by side for legibility."
 )
 ERRORS = "Bars: 95 % intervals; r_min and l_max by leaving out blocks, the others by blocking."
-COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
-PUBLISHED_LENGTH = 256
-QUANTITIES = {
-    "r_min": r"$r_{min}$",
-    "l_max": r"$l_{max}$",
-    "mean_bond": r"$\langle l \rangle$",
-    "rms": "rms",
-}
-HALF_DIGIT = 0.5  # thousandths of r_c: half of the last digit published
+PRINTED = [name for name in SETS if name != CONTROL]  # the sets of Table II
 CURVED = 0.01  # p-value below which a straight line is doubted
 
 
@@ -40,15 +44,15 @@ def compute(sweeps):
     """The four quantities of every set and length, and at N = 256 by a straight line."""
     runs = sweeps["statics"].sortby("length")
     shape = (runs.sizes["set"], runs.sizes["length"])
-    table = np.full((*shape, len(QUANTITIES), 2), np.nan)
+    table = np.full((*shape, len(LABELS), 2), np.nan)
     for place in np.ndindex(shape):
         at = runs.isel(set=place[0], length=place[1])
         table[place] = [*criterion(at), *bond_statistics(at)]
     length = runs.length.values.astype(float)
     fits = np.array([
         [
-            end_effect(_share(name, length), *table[k, :, q].T, _share(name, PUBLISHED_LENGTH))
-            for q, name in enumerate(QUANTITIES)
+            end_effect(_share(name, length), *table[k, :, q].T, _share(name, PAPER_LENGTH))
+            for q, name in enumerate(LABELS)
         ]
         for k in range(shape[0])
     ])  # fmt: skip
@@ -63,15 +67,15 @@ def compute(sweeps):
             "slope_error": (along[::2], fits[..., 3], {"units": "r_c"}),
             "p_value": (along[::2], fits[..., 4], {"units": "1", "long_name": "of the line"}),
         },
-        {"set": runs.set, "length": length, "quantity": list(QUANTITIES)},
+        {"set": runs.set, "length": length, "quantity": list(LABELS)},
     )
 
 
 def measured(data):
     """Each number at N = 256: of runs, where the study has them, or by the line."""
     found = {}
-    for name in ("a50", "a100", "a150", "a200"):
-        for quantity in QUANTITIES:
+    for name in PRINTED:
+        for quantity in LABELS:
             if name in data.set.values:
                 at = data.sel(set=name, quantity=quantity)
                 found[f"{quantity}_{name}"] = _at_published_length(at)
@@ -85,11 +89,11 @@ def _at_published_length(at):
     lengths = ", ".join(f"{n:g}" for n in at.length.values)
     line = (
         f"line through N {lengths}: {float(at.fitted):.5f} ± {float(at.fitted_error):.5f} at N "
-        f"{PUBLISHED_LENGTH}; points scatter about a line as much or more with probability "
+        f"{PAPER_LENGTH}; points scatter about a line as much or more with probability "
         f"{float(at.p_value):.2f}"
     )
-    if PUBLISHED_LENGTH in at.length.values:
-        run = at.sel(length=PUBLISHED_LENGTH)
+    if PAPER_LENGTH in at.length.values:
+        run = at.sel(length=PAPER_LENGTH)
         return Measured(float(run.value), float(run.error), f"runs of N 256; {line}")
     longest = at.isel(length=-1)
     if not np.isfinite(at.fitted):
@@ -111,7 +115,7 @@ def warnings(data):
 
 def describe(data):
     """What is seen."""
-    change = data.slope * (1 / 256 - 1 / 8)
+    change = data.slope * (1 / PAPER_LENGTH - 1 / 8)
     return (
         "Four panels of points that lie on straight lines over 1/N and end near zero at N = 256; "
         f"from N = 8 to 256 r_min rises by {_thousandths(change, 'r_min')}, l_max by "
@@ -129,33 +133,34 @@ def _thousandths(change, quantity):
 def draw(data):
     """A panel per quantity, the published sets in each."""
     figure, axes = panels(2, rows=2, height=2.3)
-    sets = [name for name in COLORS if name in data.set.values and name != "a25"]
-    for panel, (quantity, label) in zip(axes.flat, QUANTITIES.items()):
+    sets = [name for name in PRINTED if name in data.set.values]
+    for panel, (quantity, label) in zip(axes.flat, LABELS.items()):
         for k, name in enumerate(sets):
             at = data.sel(set=name, quantity=quantity)
             aside = 0.0012 * (k - 0.5 * (len(sets) - 1))
-            _draw_set(panel, at, published("nikunen_2007")[f"{quantity}_{name}"]["value"], aside,
-                      COLORS[name], MARKERS[k], f"a = {name[1:]}")  # fmt: skip
+            look = Look(f"a = {repulsion(name)}", SETS[name], MARKERS[k])
+            _draw_set(panel, at, PUBLISHED[f"{quantity}_{name}"].value, aside, look)
         for level in (-HALF_DIGIT, HALF_DIGIT):
             panel.axhline(level, color=BLACK, linestyle=(0, (4, 2)), linewidth=0.6, zorder=0)
-        panel.plot(_share(quantity, PUBLISHED_LENGTH), 0, "*", color=BLACK, markersize=8, zorder=4)
+        panel.plot(_share(quantity, PAPER_LENGTH), 0, "*", color=BLACK, markersize=8, zorder=4)
         ends = "1 / N" if quantity == "r_min" else "1 / (N − 1)"
         panel.set(xlim=(0, None), xlabel=ends, ylabel=f"{label} less published / $10^{{-3}}$ $r_c$")
     axes[0, 0].legend(loc="lower left")
     return figure
 
 
-def _draw_set(panel, at, printed, aside, color, marker, label):
+def _draw_set(panel, at, printed, aside, look):
     """Points, line, and the line at N = 256."""
     quantity = at["quantity"].item()
-    share, there = _share(quantity, at.length.values), _share(quantity, PUBLISHED_LENGTH)
+    share, there = _share(quantity, at.length.values), _share(quantity, PAPER_LENGTH)
     above = 1e3 * (at.value - printed)
-    points(panel, share + aside, above, 1e3 * at.error, label, color, marker)
+    points(panel, share + aside, above, 1e3 * at.error, *look)
     if not np.isfinite(at.fitted):
         return
     x = np.array([0, share.max()])
     line = float(at.fitted) + float(at.slope) * (x - there) - printed
-    panel.plot(x + aside, 1e3 * line, color=color, linewidth=0.8)
-    if PUBLISHED_LENGTH not in at.length.values:
+    panel.plot(x + aside, 1e3 * line, color=look.color, linewidth=0.8)
+    if PAPER_LENGTH not in at.length.values:
         points(panel, [there + aside], [1e3 * (float(at.fitted) - printed)],
-               [1e3 * float(at.fitted_error)], None, color, marker, filled=False)  # fmt: skip
+               [1e3 * float(at.fitted_error)], None, look.color, look.marker,
+               filled=False)  # fmt: skip

@@ -6,8 +6,9 @@ import xarray as xr
 
 from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.analysis.structure import blocks_of
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
+from dpd.report.style import panels, points
 from dpd.report.text import with_error
+from paper_figures.nikunen_2007.shared import SETS, in_words, repulsion
 
 TITLE = "Kinetic temperature (a) and variance of the bond length (b) over the time step."
 PAPER_SHOWS = (
@@ -16,7 +17,6 @@ PAPER_SHOWS = (
     "smallest step. Runs that blow up or heat by more than a half are left out. tau_0 = (m r_c^2 / "
     "kT)^(1/2) is the unit of time."
 )
-COLORS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
 PAPER_STEP = {"a25": 0.03, "a50": 0.03, "a100": 0.02, "a150": 0.015, "a200": 0.0125}
 HOT = 1.5  # kT from which on a run counts as blown up
 
@@ -63,7 +63,7 @@ def table(data):
             continue
         at = data.sel(set=name, dt=dt)
         rows.append((
-            f"a {str(name)[1:]}", f"{dt:g}",
+            in_words(name), f"{dt:g}",
             with_error(100 * float(at.heat), 100 * float(at.heat_error)),
             with_error(100 * float(at.change), 100 * float(at.change_error)),
         ))  # fmt: skip
@@ -89,9 +89,9 @@ def draw(data):
     shown = (("heat", r"$k_BT - 1$ / %"), ("change", "change of bond variance / %"))
     for panel, (name, label) in zip(axes, shown):
         for key in data.set.values:
-            at, color = data.sel(set=key), COLORS[str(key)]
+            at, color = data.sel(set=key), SETS[str(key)]
             value, error = 100 * at[name], 100 * at[f"{name}_error"]
-            points(panel, at.dt, value, error, f"a = {str(key)[1:]}", color, filled=False,
+            points(panel, at.dt, value, error, f"a = {repulsion(key)}", color, filled=False,
                    linestyle="-", linewidth=0.6)  # fmt: skip
             own = at.dt == PAPER_STEP[str(key)]
             panel.plot(at.dt[own], value[own], "o", color=color, zorder=3)

@@ -367,7 +367,7 @@ def _show(options):
 def _schemes(options):
     from dpd.files import replace_whole
     from dpd.pipeline.paths import results_of
-    from dpd.report.accuracy import recommendations
+    from dpd.report.recommended import recommendations
 
     text = recommendations(Path(results_of(options.study).figures("benchmark")))
     replace_whole(options.output, lambda draft: draft.write_text(text))

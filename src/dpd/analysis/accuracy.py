@@ -1,5 +1,7 @@
 """Errors of integration schemes: how far from the limit of small steps, at what cost."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
@@ -21,6 +23,7 @@ HALF = 0.5  # of the steps, those that the limit is taken from
 AFTER = 2.0  # tau, beyond which beads diffuse
 HOT = 2.0  # kT from which on a run counts as lost
 TOLERANCES = (0.03, 0.01, 0.003)
+JUDGED = ("pressure", "kT")  # what a scheme is chosen by
 LABELS = {
     "kT": "kinetic temperature",
     "kT_configurational": "configurational temperature",
@@ -237,6 +240,58 @@ def cheapest(data, seconds, names, tolerance):
     at = good.stack(point=("scheme", "dt")).dropna("point")
     best = at.isel(point=int(np.argmin(at.values)))
     return str(best.scheme.values), float(best.dt), float(best)
+
+
+class Choice(NamedTuple):
+    """The cheapest scheme and step within a tolerance, at one friction.
+
+    Attributes
+    ----------
+    gamma, tolerance : float
+    scheme : str or None
+        None where no run is good enough; the rest is empty then.
+    dt, seconds : float
+        Time step, and run time per tau.
+    deviations : dict of str to (float, float)
+        Relative error and its standard error of each of `JUDGED`.
+    """
+
+    gamma: float
+    tolerance: float
+    scheme: str | None = None
+    dt: float = np.nan
+    seconds: float = np.nan
+    deviations: dict | None = None
+
+
+def choices(data, names=JUDGED):
+    """For each friction and tolerance the cheapest scheme.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `deviations`, with ``seconds`` per tau over ``scheme`` and ``dt``.
+    names : sequence of str
+        Quantities whose errors must all be within the tolerance.
+
+    Returns
+    -------
+    list of Choice
+    """
+    found = []
+    for gamma in data.gamma.values:
+        at = data.sel(gamma=gamma)
+        for tolerance in TOLERANCES:
+            best = cheapest(at, data.seconds, names, tolerance)
+            if best is None:
+                found.append(Choice(float(gamma), tolerance))
+                continue
+            scheme, dt, seconds = best
+            chosen = at.sel(scheme=scheme, dt=dt)
+            errors = {name: (float(chosen[name]), float(chosen[f"{name}_error"]))
+                      for name in JUDGED}  # fmt: skip
+            found.append(Choice(float(gamma), tolerance, scheme, dt, seconds, errors))
+    return found
 
 
 def front(seconds, error):

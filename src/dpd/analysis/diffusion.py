@@ -8,8 +8,6 @@ from dpd.analysis.resampling import resampled
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
-ROUSE, SEMENOV_JOHNER = 1 / 2, 8 / 15  # exponents of g_i: ideal chains; compact ones in 2D
-CONFIDENT = 3.0  # standard errors at which an exponent excludes another, 99.7 %
 
 
 def displacements(runs, kind):
@@ -88,39 +86,6 @@ def exponent_between(found, low, high):
     x = np.log(found.time[inside])
     value, error = found.derived(lambda g: exponent(x, np.log(g[inside])))
     return value, float(error), float(found.time[inside][0]), float(found.time[inside][-1])
-
-
-def excluded(value, error):
-    """What an exponent says of the two theories, in words."""
-    if not np.isfinite(value):
-        return "no exponent: fewer than four lags in the window"
-    if not np.isfinite(error):
-        return "no error: the run is too short for one"
-    parts = []
-    for name, theory in (("8/15", SEMENOV_JOHNER), ("1/2", ROUSE)):
-        apart = (value - theory) / error
-        word = "excludes" if abs(apart) > CONFIDENT else "leaves"
-        parts.append(f"{word} {name} ({apart:+.1f} standard errors)")
-    return ", ".join(parts)
-
-
-def too_small(at, duration, box):
-    """Why a run cannot say what a longer one in a larger box shows; empty if it can.
-
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point from `subdiffusion`.
-    duration, box : float
-        That it would have to have, in tau and r_c.
-    """
-    # A run that is a whole number of steps long may lack a rounding error.
-    if float(at.duration) >= duration * (1 - 1e-9) and float(at.box_edge) >= box * (1 - 1e-9):
-        return ""
-    return (
-        f"the claim is on {duration:.0e} DPD time units in a box of {box:g}, this run has "
-        f"{float(at.duration):.3g} in {float(at.box_edge):g}"
-    )
 
 
 def lowest_slope(found):

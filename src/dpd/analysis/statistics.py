@@ -14,6 +14,7 @@ PARTS = 4  # that so few are joined to
 # Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
 # the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
 TOO_SHORT = 10.0
+NONE_SEEN = 3.0  # mean count that is excluded at 95 % where none is seen: exp(-3) = 0.05
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
 # Student's t at 97.5 %; SciPy has it too, but takes longer to import than to collect a sweep.
 DEGREES = np.array([np.inf, 100, 50, 30, 20, 15, 10, 7, 5, 4, 3, 2.5, 2, 1.5, 1.2, 1])
@@ -285,9 +286,7 @@ def jackknife(blocks, function):
     value = float(function(blocks.mean(axis=0)))
     if len(groups) < 2:
         return value, np.nan
-    left_out = np.array(
-        [function(np.delete(blocks, group, axis=0).mean(axis=0)) for group in groups]
-    )
+    left_out = [function(np.delete(blocks, group, axis=0).mean(axis=0)) for group in groups]
     return value, float(serial_jackknife_error(left_out))
 
 
@@ -391,10 +390,11 @@ def linear_fit(basis, y, error=None):
     if n < terms:
         raise ValueError(f"{n} points do not fix {terms} coefficients")
     design = (basis / error).T
-    covariance = np.linalg.inv(design.T @ design)
-    values = covariance @ (design.T @ (y / error))
+    q, r = np.linalg.qr(design)
+    values = np.linalg.solve(r, q.T @ (y / error))
+    spread = np.linalg.norm(np.linalg.inv(r), axis=1)  # root of the diagonal of the covariance
     residual = y / error - design @ values
     degrees = n - terms
     chi_square = float(residual @ residual) / degrees if degrees else np.nan
     widened = np.sqrt(max(least, chi_square)) if degrees else np.nan if least == 0 else 1.0
-    return Fit(values, widened * np.sqrt(np.diag(covariance)), chi_square, degrees)
+    return Fit(values, widened * spread, chi_square, degrees)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.analysis.statistics import block_mean_and_error, jackknife
+from dpd.analysis.statistics import block_mean_and_error
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of the highest bin, for the cubic through a peak
@@ -170,26 +170,6 @@ def on_flank(x, y, left, right, level):
     if min(y0, y1) > 0:
         y0, y1, level = np.log([y0, y1, level])
     return float(x[left] + (level - y0) / (y1 - y0) * (x[right] - x[left]))
-
-
-def criterion(at):
-    """r_min and l_max of Nikunen et al. 2007, Eq. 5, each with its standard error.
-
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point of a collected sweep with ``rdf`` and ``bonds``.
-
-    Returns
-    -------
-    (r_min, error), (l_max, error)
-        In r_c, by leaving out blocks.
-    """
-    r, length = at.r.values, at.bond_length.values
-    return (
-        jackknife(blocks_of(at.rdf), lambda mean: rise(r, mean)),
-        jackknife(blocks_of(at.bond_density), lambda mean: fall(length, mean)),
-    )
 
 
 def contact_over_sampling(r, blocks, samples):

@@ -1,16 +1,13 @@
 """Published numbers against ours."""
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import pandas as pd
 
-from dpd.digest import ROOT
+from dpd.analysis.published import PUBLISHED, published
 from dpd.errors import UserError
-from dpd.scene.schema import read_yaml, validate
 
-PUBLISHED = ROOT / "paper_figures" / "published.yaml"
 COLUMNS = [
     "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
     "rounding", "value", "error", "deviation_sigma", "resolution", "verdict", "note",
@@ -66,32 +63,15 @@ class Judgement:
     reason: str = ""
 
 
-def published(paper):
-    """Published numbers of a paper, if it has any: name to what published.yaml says of it.
-
-    Raises
-    ------
-    UserError
-        If an entry is not as config/schema/published.yaml has it.
-    """
-    return _all_published().get(paper, {})
-
-
-@cache
-def _all_published():
-    table = read_yaml(PUBLISHED)
-    validate(table, "published", str(PUBLISHED))
-    return table
-
-
 def judge(entry, measured):
     """Compare one published number with ours.
 
     A value is replicated where the difference is within two combined standard errors, or within
-    the rounding of the published value. A run whose two combined errors reach from the published
-    value to its rival (another value, 0 if none is named) could not tell the two apart: where it
-    agrees with the value, that decides nothing. A range is replicated where our 95 % interval lies
-    inside, deviates where it lies outside, and is undecided where it reaches across a limit.
+    the rounding of the published value. Its rival is another value, 0 if none is named. A run that
+    agrees with the value decides nothing if it could not tell the two apart: if two combined errors
+    reach from one to the other, or if it agrees with the rival, too. A range is replicated where
+    our 95 % interval lies inside, deviates where it lies outside, and is undecided where it reaches
+    across a limit.
 
     Parameters
     ----------
@@ -145,6 +125,9 @@ def _judge_value(entry, measured):
     agrees = abs(difference) <= rounding or abs(deviation) <= AGREE
     if agrees and apart and resolution > apart:
         reason = f"two standard errors reach from {entry['value']:g} to {rival:g}"
+        return Judgement(NOT_REACHED, deviation, resolution, reason)
+    if agrees and apart and abs(measured.value - rival) <= AGREE * measured.error:
+        reason = f"within two standard errors of {entry['value']:g} and of {rival:g}"
         return Judgement(NOT_REACHED, deviation, resolution, reason)
     return Judgement(REPLICATED if agrees else DEVIATES, deviation, resolution)
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import linecache
+import sys
 import traceback
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,7 +53,8 @@ def load_module(paper, figure):
     ``PAPER_SHOWS``. It may also have ``ERRORS``, ``warnings(numbers)``, sentences, and
     ``table(numbers)``, a data frame of text; they go below its caption; and
     ``describe(numbers)``, which says in one or two sentences what is seen, for those who cannot see
-    the picture.
+    the picture. It may import what it shares with other figures, as in
+    ``from paper_figures.benchmark.shared import ranged``: that works from any folder.
 
     Raises
     ------
@@ -60,7 +62,10 @@ def load_module(paper, figure):
         If the file is missing, lacks one of these, or cannot be read as Python.
     """
     path = figure_path(paper, figure)
-    spec = importlib.util.spec_from_file_location(f"{paper}.{figure}", path)
+    if sys.path[0] != str(ROOT):
+        # First, as the folder that the command is given in may be another copy of the repository.
+        sys.path.insert(0, str(ROOT))
+    spec = importlib.util.spec_from_file_location(f"paper_figures.{paper}.{figure}", path)
     module = importlib.util.module_from_spec(spec)
     with blamed_on(module, "the file, while it is read,"):
         spec.loader.exec_module(module)
@@ -75,7 +80,10 @@ def load_module(paper, figure):
 
 @contextmanager
 def blamed_on(module, part):
-    """Turn what a part of a figure file raises into a sentence with the file's name and line."""
+    """Turn what a part of a figure file raises into a sentence with the file's name and line.
+
+    Where the fault lies in what figures of the paper share, that file is named.
+    """
     path = module.__file__
     try:
         yield
@@ -88,12 +96,13 @@ def blamed_on(module, part):
     except Exception as fault:
         said = f"{part} raised {type(fault).__name__}: {fault}"
         frames = traceback.extract_tb(fault.__traceback__)
-        own = [frame for frame in frames if frame.filename == path]
+        own = [frame for frame in frames if Path(frame.filename).parent == Path(path).parent]
         if not own:
             raise BrokenFigure(f"{_short(path)}: {said}") from fault
-        line = own[-1].lineno
-        code = _code(linecache.getline(path, line))
-        raise BrokenFigure(f"{_short(path)}: line {line}: {said}{code}") from fault
+        place = own[-1]
+        code = _code(linecache.getline(place.filename, place.lineno))
+        where = f"{_short(place.filename)}: line {place.lineno}"
+        raise BrokenFigure(f"{where}: {said}{code}") from fault
 
 
 def wanted(module, part, value, kind):

@@ -1,5 +1,7 @@
 """One look for all figures: column width, readable type, colours that all can tell apart."""
 
+from typing import NamedTuple
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib import pyplot as plt
@@ -12,6 +14,15 @@ BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
 )  # fmt: skip
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+class Look(NamedTuple):
+    """How a series is drawn, and what the legend calls it."""
+
+    label: str
+    color: str
+    marker: str = "o"
+
 
 mpl.rcParams.update({
     "font.size": 8,

@@ -17,6 +17,20 @@ def with_error(value, error=None):
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
+def in_percent(errors):
+    """Relative errors, each with its standard error, in per cent.
+
+    Parameters
+    ----------
+    errors : dict of str to (float, float)
+
+    Returns
+    -------
+    dict of str to str
+    """
+    return {name: with_error(100 * value, 100 * error) for name, (value, error) in errors.items()}
+
+
 def with_range(middle, low, high):
     """A number with the range that it was met in."""
     if not np.isfinite(middle):

@@ -1,41 +1,23 @@
-"""Run time against error, one panel per quantity and friction: shared by two figures."""
+"""What figures of the benchmark share: run time against error, and ranges of timings."""
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from matplotlib.ticker import NullFormatter
 
-from dpd.analysis.accuracy import (
-    LABELS,
-    TOLERANCES,
-    bound,
-    cheapest,
-    deviations,
-    front,
-)
+from dpd.analysis.accuracy import JUDGED, LABELS, bound, choices, deviations, front
 from dpd.analysis.statistics import COVERAGE
-from dpd.errors import UserError
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, panels
-from dpd.report.text import with_error
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, Look, panels
+from dpd.report.text import in_percent, with_error, with_range
 
-STYLES = {
-    "euler": ("Euler", RED, "D"),
-    "gw-vv-0.5": (r"gw-vv, $\lambda$ 0.5", BLUE, "o"),
-    "gw-vv-0.65": (r"gw-vv, $\lambda$ 0.65", SKY, "s"),
-    "dpd-vv": ("dpd-vv", BLACK, "v"),
-    "shardlow": ("Shardlow", ORANGE, "^"),
-    "lowe-andersen": ("Lowe-Andersen", PURPLE, "P"),
-    "aboba": ("ABOBA", GREEN, "X"),
+LOOKS = {
+    "euler": Look("Euler", RED, "D"),
+    "gw-vv-0.5": Look(r"gw-vv, $\lambda$ 0.5", BLUE, "o"),
+    "gw-vv-0.65": Look(r"gw-vv, $\lambda$ 0.65", SKY, "s"),
+    "dpd-vv": Look("dpd-vv", BLACK, "v"),
+    "shardlow": Look("Shardlow", ORANGE, "^"),
+    "lowe-andersen": Look("Lowe-Andersen", PURPLE, "P"),
+    "aboba": Look("ABOBA", GREEN, "X"),
 }
-HEAD = """\
-# What `integrator: {scheme: auto}` tries first: the cheapest scheme and step, on one core, whose
-# errors in pressure and in kT are within the tolerance, each with 97.5 % confidence. (Pressure may
-# be right by two errors that cancel. Lowe-Andersen, whose friction is another, is left out.)
-# Measured by the benchmark:
-# snakemake --cores 2 benchmark; python -m dpd schemes quick -o config/schemes.yaml
-# stiffness: a rho and C of the systems that it was measured in."""
-STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
-JUDGED = ("pressure", "kT")
 LEAST = 1e-4  # relative error at which the panels end
 
 
@@ -52,10 +34,9 @@ def shows(beads):
         f"time, per tau of {beads} beads on one core. Temperatures are held against kT = 1, other "
         "quantities against their limit for dt to 0 (written in), taken from Shardlow's scheme and "
         "ABOBA. Lowe-Andersen has another dynamics by design, so its diffusion has another limit. "
-        "Hollow: an error that noise hides, drawn where it is below with 97.5 % confidence. Grey: "
-        "the front, on which no scheme is both faster and surely more accurate. Crosses: runs too "
-        "short for an error, found as drawn. Runs that blew up, "
-        "or with kT above 2, are left out."
+        "Hollow: noise hides the error, which is below the mark with 97.5 % confidence. Grey: the "
+        "front, on which no scheme is both faster and surely more accurate. Crosses: runs too "
+        "short for a standard error. Runs that blew up, or with kT above 2, are left out."
     )
 
 
@@ -115,7 +96,7 @@ def _panel(axis, data, name):
     error, sigma = np.abs(data[name]), data[f"{name}_error"]
     limit = bound(data, name)
     for scheme in data.scheme.values:
-        label, color, marker = STYLES[str(scheme)]
+        label, color, marker = LOOKS[str(scheme)]
         at = dict(scheme=scheme)
         x, y, s = (part.sel(at).values for part in (data.seconds, error, sigma))
         clear = y > COVERAGE * s
@@ -138,81 +119,22 @@ def _panel(axis, data, name):
         axis.text(0.03, 0.04, text, transform=axis.transAxes, fontsize=7)
 
 
-def choices(data, names=JUDGED):
-    """For each friction and tolerance the cheapest scheme, as rows (dict).
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From `against_time`.
-    names : sequence of str
-        Quantities whose errors must all be within the tolerance.
-    """
-    rows = []
-    for gamma in data.gamma.values:
-        at = data.sel(gamma=gamma)
-        for tolerance in TOLERANCES:
-            row = {"gamma": float(gamma), "tolerance": tolerance, "scheme": None}
-            found = cheapest(at, data.seconds, names, tolerance)
-            if found is not None:
-                row["scheme"], row["dt"], row["seconds"] = found
-                chosen = at.sel(scheme=row["scheme"], dt=row["dt"])
-                for name in JUDGED:
-                    error, sigma = float(chosen[name]), float(chosen[f"{name}_error"])
-                    row[name] = with_error(100 * error, 100 * sigma)
-            rows.append(row)
-    return rows
-
-
 def table(data):
     """The cheapest scheme and step for each tolerance: in pressure, and in pressure and kT."""
     rows = []
     for names, text in ((("pressure",), "pressure"), (JUDGED, "pressure and kT")):
-        for row in choices(data, names):
-            start = (f"{100 * row['tolerance']:g} % in {text}", f"{row['gamma']:g}")
-            if row["scheme"] is None:
+        for choice in choices(data, names):
+            start = (f"{100 * choice.tolerance:g} % in {text}", f"{choice.gamma:g}")
+            if choice.scheme is None:
                 rows.append((*start, "none", "–", "–", "–", "–"))
                 continue
-            scheme = STYLES[row["scheme"]][0].replace("$", "").replace("\\", "")
-            cost = f"{1000 * row['seconds']:.3g}"
-            rows.append((*start, scheme, f"{row['dt']:g}", cost, row["pressure"], row["kT"]))
+            scheme = LOOKS[choice.scheme].label.replace("$", "").replace("\\", "")
+            cost, errors = f"{1000 * choice.seconds:.3g}", in_percent(choice.deviations)
+            rows.append((*start, scheme, f"{choice.dt:g}", cost, errors["pressure"], errors["kT"]))
     head = ["within", "gamma", "scheme", "dt / tau", "ms per tau", "pressure / %", "kT / %"]
     return pd.DataFrame(rows, columns=head)
 
 
-def recommendations(figures):
-    """config/schemes.yaml: of each system, friction and tolerance the cheapest scheme.
-
-    Parameters
-    ----------
-    figures : path
-        Folder of the figures ``fluid_accuracy`` and ``melt_accuracy``.
-
-    Returns
-    -------
-    str
-        YAML; see `dpd.scene.automatic`.
-
-    Raises
-    ------
-    UserError
-        If they were not made.
-    """
-    parts = [HEAD]
-    for system, stiffness in STIFFNESS.items():
-        path = figures / f"{system}_accuracy.nc"
-        if not path.is_file():
-            raise UserError(f"{path}: there is no such file; run snakemake --cores 2 benchmark")
-        parts.append(f"{system}:\n  stiffness: {stiffness}\n  choices:")
-        data = xr.load_dataset(path, engine="netcdf4")
-        for row in choices(data.drop_sel(scheme="lowe-andersen", errors="ignore")):
-            if row["scheme"] is None:
-                continue
-            scheme, _, prediction = row["scheme"].partition("-0.")
-            chosen = f"scheme: {scheme}, lambda: 0.{prediction or 5}, dt: {row['dt']:g}"
-            parts.append(
-                f"    - {{gamma: {row['gamma']:g}, tolerance: {row['tolerance']:g}, {chosen}}}"
-                f"  # p {row['pressure']} %, kT {row['kT']} %, "
-                f"{1000 * row['seconds']:.3g} ms per tau"
-            )
-    return "\n".join(parts) + "\n"
+def ranged(data, name):
+    """Median and range of a timing, as text."""
+    return with_range(*(float(data[name + end]) for end in ("", "_low", "_high")))

@@ -1,0 +1,80 @@
+"""What figures of Liu et al. 2008 share."""
+
+import numpy as np
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.structure import blocks_of
+from dpd.report.style import BLACK, BLUE, GREEN, PURPLE, RED
+
+CORES = {0.0: BLACK, 0.15: BLUE, 0.2: GREEN, 0.25: RED}  # colour of each r_s that the paper shows
+LENGTHS = {20: BLUE, 50: GREEN, 100: RED, 200: PURPLE}  # colour of each chain length N
+SETS = {"set_1": "set (1)", "set_2": "set (2)"}
+PAPER_LENGTH = 100  # beads of the paper's chains
+PAPER_BEADS = 20_000
+PAPER_STEP = 0.002  # time step in tau
+PAPER_TIME, PAPER_BOX = 1e4, 100.0  # of the displacements: tau, and edge in r_c
+ROUSE, SEMENOV_JOHNER = 1 / 2, 8 / 15  # exponents of g_i in theory: ideal chains; compact ones
+CONFIDENT = 3.0  # standard errors at which an exponent excludes another, 99.7 %
+
+
+def at_radius(data, radius):
+    """What was found for a core radius r_s; missing values if the study has none of it."""
+    here = np.isclose(data.r_s, radius)
+    return data.isel(r_s=int(np.argmax(here))) if here.any() else data.isel(r_s=0) * np.nan
+
+
+def printed_share(logarithm):
+    """A share as the text prints it, with one digit, from its logarithm in published.yaml."""
+    return float(f"{10**logarithm:.0e}")
+
+
+def share_of_long_bonds(at):
+    """Share of bonds longer than 4 r_0, which is twice their rest length.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        One point of a collected sweep with ``bonds``.
+
+    Returns
+    -------
+    share, error : float
+        The standard error is from blocks of the run.
+    """
+    length = at.bond_length.values
+    beyond = length > 2 * first_scene(at).data["bond"]["length"]
+    share = blocks_of(at.bond_density)[:, beyond].sum(axis=1) * (length[1] - length[0])
+    return block_mean_and_error(share)
+
+
+def excluded(value, error):
+    """What an exponent says of the two theories, in words."""
+    if not np.isfinite(value):
+        return "no exponent: fewer than four lags in the window"
+    if not np.isfinite(error):
+        return "no error: the run is too short for one"
+    parts = []
+    for name, theory in (("8/15", SEMENOV_JOHNER), ("1/2", ROUSE)):
+        apart = (value - theory) / error
+        word = "excludes" if abs(apart) > CONFIDENT else "leaves"
+        parts.append(f"{word} {name} ({apart:+.1f} standard errors)")
+    return ", ".join(parts)
+
+
+def too_small(at):
+    """Why a run cannot say what the paper's longer one in a larger box shows; empty if it can.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        One point from `dpd.analysis.diffusion.subdiffusion`.
+    """
+    # A run that is a whole number of steps long may lack a rounding error.
+    least = 1 - 1e-9
+    if float(at.duration) >= PAPER_TIME * least and float(at.box_edge) >= PAPER_BOX * least:
+        return ""
+    return (
+        f"the claim is on {PAPER_TIME:.0e} DPD time units in a box of {PAPER_BOX:g}, this run has "
+        f"{float(at.duration):.3g} in {float(at.box_edge):g}"
+    )

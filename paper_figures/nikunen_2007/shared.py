@@ -1,0 +1,47 @@
+"""What figures of Nikunen et al. 2007 share."""
+
+from dpd.analysis.statistics import jackknife
+from dpd.analysis.structure import blocks_of, fall, rise
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED
+
+# Parameter sets, named after their repulsion a; the spring constant k is 2 a. Their colours.
+SETS = {"a25": BLACK, "a50": BLUE, "a100": GREEN, "a150": ORANGE, "a200": RED}
+MAIN = "a100"  # the set whose dynamics the paper shows
+CONTROL = "a25"  # a set of ours, whose bonds pass through each other
+PAPER_LENGTH, PAPER_CHAINS = 256, 128  # beads of a chain, chains in the box
+LABELS = {
+    "r_min": r"$r_{min}$",
+    "l_max": r"$l_{max}$",
+    "mean_bond": r"$\langle l \rangle$",
+    "rms": "rms",
+}
+
+
+def in_words(name):
+    """A set as captions and tables have it: ``a 100``."""
+    return f"a {repulsion(name)}"
+
+
+def repulsion(name):
+    """The repulsion a that a set is named after."""
+    return int(str(name).removeprefix("a"))
+
+
+def criterion(at):
+    """r_min and l_max of the paper's Eq. 5, each with its standard error.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        One point of a collected sweep with ``rdf`` and ``bonds``.
+
+    Returns
+    -------
+    (r_min, error), (l_max, error)
+        In r_c, by leaving out blocks.
+    """
+    r, length = at.r.values, at.bond_length.values
+    return (
+        jackknife(blocks_of(at.rdf), lambda mean: rise(r, mean)),
+        jackknife(blocks_of(at.bond_density), lambda mean: fall(length, mean)),
+    )

@@ -1,0 +1,57 @@
+"""config/schemes.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
+
+import xarray as xr
+
+from dpd.analysis.accuracy import choices
+from dpd.errors import UserError
+from dpd.report.text import in_percent
+
+HEAD = """\
+# What `integrator: {scheme: auto}` tries first: the cheapest scheme and step, on one core, whose
+# errors in pressure and in kT are within the tolerance, each with 97.5 % confidence. (Pressure may
+# be right by two errors that cancel. Lowe-Andersen, whose friction is another, is left out.)
+# Measured by the benchmark:
+# snakemake --cores 2 benchmark; python -m dpd schemes quick -o config/schemes.yaml
+# stiffness: a rho and C of the systems that it was measured in."""
+STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
+
+
+def recommendations(figures):
+    """The file: of each system, friction and tolerance the cheapest scheme.
+
+    Parameters
+    ----------
+    figures : path
+        Folder of the figures ``fluid_accuracy`` and ``melt_accuracy``.
+
+    Returns
+    -------
+    str
+        YAML; see `dpd.scene.automatic`.
+
+    Raises
+    ------
+    UserError
+        If they were not made.
+    """
+    parts = [HEAD]
+    for system, stiffness in STIFFNESS.items():
+        path = figures / f"{system}_accuracy.nc"
+        if not path.is_file():
+            raise UserError(f"{path}: there is no such file; run snakemake --cores 2 benchmark")
+        parts.append(f"{system}:\n  stiffness: {stiffness}\n  choices:")
+        data = xr.load_dataset(path, engine="netcdf4")
+        measured = choices(data.drop_sel(scheme="lowe-andersen", errors="ignore"))
+        parts += [_line(choice) for choice in measured if choice.scheme is not None]
+    return "\n".join(parts) + "\n"
+
+
+def _line(choice):
+    """One choice as YAML, and in a comment what it was chosen by."""
+    scheme, _, prediction = choice.scheme.partition("-0.")
+    chosen = f"scheme: {scheme}, lambda: 0.{prediction or 5}, dt: {choice.dt:g}"
+    errors = in_percent(choice.deviations)
+    return (
+        f"    - {{gamma: {choice.gamma:g}, tolerance: {choice.tolerance:g}, {chosen}}}"
+        f"  # p {errors['pressure']} %, kT {errors['kT']} %, {1000 * choice.seconds:.3g} ms per tau"
+    )
