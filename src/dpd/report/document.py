@@ -44,6 +44,9 @@ command that makes them again. Two sweeps of a paper must not have the same seed
    `PAPER_SHOWS`.
 3. Put the numbers that the paper prints into `paper_figures/published.yaml`.
 4. Add NAME to `papers` in `config/config.yaml`.
+5. To keep its verdicts in git with `python -m dpd archive STUDY`, and to give it a page, write its
+   findings into `paper_figures/NAME/findings.md` and its reference into `CITATION.cff`. The page
+   shows each picture that stands beside its figure file, as `FIGURE.png`.
 
 ## Whole molecules
 
@@ -60,6 +63,10 @@ attributes of the file say what made it: scene, seed, versions, and digests
 
 {run}
 
+A first configuration that takes long to make can be kept: `python -m dpd run SCENE.yaml --start
+start.nc -o run.nc` makes it and keeps it in `start.nc`, with the record of how chains grew. If the
+file is there already, the same command uses it. It is a file of its own, not the result of a run.
+
 ## Variables of a sweep file
 
 `results/STUDY/PAPER/sweeps/SWEEP.nc` holds all runs of a sweep. Its dimensions are the axes of the
@@ -68,6 +75,15 @@ sweep and `replica`. Variables without the dimension *sample* are those of the r
 it, the whole series is kept as well, with `_series` behind its name.
 
 {sweep}
+
+For a plot of your own, in Python:
+
+```python
+import xarray as xr
+
+sweep = xr.open_dataset("results/quick/groot_warren_1997/sweeps/equation_of_state_15.nc")
+(sweep.excess_conservative / (15 * sweep.density**2)).mean("replica").plot()
+```
 
 ## Columns of verdicts.csv
 
