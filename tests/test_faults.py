@@ -115,7 +115,7 @@ def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name)
     assert_refused(dpd(*STAGES[stage], "-o", output), before)
 
 
-@pytest.mark.parametrize("stage", ["compile", "verdicts", "report", "schemes", "document"])
+@pytest.mark.parametrize("stage", ["compile", "verdicts", "report", "schemes"])
 @pytest.mark.parametrize("make", [device, os.mkfifo, os.mkdir])
 def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
     """The same for files that are no results of runs."""

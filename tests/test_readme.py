@@ -1,17 +1,198 @@
-"""Numbers of README.md that a run makes: from the archived verdict table, and nowhere else."""
+"""Pages for people: what a run makes in them is fresh, and what they name is there."""
 
 import re
+import shlex
+import tomllib
+from functools import cache
 
 import pandas as pd
 import pytest
+import yaml
+from PIL import Image
+from snakemake.cli import get_argument_parser
 
 from dpd.analysis.verdicts import COLUMNS
+from dpd.cli import _parser
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.study import read_config
-from dpd.report import readme
+from dpd.pipeline.study import read_config, read_paper
+from dpd.report import archive, readme
+from dpd.report.markdown import counts, deviations, figure_counts
+from dpd.report.pages import pages
+from dpd.report.variables import VERDICT_COLUMNS, run_table
+from dpd.scene.scene import Scene
 
 README = (ROOT / "README.md").read_text()
+PAGES = sorted(
+    path
+    for pattern in ("*.md", "config/*.md", "paper_figures/*/*.md", "src/dpd/**/*.md")
+    for path in ROOT.glob(pattern)
+)
+PAPERS = read_config()["papers"]
+
+
+def name_of(path):
+    """Of a page, for the names of tests."""
+    return str(path.relative_to(ROOT))
+
+
+def test_the_readme_is_read_in_five_minutes():
+    """At most 120 lines, of a width that a terminal shows."""
+    lines = README.splitlines()
+    assert len(lines) <= 120
+    assert not [line for line in lines if len(line) > 100 and not line.startswith("|")]
+
+
+def test_generated_pages_are_fresh():
+    """`python -m dpd readme` has nothing to change."""
+    made = pages()
+    stale = [name_of(path) for path, text in made.items() if path.read_text() != text]
+    assert not stale, f"{', '.join(stale)}: let `python -m dpd readme` write them"
+    of_papers = {ROOT / "paper_figures" / paper / "README.md" for paper in PAPERS}
+    assert set(made) == {ROOT / "README.md", ROOT / "config" / "README.md"} | of_papers
+
+
+def test_the_archive_has_all_papers():
+    """It is the table of a whole study."""
+    assert set(archive.read_archive("quick").paper) == set(PAPERS)
+
+
+def headings(path):
+    """Anchors of a page, as GitHub makes them."""
+    titles = re.findall("^#+ (.+)$", path.read_text(), re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_links_lead_somewhere(path):
+    """To a file or folder of the repository, and to a heading in it."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", path.read_text()):
+        if target.startswith("https://"):
+            continue
+        file, _, anchor = target.partition("#")
+        there = path.parent / file if file else path
+        assert there.exists(), target
+        assert not anchor or anchor in headings(there), target
+
+
+def commands(text, program):
+    """Commands of a program in a page: in blocks of code, and between backticks in a line."""
+    block = re.compile(r"^```\w*\n(.*?)^```", re.S | re.M)
+    found = [line for lines in block.findall(text) for line in lines.splitlines()]
+    found += [" ".join(span.split()) for span in re.findall("`([^`]+)`", block.sub("", text))]
+    return [line.partition("#")[0] for line in found if f"{line} ".startswith(f"{program} ")]
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_commands_of_dpd_exist(path):
+    """Every stage is one, and takes what the page gives it."""
+    parser = _parser()
+    stages = parser._subparsers._group_actions[0].choices
+    for command in commands(path.read_text(), "python -m dpd"):
+        stage, *arguments = shlex.split(command)[3:]
+        if stage == "document" and path.name == "CHANGELOG.md":
+            continue  # it is listed there as removed
+        assert stage in {*stages, "--help", "STAGE"}, command
+        if arguments and stage in stages:
+            parser.parse_args([stage, *arguments])
+
+
+@cache
+def snakemake_parser():
+    """What Snakemake makes of its command line."""
+    return get_argument_parser()
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_commands_of_snakemake_and_make_exist(path):
+    """Options, rules, studies and papers; targets of the Makefile."""
+    rules = re.findall(
+        r"^rule (\w+):", "\n".join(p.read_text() for p in ROOT.glob("rules/*.smk")), re.M
+    )
+    for command in commands(path.read_text(), "snakemake"):
+        found = snakemake_parser().parse_args(shlex.split(command)[1:])
+        assert set(found.targets) <= set(rules), command
+        given = dict(item.split("=", 1) for item in found.config or ())
+        read_config({key: yaml.safe_load(value) for key, value in given.items()})
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), re.M)
+    for command in commands(path.read_text(), "make"):
+        words = shlex.split(command)[1:]
+        assert all(word in targets or re.match("(PYTHON|OPTIONS)=", word) for word in words), (
+            command
+        )
+
+
+def test_the_scene_of_the_readme_is_that_of_the_file():
+    """In full, so that it can be copied."""
+    shown = re.search("```yaml\n(.*?)```", README, re.S)[1]
+    whole = (ROOT / "config" / "scenes" / "fluid.yaml").read_text()
+    assert shown == "".join(line for line in whole.splitlines(True) if not line.startswith("#"))
+
+
+def test_the_python_of_the_readme_asks_for_what_the_scene_observes():
+    """Every variable that it names is one of the scene's observables."""
+    code = re.search("```python\n(.*?)```", README, re.S)[1]
+    asked = set(re.findall(r"(?<!\")\brun\.(\w+)", code))
+    observed = Scene.read(ROOT / "config" / "scenes" / "fluid.yaml").observe
+    rows = re.findall(r"^\| `(\w+)` \| `(\w+)` \| [^|]+ \| [^|]+ \|", run_table(), re.M)
+    assert asked and asked <= {variable for name, variable in rows if name in observed}
+
+
+def test_the_readme_names_every_room():
+    """Each folder of modules, and no other."""
+    rooms = {path.parent.name for path in (ROOT / "src" / "dpd").glob("*/__init__.py")}
+    named = re.findall("`([a-z_/]+)/`", README.split("below `src/dpd/`:")[1].split("Tests:")[0])
+    assert set(named) == rooms
+
+
+def test_the_ratios_of_the_readme_are_those_of_the_benchmark():
+    """Speed beside LAMMPS is measured once and told twice."""
+    table = (ROOT / "src" / "dpd" / "benchmark" / "README.md").read_text()
+    ratios = re.findall(r"^\| W\d: .* \| ([\d.]+) \|$", table, re.M)
+    first, last = ", ".join(ratios[:-1]), ratios[-1]
+    assert len(ratios) == 4 and f"{first} and {last} times" in " ".join(README.split())
+
+
+def test_the_columns_of_the_verdict_table_are_explained():
+    """All, in their order."""
+    assert list(VERDICT_COLUMNS) == COLUMNS
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_findings_quote_no_measurement(paper):
+    """Prose that a run cannot contradict by other noise: no value with an error."""
+    prose = (ROOT / "paper_figures" / paper / "findings.md").read_text()
+    assert len(prose) > 1000
+    assert not re.search(r"\+-|±|\d %", prose)
+
+
+def citation():
+    """What CITATION.cff says."""
+    return yaml.safe_load((ROOT / "CITATION.cff").read_text())
+
+
+def test_the_citation_is_of_this_version():
+    """Required keys of CFF 1.2.0; one version in three files, the owner being pyproject.toml."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    found = citation()
+    assert {"cff-version", "message", "title", "authors"} <= set(found)
+    assert found["cff-version"] == "1.2.0"
+    newest = re.search(r"^## \[(.+)\] - (.+)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    assert found["version"] == project["version"] == newest[1]
+    assert str(found["date-released"]) == newest[2]
+    assert found["license"] == project["license"] == "BSD-3-Clause"
+    assert "BSD 3-Clause" in (ROOT / "LICENSE").read_text()
+    assert found["authors"] == project["authors"]
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_citation_refers_to_the_papers(paper):
+    """Same title, volume, page and year as the paper's file; a DOI."""
+    read = read_paper(paper, "quick", only=[])
+    (entry,) = [entry for entry in citation()["references"] if entry["title"] == read.title]
+    assert f" {entry['volume']}, {entry['start']} ({entry['year']})" in read.reference
+    assert all(author["family-names"] in read.reference for author in entry["authors"])
+    assert re.fullmatch(r"10\.\d{4}/\S+", entry["doi"])
 
 
 def row(quantity, verdict, **more):
@@ -24,73 +205,57 @@ def row(quantity, verdict, **more):
     return given | more
 
 
+TABLE = pd.DataFrame([
+    row("peak", "deviates", rounding=0.005),
+    row("a | b", "deviates", published_error=0.01, kind="check", figure="slope"),
+    row("rate", "deviates", published="> 0.6"),
+    row("depth", "replicated"),
+    row("limit", "replicated", kind="closed form"),
+    row("time", "not reached at this scale", paper="two"),
+])  # fmt: skip
+
+
 @pytest.fixture
-def archived(tmp_path):
-    """A folder with a small verdict table of a study."""
-    table = pd.DataFrame([
-        row("peak", "deviates", rounding=0.005),
-        row("a | b", "deviates", published_error=0.01, kind="check", figure="slope"),
-        row("slope", "deviates", published="> 0.6"),
-        row("depth", "replicated"),
-        row("limit", "replicated", kind="closed form"),
-        row("time", "not reached at this scale", paper="two"),
-    ])  # fmt: skip
+def archived(tmp_path, monkeypatch):
+    """An archive with a small verdict table of a study, and no pictures."""
     (tmp_path / "fast").mkdir()
-    table.to_csv(tmp_path / "fast" / "verdicts.csv", index=False)
+    TABLE.to_csv(tmp_path / "fast" / "verdicts.csv", index=False)
+    monkeypatch.setattr(archive, "ARCHIVE", tmp_path)
+    monkeypatch.setattr(archive, "FIGURES", tmp_path / "figures")
     return tmp_path
-
-
-def test_tables_of_the_readme_are_those_of_the_archive():
-    """`python -m dpd readme -o README.md` has nothing to change."""
-    assert readme.filled(README) == README
-    asked = re.findall("<!-- begin: (.+?) -->", README)
-    assert asked == ["quick counts", *(f"quick deviations {p}" for p in read_config()["papers"])]
-
-
-def test_the_archive_has_all_papers():
-    """It is the table of a whole study."""
-    table = pd.read_csv(readme.ARCHIVE / "quick" / "verdicts.csv")
-    assert set(table.paper) == set(read_config()["papers"])
-
-
-def test_the_columns_of_the_verdict_table_are_named():
-    """All, in their order."""
-    assert f"`{','.join(COLUMNS)}`" in README
-
-
-def test_findings_outside_the_tables_quote_no_measurement():
-    """Prose that a run cannot contradict by other noise: no value with an error."""
-    section = README.split("## What the quick study finds")[1].split("\n## ")[0]
-    prose = readme.BLOCK.sub("", section)
-    assert len(prose) > 1000
-    assert not re.search(r"\+-|±|\d %", prose)
 
 
 def test_counts(archived):
     """By paper and verdict; closed forms and own checks apart."""
-    text = readme.filled("<!-- begin: fast counts -->\nold\n<!-- end -->\n", archived)
-    lines = text.splitlines()
+    lines = readme.filled("<!-- begin: fast counts -->\nold\n<!-- end -->\n").splitlines()
     assert lines[0] == "<!-- begin: fast counts -->" and lines[-1] == "<!-- end -->"
-    assert "| one | 3 | 1 | 2 | 0 | 1 of 1 | 0 of 1 |" in lines
-    assert "| two | 1 | 0 | 0 | 1 | none | none |" in lines and "old" not in lines
+    link = "[one](paper_figures/one/README.md)"
+    assert f"| {link} | 3 | 1 | 2 | 0 | 1 of 1 | 0 of 1 |" in lines and "old" not in lines
+    assert "| two | 1 | 0 | 0 | 1 | none | none |" in counts(TABLE).splitlines()
 
 
-def test_deviations(archived):
+def test_deviations():
     """Published value with what it is sure of, ours with its error; a paper without any."""
-    block = "text\n<!-- begin: fast deviations {} -->\n<!-- end -->\nmore"
-    lines = readme.filled(block.format("one"), archived).splitlines()
-    assert "| fig02 | peak | 0.5, rounded by 0.005 | 0.5200 ± 0.0040 | 5.0 |" in lines
-    assert "| slope | a \\| b (check) | 0.5 ± 0.01 | 0.5200 ± 0.0040 | 5.0 |" in lines
-    assert "| fig02 | slope | > 0.6 | 0.5200 ± 0.0040 | 5.0 |" in lines
-    assert lines[0] == "text" and lines[-1] == "more"
-    assert "Nothing deviates." in readme.filled(block.format("two"), archived)
+    lines = deviations(TABLE[TABLE.paper == "one"]).splitlines()
+    assert "| Figure 2 | peak | 0.5, rounded by 0.005 | 0.5200 ± 0.0040 | 5.0 |" in lines
+    assert "| Own figure: slope | a \\| b (check) | 0.5 ± 0.01 | 0.5200 ± 0.0040 | 5.0 |" in lines
+    assert "| Figure 2 | rate | &gt; 0.6 | 0.5200 ± 0.0040 | 5.0 |" in lines
+    assert deviations(TABLE[TABLE.paper == "two"]) == "Nothing deviates."
+
+
+def test_verdicts_of_each_figure():
+    """In the order of the titles; a figure without numbers has zeros."""
+    titles = {"slope": "Slope.", "fig02_radial": "g(r).", "fig03_none": "None."}
+    lines = figure_counts(TABLE, titles).splitlines()[2:]
+    assert lines[0] == "| [Own figure: slope](slope.py) | Slope. | 0 | 1 | 0 |"
+    assert lines[1].startswith("| [Figure 2](fig02_radial.py) | ") and "| 2 | 2 | 1 |" in lines[1]
+    assert lines[2] == "| [Figure 3](fig03_none.py) | None. | 0 | 0 | 0 |"
 
 
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("<!-- begin: fast deviations three -->\n<!-- end -->", "allowed: 'fast counts'"),
-        ("<!-- begin: fast sums -->\n<!-- end -->", "one of one, two"),
+        ("<!-- begin: fast sums -->\n<!-- end -->", "allowed: 'fast counts'"),
         ("<!-- begin: slow counts -->\n<!-- end -->", "no such file"),
         ("<!-- begin: fast counts -->\n", "no <!-- end -->"),
     ],
@@ -98,16 +263,43 @@ def test_deviations(archived):
 def test_blocks_that_cannot_be_filled(archived, text, words):
     """A sentence, not half a table."""
     with pytest.raises(UserError, match=words):
-        readme.filled(text, archived)
+        readme.filled(text)
 
 
-def test_the_archive_takes_whole_tables_only(archived, tmp_path, monkeypatch):
+def test_the_archive_takes_whole_tables_only(archived, tmp_path):
     """A table of an older version is refused, and what is kept stays."""
-    monkeypatch.setattr(readme, "ARCHIVE", tmp_path / "archive")
-    kept = readme.archive("fast", archived / "fast")
+    results = tmp_path / "results"
+    results.mkdir()
+    TABLE.to_csv(results / "verdicts.csv", index=False)
+    (kept,) = archive.archive("slow", results)
     before = kept.read_bytes()
-    assert kept == tmp_path / "archive" / "fast" / "verdicts.csv"
-    pd.read_csv(kept).drop(columns="kind").to_csv(archived / "fast" / "verdicts.csv", index=False)
+    assert kept == archived / "slow" / "verdicts.csv"
+    TABLE.drop(columns="kind").to_csv(results / "verdicts.csv", index=False)
     with pytest.raises(UserError, match="no column kind"):
-        readme.archive("fast", archived / "fast")
+        archive.archive("slow", results)
     assert kept.read_bytes() == before
+
+
+def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
+    """Those beside a figure file, as wide as before; no others."""
+    drawn, kept = tmp_path / "results" / "one" / "figures", tmp_path / "figures" / "one"
+    drawn.mkdir(parents=True)
+    kept.mkdir(parents=True)
+    TABLE.to_csv(tmp_path / "results" / "verdicts.csv", index=False)
+    for name in ("slope", "other"):
+        Image.new("RGB", (200, 100), "red").save(drawn / f"{name}.png")
+    Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
+    (kept / "slope.py").touch()
+    written = archive.archive("fast", tmp_path / "results")
+    assert written[1:] == [kept / "slope.png"] == archive.pictures("one")
+    with Image.open(kept / "slope.png") as picture:
+        assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)
+
+
+def test_a_picture_without_a_figure_file_is_refused(archived):
+    """It would be of nothing."""
+    folder = archived / "figures" / "one"
+    folder.mkdir(parents=True)
+    Image.new("RGB", (8, 8)).save(folder / "lost.png")
+    with pytest.raises(UserError, match=r"no figure file lost\.py"):
+        archive.pictures("one")

@@ -11,7 +11,6 @@ from dpd.errors import UserError
 from dpd.physics.schemes import SCHEMES
 from dpd.pipeline.study import read_paper, read_study
 from dpd.pipeline.sweep import merge
-from dpd.report.document import config_readme
 from dpd.scene import schema as rules
 from dpd.scene.scene import Scene
 from dpd.scene.schema import read_yaml, schema, validate
@@ -305,11 +304,6 @@ def test_merge_keeps_what_is_not_named():
     assert merge(base, {"list": {1: {"x": 9}}}) == merge(base, {"list": {"1": {"x": 9}}})
     with pytest.raises(UserError, match="count from 0"):
         merge(base, {"list": {"2": {}}})
-
-
-def test_config_readme_is_written_from_the_schemas():
-    """python -m dpd document -o config/README.md"""
-    assert (ROOT / "config" / "README.md").read_text() == config_readme()
 
 
 def test_what_was_found_valid_is_not_checked_again(tmp_path, monkeypatch):

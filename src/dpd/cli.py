@@ -130,9 +130,8 @@ def _parser():
         "schemes", _schemes, "write config/schemes.yaml, for scheme auto, from the benchmark",
         "study", output="schemes.yaml",
     )  # fmt: skip
-    stage("document", _document, "write config/README.md from the schemas", output="README.md")
-    stage("archive", _archive, "keep a study's verdict table in git, for README.md", "study")
-    stage("readme", _readme, "fill the marked tables of README.md from the archive", output="file")
+    stage("archive", _archive, "keep a study's verdict table and pictures in git", "study")
+    stage("readme", _readme, "write README.md's tables, config/README.md and the papers' pages")
     return parser
 
 
@@ -373,26 +372,17 @@ def _schemes(options):
     replace_whole(options.output, lambda draft: draft.write_text(text))
 
 
-def _document(options):
-    from dpd.files import replace_whole
-    from dpd.report.document import config_readme
-
-    replace_whole(options.output, lambda draft: draft.write_text(config_readme()))
-
-
 def _archive(options):
     from dpd.pipeline.paths import results_of
-    from dpd.report.readme import archive
+    from dpd.report.archive import archive
 
-    kept = archive(options.study, results_of(options.study).folder)
-    print(f"kept in {kept}; now: python -m dpd readme -o README.md")
+    for path in archive(options.study, Path(results_of(options.study).folder)):
+        print(f"kept: {path}")
+    print("now: python -m dpd readme")
 
 
 def _readme(options):
-    from dpd.files import replace_whole
-    from dpd.report.readme import filled
+    from dpd.report.pages import write_pages
 
-    if not options.output.is_file():
-        raise UserError(f"{options.output}: there is no such file, with tables to fill")
-    text = filled(options.output.read_text())
-    replace_whole(options.output, lambda draft: draft.write_text(text))
+    for path in write_pages():
+        print(f"written: {path}")

@@ -1,41 +1,96 @@
-"""config/README.md, written from the schemas."""
+"""config/README.md: keys of the files in config, and what result files hold."""
 
+from dpd.report.variables import run_table, sweep_table, verdict_table
 from dpd.scene.schema import schema
 
-INTRODUCTION = """# Configuration
+INTRODUCTION = """# Configuration and result files
 
-Written by `python -m dpd document -o config/README.md` from the files in `config/schema`;
-edit those.
+`python -m dpd readme` writes this page from the schemas in `config/schema` and from the observables
+in `src/dpd/observe`. Edit those.
 
-- `config.yaml` says which study of which papers `snakemake` builds.
-- `papers/` holds one file a paper: its sweeps and its figures, at the paper's own sizes.
-- `studies/` changes sampling, sizes and axes of those sweeps.
-- `scenes/` holds systems to run alone: `python -m dpd run config/scenes/fluid.yaml -o run.nc`.
+- `config.yaml` says which study of which papers `snakemake` makes.
+- `papers/` holds one file for each paper: its sweeps and its figures, at the paper's own sizes. A
+  *sweep* is a family of runs that differ in one or more parameters.
+- `studies/` holds changes of these sweeps: how long they run, how large they are, and which values
+  their parameters have.
+- `scenes/` holds systems to run alone: `python -m dpd run config/scenes/fluid.yaml -o run.nc`. A
+  *scene* is one system and how long it is simulated.
 
-## To edit a sweep
+## Edit a sweep
 
-Change the `values` of an axis in the paper's file or, if the study replaces them, in the study's.
-`python -m dpd show STUDY PAPER SWEEP` says which file each value comes from, and `snakemake` says
-it when you have edited, since the last commit, a value that its study replaces. Only new points are
-run.
+Change the `values` of an axis in the paper's file. If the study replaces them, change them in the
+study's file. `python -m dpd show STUDY PAPER SWEEP` says which file each value comes from.
+`snakemake` tells you when you have edited, since the last commit, a value that its study replaces.
+Only new points of the sweep are run.
 
-## To rename a sweep
+## Rename a sweep
 
-The seeds of a sweep follow from its name, so a sweep with another name has other noise: all its
-points run again. To keep the runs that you have:
+The random numbers of a sweep follow from its name, so all its points would run again under another
+name. To keep the runs that you have:
 
-1. rename it in the paper's file, in the `sweeps` of its figures, in every study that names it and
-   in the figure files that read it, and give it its former name as `seeds: OLD_NAME`;
+1. Rename the sweep in the paper's file, in the `sweeps` of its figures, in every study that names
+   it and in the figure files that read it. Give it its former name as `seeds: OLD_NAME`.
 2. `mv results/STUDY/PAPER/runs/OLD_NAME results/STUDY/PAPER/runs/NEW_NAME`, for each study.
 
 Then `snakemake` gathers the runs again and simulates nothing. It keeps no record of files that were
-moved; if the sweep is edited later, runs that no longer belong to it are refused, with the command
-that makes them again. Two sweeps of a paper must not have the same seeds.
+moved. If the sweep is edited later, it refuses runs that no longer belong to it and prints the
+command that makes them again. Two sweeps of a paper must not have the same seeds.
+
+## Add a paper
+
+1. Write `config/papers/NAME.yaml` with its sweeps and figures; copy a small one and change it.
+2. Write one file for each figure, `paper_figures/NAME/FIGURE.py`, with the functions that the
+   files of other papers have: `compute`, `measured` and `draw`, and the texts `TITLE` and
+   `PAPER_SHOWS`.
+3. Put the numbers that the paper prints into `paper_figures/published.yaml`.
+4. Add NAME to `papers` in `config/config.yaml`.
+5. To keep its verdicts in git with `python -m dpd archive STUDY`, and to give it a page, write its
+   findings into `paper_figures/NAME/findings.md` and its reference into `CITATION.cff`. The page
+   shows each picture that stands beside its figure file, as `FIGURE.png`.
 
 ## Whole molecules
 
 A scene with a density gets the nearest whole number of molecules. If that misses the density by
-more than 1 % the scene is refused, with a box and a count that fit.
+more than 1 %, the scene is refused, and the message names a box and a count that fit.
+"""
+FILES = """## Variables of run.nc
+
+`python -m dpd run` writes one NetCDF file, and so does each point of a sweep. The file holds the
+variables of the observables that the scene names in `observe`. The dimension *sample* counts
+samples over time; *block* counts consecutive parts of the run, 50 or fewer, each with its mean. The
+attributes of the file say what made it: scene, seed, versions, and digests
+(checksums) of the sources.
+
+{run}
+
+A first configuration that takes long to make can be kept: `python -m dpd run SCENE.yaml --start
+start.nc -o run.nc` makes it and keeps it in `start.nc`, with the record of how chains grew. If the
+file is there already, the same command uses it. It is a file of its own, not the result of a run.
+
+## Variables of a sweep file
+
+`results/STUDY/PAPER/sweeps/SWEEP.nc` holds all runs of a sweep. Its dimensions are the axes of the
+sweep and `replica`. Variables without the dimension *sample* are those of the runs. A series over
+*sample* becomes its mean and five more variables, shown here for kT. If `series` of the sweep names
+it, the whole series is kept as well, with `_series` behind its name.
+
+{sweep}
+
+For a plot of your own, in Python:
+
+```python
+import xarray as xr
+
+sweep = xr.open_dataset("results/quick/groot_warren_1997/sweeps/equation_of_state_15.nc")
+(sweep.excess_conservative / (15 * sweep.density**2)).mean("replica").plot()
+```
+
+## Columns of verdicts.csv
+
+`results/STUDY/verdicts.csv` has one row for each published number or claim, and for each check of
+our own.
+
+{verdicts}
 """
 PARTS = ("config", "study", "paper", "scene")
 
@@ -48,7 +103,8 @@ def config_readme():
         parts.append(f"## {rules['title']}\n\n{rules['description']}\n")
         parts.append("| key | allowed | default | meaning |\n| --- | --- | --- | --- |")
         parts[-1] += "".join(f"\n{line}" for line in _rows(rules, "")) + "\n"
-    return "\n".join(parts)
+    files = FILES.format(run=run_table(), sweep=sweep_table(), verdicts=verdict_table())
+    return "\n".join([*parts, files])
 
 
 def _rows(rules, prefix):

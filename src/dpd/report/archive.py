@@ -1,0 +1,104 @@
+"""Verdict tables that git keeps: what README.md and the pages of the papers are made from."""
+
+import shutil
+from pathlib import Path
+
+import pandas as pd
+from PIL import Image
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.files import replace_whole
+
+ARCHIVE = ROOT / "results" / "archive"
+FIGURES = ROOT / "paper_figures"
+NEEDED = {"paper", "figure", "quantity", "kind", "published", "published_error", "rounding",
+          "value", "error", "deviation_sigma", "verdict"}  # fmt: skip
+
+
+def archive(study, results):
+    """Keep the verdict table of all papers, and draw anew the pictures that git keeps.
+
+    Git keeps the picture of a figure if there is one beside the figure's file; the new one is as
+    wide as the old one.
+
+    Parameters
+    ----------
+    study : str
+    results : path
+        Folder of the study.
+
+    Returns
+    -------
+    list of path
+        What was written: the table, then pictures.
+
+    Raises
+    ------
+    UserError
+        If there is no such table, or it was made by an older version.
+    """
+    source = Path(results) / "verdicts.csv"
+    table = read_table(source)
+    target = ARCHIVE / study / "verdicts.csv"
+    replace_whole(target, lambda draft: shutil.copyfile(source, draft))
+    written = [target]
+    for paper in sorted(set(table.paper)):
+        for kept in pictures(paper):
+            drawn = Path(results) / paper / "figures" / kept.name
+            if drawn.is_file():
+                _put_in_place(drawn, kept)
+                written.append(kept)
+    return written
+
+
+def pictures(paper):
+    """Pictures of a paper's figures that git keeps, in the order of their names.
+
+    Raises
+    ------
+    UserError
+        If a picture has no figure file beside it.
+    """
+    found = sorted((FIGURES / paper).glob("*.png"))
+    for path in found:
+        if not path.with_suffix(".py").is_file():
+            raise UserError(f"{path}: there is no figure file {path.stem}.py beside this picture")
+    return found
+
+
+def _put_in_place(drawn, kept):
+    """A figure in the width of the picture that is kept, in few colours."""
+    with Image.open(kept) as old, Image.open(drawn) as new:
+        size = old.width, round(new.height * old.width / new.width)
+        small = new.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+    few = small.quantize(256, dither=Image.Dither.NONE)
+    replace_whole(kept, lambda draft: few.save(draft, "png", optimize=True))
+
+
+def studies():
+    """Names of the studies that have a table in the archive."""
+    return sorted(path.parent.name for path in ARCHIVE.glob("*/verdicts.csv"))
+
+
+def read_archive(study):
+    """The verdict table of a study.
+
+    Raises
+    ------
+    UserError
+        If there is no such table, or it was made by an older version.
+    """
+    return read_table(ARCHIVE / study / "verdicts.csv")
+
+
+def read_table(path):
+    """A verdict table from a file, refused as in `read_archive`."""
+    if not path.is_file():
+        raise UserError(f"{path}: there is no such file; let snakemake make it")
+    table = pd.read_csv(path)
+    if lacking := NEEDED - set(table.columns):
+        raise UserError(
+            f"{path}: no column {', '.join(sorted(lacking))}; let snakemake make it again"
+        )
+    return table

@@ -1,0 +1,128 @@
+"""The page of a paper, paper_figures/PAPER/README.md: verdicts, findings and pictures."""
+
+from functools import cache
+
+import yaml
+
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.pipeline.study import read_paper, read_study
+from dpd.report.archive import FIGURES, pictures, read_archive, studies
+from dpd.report.captions import label
+from dpd.report.figure_file import load_module
+from dpd.report.markdown import counts, deviations, figure_counts
+from dpd.report.notation import typeset
+
+HEAD = """# {title}
+
+{reference}, [doi:{doi}](https://doi.org/{doi})
+
+`python -m dpd readme` writes this page from the verdict tables in `results/archive`, from the
+captions in the figure files and from [findings.md](findings.md). Edit those.
+
+The paper's sweeps stand in [config/papers/{name}.yaml](../../config/papers/{name}.yaml), its
+published numbers in [published.yaml](../published.yaml). To make its figures:
+`snakemake --cores 2 --config papers='[{name}]'`.
+"""
+STUDY = """## What the study `{study}` finds
+
+{description}
+
+{counts}
+
+*Held against simulation*: numbers and claims that the paper prints, compared with our runs.
+*Closed forms*: numbers that it prints, compared with a formula. *Own checks*: numbers that it does
+not print.
+
+What deviates, with our standard error, and the difference in combined standard errors of both:
+
+{deviations}
+
+All figures, with the verdicts on their numbers, own checks included:
+
+{figures}
+"""
+
+
+def papers_with_pages():
+    """Papers that an archived study has verdicts on."""
+    return sorted({paper for study in studies() for paper in read_archive(study).paper})
+
+
+def paper_page(name):
+    """The page of a paper as Markdown.
+
+    Parameters
+    ----------
+    name : str
+
+    Raises
+    ------
+    UserError
+        If the paper has no findings, or CITATION.cff does not know its title.
+    """
+    tables = {study: _verdicts(study, name) for study in studies()}
+    tables = {study: table for study, table in tables.items() if len(table)}
+    paper = read_paper(name, next(iter(tables)), only=[])
+    modules = {figure: load_module(name, figure) for figure in paper.figures}
+    head = HEAD.format(
+        name=name, title=paper.title, reference=paper.reference, doi=_doi(paper.title)
+    )
+    kept = [picture.stem for picture in pictures(name)]
+    parts = [
+        head,
+        *(_study(study, table, modules) for study, table in tables.items()),
+        f"## Findings\n\n{typeset(_findings(name))}",
+        *(["## Pictures\n"] if kept else []),
+        *(_picture(figure, load_module(name, figure)) for figure in kept),
+    ]
+    return "\n".join(parts)
+
+
+def _verdicts(study, name):
+    table = read_archive(study)
+    return table[table.paper == name]
+
+
+def _study(study, table, modules):
+    """What a study finds."""
+    titles = {figure: module.TITLE for figure, module in modules.items()}
+    return STUDY.format(
+        study=study,
+        description=read_study(study)["description"],
+        counts=counts(table),
+        deviations=deviations(table),
+        figures=figure_counts(table, titles),
+    )
+
+
+def _picture(figure, module):
+    """A picture with the figure's own caption."""
+    return (
+        f"![{label(figure)}: {module.TITLE}]({figure}.png)\n\n"
+        f"**{label(figure)}. {typeset(module.TITLE)}** {typeset(module.PAPER_SHOWS)}\n"
+    )
+
+
+def _findings(name):
+    path = FIGURES / name / "findings.md"
+    if not path.is_file():
+        raise UserError(
+            f"{path}: there is no such file; write what the runs have shown, and why what deviates "
+            "does"
+        )
+    return path.read_text()
+
+
+@cache
+def _references():
+    entries = yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]
+    return {entry["title"]: entry["doi"] for entry in entries}
+
+
+def _doi(title):
+    if title not in _references():
+        raise UserError(
+            f"CITATION.cff: references: none has the title {title!r} of a paper in config/papers"
+        )
+    return _references()[title]
