@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd.engine.checkpoint import MARK, Checkpoint, _checksum
+from dpd.engine.checkpoint import MARK, Checkpoint, _checksum, note_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.jit import kernel
@@ -74,6 +74,20 @@ def test_a_good_one_is_taken(good, tmp_path):
     """So that the tests below can fail."""
     assert resumed(good, tmp_path / "run.checkpoint") == ("", 220)
     assert resumed(sealed(good), tmp_path / "run.checkpoint") == ("", 220)
+
+
+def test_a_note_beside_the_state(good, tmp_path):
+    """It comes back whole, or not at all; the state does not depend on it."""
+    path = tmp_path / "run.checkpoint"
+    assert note_of(path) is None
+    for note in (None, {"dt": 0.06, "said": "a step"}):
+        simulation, observers = new_run()
+        assert Checkpoint(path, KEY, note).save(simulation, observers) == ""
+        assert note_of(path) == note
+        assert Checkpoint(path, KEY).resume(simulation, observers, STEPS) == ""
+    path.write_bytes(path.read_bytes().replace(b"a step", b"no step"))
+    assert note_of(path) is None
+    assert resumed(good, path) == ("", 220)
 
 
 NAMES = (

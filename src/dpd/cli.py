@@ -23,6 +23,7 @@ def main(arguments=None):
     """
     options = _parser().parse_args(arguments)
     try:
+        _check_place(options)
         options.stage(options)
         if options.prints and (problem := unprinted()):
             raise UserError(f"standard output: cannot be written ({reason(problem)})")
@@ -38,6 +39,14 @@ def main(arguments=None):
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     return 0
+
+
+def _check_place(options):
+    """Refuse an output that would do harm, before anything is computed."""
+    if options.suffix:
+        from dpd.files import check_output
+
+        check_output(options.output, options.suffix)
 
 
 def _fail(problem, code=1):
@@ -57,10 +66,10 @@ def _parser():
             sub.add_argument(argument, nargs="+" if argument == "papers" else None)
         if output:
             sub.add_argument("-o", "--output", required=True, type=Path, help=output)
-        sub.set_defaults(stage=function, prints=prints)
+        sub.set_defaults(stage=function, suffix=Path(output or "").suffix, prints=prints)
         return sub
 
-    run = stage("run", _run, "run a scene of your own", "scene", output="NetCDF file to write")
+    run = stage("run", _run, "run a scene of your own", "scene", output="run.nc")
     run.add_argument(
         "--checkpoint-every", type=_seconds, default=60.0, metavar="SECONDS",
         help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
@@ -72,8 +81,8 @@ def _parser():
     )  # fmt: skip
     _add_threads(run)
     stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True)
-    stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
-    stage("compile", _compile, "compile what a study needs", "study", "papers", output="stamp")
+    stage("measure", _measure, "make a measurement of the benchmark", "name", output="name.nc")
+    stage("compile", _compile, "compile what a study needs", "study", "papers", output="made.txt")
     stage(
         "start", _start, "make a first configuration",
         "study", "paper", "sweep", "point", output="start.nc",
@@ -96,7 +105,7 @@ def _parser():
         "--traceback", type=Path, metavar="FILE",
         help="where to keep the whole traceback if the figure's file raises something",
     )  # fmt: skip
-    stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="csv")
+    stage("verdicts", _verdicts, "join the verdict tables", "study", "papers", output="table.csv")
     stage("report", _report, "write the report", "study", "papers", output="report.html")
     plan = stage(
         "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
@@ -114,7 +123,7 @@ def _parser():
     )  # fmt: skip
     stage("document", _document, "write config/README.md from the schemas", output="README.md")
     stage("archive", _archive, "keep a study's verdict table in git, for README.md", "study")
-    stage("readme", _readme, "fill the marked tables of README.md from the archive", output="file")
+    stage("readme", _readme, "fill the tables of README.md from the archive", output="README.md")
     return parser
 
 
@@ -187,9 +196,8 @@ def _bench(options):
 
 def _measure(options):
     from dpd.benchmark.measure import measure
-    from dpd.files import check_output, check_room
+    from dpd.files import check_room
 
-    check_output(options.output, ".nc")
     check_room(options.output, LITTLE)
     measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
@@ -221,12 +229,11 @@ def _resolved_sweep(options):
 
 
 def _start(options):
-    from dpd.files import check_output, check_room
+    from dpd.files import check_room
     from dpd.pipeline.simulate import write_start
     from dpd.progress import Progress
     from dpd.start.description import start_work
 
-    check_output(options.output, ".nc")
     scene = _sweep(options).point(options.point).scene
     check_room(options.output, LITTLE)
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
@@ -258,9 +265,7 @@ def _simulate(options):
 
 def _collect(options):
     from dpd.analysis.collect import collect, save
-    from dpd.files import check_output
 
-    check_output(options.output, ".nc")
     sweep = _resolved_sweep(options)
     folder = run_folder(options.study, options.paper, options.sweep)
     paths = [folder / point.name / "run.nc" for point in sweep.points]
@@ -268,8 +273,7 @@ def _collect(options):
 
 
 def _derive(options):
-    import xarray as xr
-
+    from dpd.analysis.collect import load
     from dpd.analysis.derive import derive
     from dpd.pipeline.derived import write_derived
 
@@ -278,14 +282,12 @@ def _derive(options):
     paths = {rule.source: folder / f"{rule.source}.nc" for rule in sweep.derived}
     if not paths:
         raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
-    for path in paths.values():
-        if not path.is_file():
-            raise UserError(f"{path}: there is no such file; let snakemake make it")
-    sources = {name: xr.load_dataset(path, engine="netcdf4") for name, path in paths.items()}
+    sources = {name: load(path) for name, path in paths.items()}
     write_derived(derive(sweep, sources), options.output)
 
 
 def _figure(options):
+    from dpd.files import replace_whole
     from dpd.pipeline.study import read_paper
     from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
@@ -306,7 +308,8 @@ def _figure(options):
     except BrokenFigure as problem:
         if options.traceback is None:
             raise UserError(f"{problem}; --traceback FILE keeps the whole traceback") from None
-        options.traceback.write_text(problem.whole_traceback())
+        text = problem.whole_traceback()
+        replace_whole(options.traceback, lambda draft: draft.write_text(text))
         raise UserError(f"{problem}; the whole traceback is in {options.traceback}") from None
 
 
@@ -374,8 +377,10 @@ def _document(options):
 
 
 def _archive(options):
+    from dpd.pipeline.study import read_study
     from dpd.report.readme import archive
 
+    read_study(options.study)  # a name that is none would lead elsewhere
     kept = archive(options.study, RESULTS / options.study)
     print(f"kept in {kept}; now: python -m dpd readme -o README.md")
 

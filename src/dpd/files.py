@@ -79,8 +79,9 @@ def check_output(path, suffix="", inputs=()):
         )
     for given in inputs:
         if os.path.realpath(given) == os.path.realpath(path) or _same(_status(given), there):
+            what = f"{given}, which is read" if str(given) != str(path) else "what is read from it"
             raise UserError(
-                f"{path}: would take the place of {given}, which is read; choose another name"
+                f"{path}: what is written would take the place of {what}; choose another name"
             )
 
 
@@ -205,10 +206,17 @@ def _opened(path):
         with netCDF4.Dataset(path) as file:
             yield file
     except (OSError, RuntimeError) as problem:
+        if is_of_system(problem):
+            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
         raise UserError(
             f"{path}: not a whole NetCDF file ({reason(problem)}); if it should be one, make it "
             "again"
         ) from None
+
+
+def is_of_system(problem):
+    """Whether the system refused a file; what the NetCDF library finds in one is below zero."""
+    return (getattr(problem, "errno", None) or 0) > 0
 
 
 def check_digest(path, attributes, name, expected, remedy):

@@ -67,3 +67,24 @@ def run(
         if stop_now:
             raise Stopped(f"stopped at step {stop} of {last}, as asked")
     return last - begun
+
+
+def advance_looking(simulation, steps, look, measure=False):
+    """Advance by some steps, to the same bits, with a look now and then.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    steps : int
+    look : callable
+        Called between stretches of steps, a few times a second on small systems; it may raise
+        something to end that.
+    measure : bool
+        See `dpd.engine.simulation.Simulation.advance`, also for what is returned.
+    """
+    stretch = stretch_of(simulation.state.identity.size)
+    while steps > stretch:
+        simulation.advance(stretch)
+        steps -= stretch
+        look()
+    return simulation.advance(steps, measure)

@@ -157,7 +157,7 @@ def simulate(
     keeper = None
     if checkpoint:
         key = {"scene": scene.digest, "sources": stage_digest("simulate")}
-        keeper = Checkpoint(checkpoint, key)
+        keeper = Checkpoint(checkpoint, key, scene.chosen)
     running, lost = time.perf_counter(), -1
     try:
         done = run(
@@ -187,7 +187,7 @@ def simulate(
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     } | versions()
     if scene.chosen:
-        attributes["chosen"] = scene.chosen
+        attributes["chosen"] = scene.chosen["said"]
     if warning:
         attributes["warning"] = warning
         if say:
@@ -205,7 +205,7 @@ def simulate(
 
 def _with_place(problem, scene, keeper):
     """A problem of a run, with the scene's file and where the last good state is."""
-    kept = keeper is not None and keeper.path.exists()
+    kept = keeper is not None and keeper.is_ours and keeper.path.exists()
     last = f"; its last good state is in {keeper.path}" if kept else ""
     kind = Stopped if isinstance(problem, Stopped) else UserError
     return kind(f"{scene.where}: {str(problem).rstrip('.')}{last}")

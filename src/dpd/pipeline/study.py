@@ -204,7 +204,7 @@ def read_paper(name, study, only=None):
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
     sweeps = {
-        sweep: _unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep])
+        sweep: _unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep], study)
         for sweep, given in paper["sweeps"].items()
         if only is None or sweep in only
     }
@@ -266,8 +266,9 @@ def _described(given, changes, key, study):
     return described
 
 
-def _unfold(paper, name, given, changes, where, described):
+def _unfold(paper, name, given, changes, where, described, study):
     """All points of a sweep."""
+    changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
     key = f"{where}: sweeps.{name}"
@@ -279,7 +280,7 @@ def _unfold(paper, name, given, changes, where, described):
     points = []
     for labels in product(*(axis.labels for axis in axes)):
         at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
-        where = f"{key} ({at})"
+        where = f"{key} ({at}){changed}"
         scene = base
         for axis, label in zip(axes[:-1], labels):
             change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from matplotlib.ticker import NullFormatter
 
 from dpd.analysis.accuracy import (
@@ -13,6 +12,7 @@ from dpd.analysis.accuracy import (
     deviations,
     front,
 )
+from dpd.analysis.collect import load
 from dpd.analysis.statistics import COVERAGE
 from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, panels
@@ -204,7 +204,7 @@ def recommendations(figures):
         if not path.is_file():
             raise UserError(f"{path}: there is no such file; run snakemake --cores 2 benchmark")
         parts.append(f"{system}:\n  stiffness: {stiffness}\n  choices:")
-        data = xr.load_dataset(path, engine="netcdf4")
+        data = load(path)
         for row in choices(data.drop_sel(scheme="lowe-andersen", errors="ignore")):
             if row["scheme"] is None:
                 continue

@@ -14,6 +14,7 @@ from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup
 from PIL import Image
 
+from dpd.analysis.collect import reading
 from dpd.analysis.verdicts import KINDS
 from dpd.digest import ROOT, stage_digest
 from dpd.files import attribute, replace_whole
@@ -125,7 +126,7 @@ def _checks(paper, results):
     rows = []
     for name in paper.sweeps:
         path = results / paper.name / "sweeps" / f"{name}.nc"
-        with xr.open_dataset(path, engine="netcdf4") as data:
+        with reading(path), xr.open_dataset(path, engine="netcdf4") as data:
             rows.append({
                 "paper": paper.name,
                 "sweep": name,

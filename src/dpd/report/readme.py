@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from dpd.analysis.collect import reading
 from dpd.analysis.verdicts import (
     CHECK,
     CLOSED_FORM,
@@ -97,9 +98,8 @@ def _block(asked, folder):
 
 
 def _read(path):
-    if not path.is_file():
-        raise UserError(f"{path}: there is no such file; let snakemake make it")
-    table = pd.read_csv(path)
+    with reading(path, "table of verdicts"):
+        table = pd.read_csv(path)
     if lacking := NEEDED - set(table.columns):
         raise UserError(
             f"{path}: no column {', '.join(sorted(lacking))}; let snakemake make it again"
