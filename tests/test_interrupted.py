@@ -249,6 +249,18 @@ def test_a_summary_that_nobody_reads_is_no_failure(here, name):
     assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 100
 
 
+@pytest.mark.parametrize("where", [">/dev/full", "| true"])
+def test_what_is_only_printed_is_a_failure_if_it_cannot_be(here, where):
+    """Unless the reader has left."""
+    command = f"{sys.executable} -m dpd show smoke groot_warren_1997 fluid {where}"
+    done = subprocess.run(
+        ["bash", "-c", f"{command}; exit ${{PIPESTATUS[0]}}"], env=ENVIRONMENT, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    said = "error: standard output: cannot be written (No space left on device)\n"
+    assert (done.returncode, done.stderr) == ((1, said) if "full" in where else (0, ""))
+
+
 def test_text_that_cannot_be_printed(tmp_path):
     """A stream is silent from then on, and knows why."""
     with open("/dev/full", "w") as full, open(tmp_path / "text", "w") as good:

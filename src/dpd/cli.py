@@ -113,7 +113,9 @@ def _parser():
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
-    show = stage("show", _show, "say which values a study runs, and which file each comes from")
+    show = stage(
+        "show", _show, "say which values a study runs, and which file each comes from", prints=True
+    )
     show.add_argument("study")
     show.add_argument("paper")
     show.add_argument("sweep", nargs="?", help="without it: what the study replaces in the paper")
