@@ -181,10 +181,6 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
     Its velocities are drawn anew again and again, which brings any system to its temperature,
     however rarely its beads meet.
     """
-    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
-    kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
-    simulation, pushes = Simulation(system, _copy(state)), []
-    w = 1 - (np.arange(BINS) + 0.5) / BINS
     steps = max(1, round(PAUSE / dt))
     cost, look = ROUNDS * steps * scene.beads, look or _do_not_look
     if cost > budget:
@@ -193,6 +189,10 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
             f"its temperature in steps of {dt:.2g} tau would take {cost:.2g} bead-steps, and the "
             f"search may take {budget:.2g}; name scheme and dt, or let the run be longer"
         )
+    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+    kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
+    simulation, pushes = Simulation(system, _copy(state)), []
+    w = 1 - (np.arange(BINS) + 0.5) / BINS
     try:
         for _ in range(ROUNDS):
             look()
