@@ -11,6 +11,7 @@ from dpd.analysis.collect import load, save
 from dpd.analysis.verdicts import COLUMNS
 from dpd.errors import UserError
 from dpd.pipeline.study import read_paper
+from tests.test_checkpoints import files_up_to
 from tests.test_faults import assert_refused
 
 PAPER = "groot_warren_1997"
@@ -95,6 +96,16 @@ def test_a_sweep_of_the_report_that_is_damaged(folder, dpd, name):
     path = RESULTS / PAPER / "sweeps" / "time_step_verlet.nc"
     DAMAGES[name](path)
     assert_refused(dpd("report", "smoke", PAPER, "-o", "made.html"), word=str(path))
+
+
+@pytest.mark.parametrize("size", [0, 1000, 20_000])
+def test_a_sweep_that_cannot_be_written(tmp_path, size):
+    """The system's own reason, and no draft."""
+    path = tmp_path / "sweep.nc"
+    large = xr.Dataset({"kT": ("a", np.random.default_rng(1).random(50_000))})
+    with files_up_to(size), pytest.raises(UserError, match="File too large"):
+        save(large, path)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("seed", range(30))

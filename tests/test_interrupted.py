@@ -1,5 +1,6 @@
 """Commands that are interrupted, started twice, or heard by nobody: processes of their own."""
 
+import errno
 import json
 import os
 import signal
@@ -204,6 +205,20 @@ def test_a_lock_of_another_machine_is_respected(here):
     with alone("run.nc", said.append):
         assert json.loads(lock.read_text())["pid"] == os.getpid()
     assert made() == [] and len(said) == 1 and "taking over" in said[0]
+
+
+def test_a_lock_that_cannot_be_written_is_not_left(here, monkeypatch):
+    """The disk is full: room is asked for, and nothing is in the way later."""
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("dpd.pipeline.lock.os.pwrite", full)
+        refused = pytest.raises(UserError, match=r"No space left on device\); make room there or")
+        with refused, alone("run.nc", print):
+            pass
+    assert made() == []
 
 
 def test_where_files_cannot_be_locked_the_process_is_looked_for(here, monkeypatch):

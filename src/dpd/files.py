@@ -10,7 +10,9 @@ import netCDF4
 import numpy as np
 
 from dpd.drafts import draft_of
-from dpd.errors import UserError, reason
+from dpd.errors import UserError, reason, remedy
+
+OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
 def write(path, variables, attributes):
@@ -128,8 +130,7 @@ def check_room(path, size):
         free = shutil.disk_usage(path.parent).free
     except OSError as problem:
         raise UserError(
-            f"{path}: cannot be written ({reason(problem)}); make {path.parent} writable or "
-            "choose another place"
+            f"{path}: cannot be written ({reason(problem)}); {remedy(problem, path.parent)}"
         ) from None
     if free < size:
         raise UserError(
@@ -146,12 +147,24 @@ def _amount(size):
     return f"{size} bytes"
 
 
-def _fill(draft, variables, attributes):
+@contextmanager
+def asking_system(draft, size):
+    """Let the system say why a file of some bytes cannot be written.
+
+    For a full disk the NetCDF library has "HDF error", or "Permission denied".
+    """
     try:
-        with netCDF4.Dataset(draft, "w") as file:
-            _put(file, variables, attributes)
-    except RuntimeError as problem:  # what the library has for a full disk, besides OSError
-        raise OSError(str(problem)) from None
+        yield
+    except (OSError, RuntimeError) as problem:
+        with open(draft, "wb") as file:
+            os.posix_fallocate(file.fileno(), 0, max(size, OVERHEAD))
+        raise OSError(reason(problem)) from None
+
+
+def _fill(draft, variables, attributes):
+    size = sum(np.asarray(values).nbytes for _, values, _, _ in variables.values())
+    with asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
+        _put(file, variables, attributes)
 
 
 def _put(file, variables, attributes):

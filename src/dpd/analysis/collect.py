@@ -205,4 +205,9 @@ def save(data, path):
     A type remembered from a file that was read would be forced on values put in since.
     """
     plain = data.drop_encoding()
-    files.replace_whole(path, lambda draft: plain.to_netcdf(draft, engine="netcdf4"))
+
+    def fill(draft):
+        with files.asking_system(draft, plain.nbytes):
+            plain.to_netcdf(draft, engine="netcdf4")
+
+    files.replace_whole(path, fill)
