@@ -7,7 +7,6 @@ import time
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.study import read_paper
 from dpd.scene.scene import Scene
 from dpd.scene.schema import read_yaml, schema
 
@@ -130,7 +129,12 @@ SCENES = [
     ({"box": "4"}, ["box", "'4' is text", "write 4"]),
     ({"box": None}, ["box", "nothing after the colon"]),
     ({"steps": {"sample": 10.0}}, ["steps.sample", "10.0", "write 10"]),
-    ({"steps": {"sample": 1e30}}, ["steps.sample", "1e+30"]),
+    ({"steps": {"sample": "1e3"}}, ["steps.sample", "'1e3' is text", "write 1000 without"]),
+    ({"steps": {"sample": "3.0"}}, ["steps.sample", "'3.0' is text", "write 3 without"]),
+    ({"steps": {"sample": "2.5"}}, ["steps.sample: '2.5' is not of type integer"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": "nan"}}, ["dt: 'nan' is not of type number"]),
+    ({"box": "1e999"}, ["box: '1e999' is not allowed", "number > 0"]),
+    ({"steps": {"sample": 1e30}}, ["steps.sample: 1e+30 is out of range"]),
     ({"steps": {"sample": 10**30}}, ["steps.sample", "out of range"]),
     ({"steps": {"sample": 10**13}}, ["steps.sample", "<= 1000000000000"]),
     ({"steps": {"sample": 10**12}, "box": 40}, ["bead-steps", "two years"]),
@@ -144,8 +148,17 @@ SCENES = [
     ({"observe": [{"rdf": {"bin": 1000, "range": 2}}]}, ["observe.0.rdf.bin", "1000", "<= 1"]),
     ({"observe": [{"rdf": {"bin": 1e-12, "range": 2}}]}, ["observe.0.rdf.bin", ">= 0.0001"]),
     ({"observe": [{"rdf": {"bin": 0.5, "range": 0.1}}]}, ["observe.rdf.bin", "range", "<= 0.1"]),
+    ({"observe": ["rdf"], "molecules": [{"architecture": "A", "count": 1}], "box": 6},
+     ["observe: 'rdf'", "a single bead"]),
     ({"observe": [{"profile": {"bin": 1000}}]}, ["observe.profile.bin", "1000", "<= 4"]),
     ({"observe": [{"profile": {"bin": 1e-12}}]}, ["observe.0.profile.bin", ">= 0.001"]),
+    ({"observe": [{"profile": {"bin": 0.001}}], "box": [2, 2, 10_000]},
+     ["observe.profile.bin", "1e+07 bins", "bin >= 0.01"]),
+    (CHAINS | {"observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8},
+               "molecules": [{"architecture": "A 12", "density": 3}]},
+     ["observe.trace.every", "1.8e+08 coordinates", "every >= 36"]),
+    ({"start": {"relax": {"steps": 10**9, "dt": 0.01}}, "box": 100},
+     ["steps and duration", "3e+15 bead-steps"]),
     ({"observe": ["thermo", {"thermo": {"every": 2}}]}, ["observe", "'thermo'", "2 times"]),
     ({"observe": [{"thermo": {"every": 1}}], "steps": {"sample": 10**9}},
      ["observe.thermo.every", "10000000", "every >= 100"]),
@@ -292,128 +305,3 @@ def test_any_value_at_any_key(place):
             assert any(part in message for part in named), (place, value, message)
         else:
             assert 0 < scene.beads < 10**8 and math.isfinite(scene.work)
-
-
-PAPER = {
-    "title": "A title",
-    "reference": "A journal",
-    "sweeps": {
-        "fluid": {
-            "scene": FLUID,
-            "replicas": 2,
-            "axes": {
-                "a": {"set": "repulsion.A A", "values": [15, 25], "units": "1", "long_name": "a"},
-                "density": {"set": ["molecules.0.density"], "values": [3, 4]},
-                "scheme": {"values": {"euler": {"integrator": {"scheme": "euler"}}}},
-                "shifted": {"set": "seed", "values": [2, 3], "offset": 1},
-                "length": {"set": "molecules.0.architecture", "values": [1], "text": "A {}"},
-            },
-        }
-    },
-    "figures": {"fig": {"sweeps": ["fluid"]}},
-}
-STUDY = {
-    "description": "A study",
-    "papers": {
-        "groot_warren_1997": {
-            "fluid": {
-                "scene": {"box": 5, "steps": {"sample": 5}, "duration": {"sample": 1}},
-                "sampling": 2,
-                "replicas": 1,
-                "axes": {"a": [15, 30], "scheme": ["euler"]},
-            }
-        }
-    },
-}
-
-
-@pytest.fixture
-def unfold(monkeypatch):
-    """Unfold a paper under a study, both given as data."""
-    import dpd.pipeline.study as module
-
-    def unfold(paper, study):
-        texts = {"papers": paper, "studies": study}
-        monkeypatch.setattr(module, "read_yaml", lambda path: texts[path.parent.name])
-        return read_paper("groot_warren_1997", "smoke")
-
-    return unfold
-
-
-def axes_of(**axes):
-    """The paper with other axes."""
-    return with_value(PAPER, ("sweeps", "fluid", "axes"), axes)
-
-
-DT = {"set": "integrator.dt", "values": [0.01, 0.02]}
-PAPERS = [
-    (with_value(PAPER, ("sweeps", "s t"), {"scene": FLUID}), ["sweeps", "'s t'", "small letters"]),
-    (with_value(PAPER, ("sweeps", 5), {"scene": FLUID}), ["sweeps", "5", "small letters"]),
-    (axes_of(replica=DT), ["axes.replica", "has this name already"]),
-    (axes_of(seed=DT), ["axes.seed", "has this name already"]),
-    (axes_of(dt=DT | {"values": [15, 15.0]}), ["axes.dt.values", "15 and 15.0", "named '15'"]),
-    (axes_of(dt=DT | {"values": [15.0, 15.00001]}), ["15.0 and 15.00001", "first six digits"]),
-    (axes_of(dt=DT | {"values": []}), ["axes.dt.values", "at least one"]),
-    (axes_of(dt=DT | {"values": ["a/b"]}), ["axes.dt.values", "'a/b'", "letters, digits"]),
-    (axes_of(dt=DT | {"values": [None]}), ["axes.dt.values", "None"]),
-    (axes_of(dt=DT | {"values": [True]}), ["axes.dt.values", "True"]),
-    (axes_of(dt=DT | {"values": ["x"], "offset": 1}), ["axes.dt", "'x' is text", "offset"]),
-    (axes_of(dt=DT | {"set": "box.x"}), ["box.x", "cannot be set"]),
-    (axes_of(dt=DT | {"set": "molecules.9.density"}), ["no item '9'", "count from 0"]),
-    (axes_of(dt=DT | {"set": "a..b"}), ["axes.dt.set", "'a..b'"]),
-    (axes_of(dt=DT | {"text": "{} {}"}), ["axes.dt.text"]),
-    (axes_of(dt=DT, step=DT), ["axes.step", "integrator.dt", "the axis 'dt'"]),
-    (axes_of(dt=DT, scheme={"values": {"a": {"integrator": {"dt": 0.04}}}}),
-     ["axes.scheme", "integrator.dt", "the axis 'dt'"]),
-    (axes_of(a=DT | {"values": list(range(1, 101))}, b={"values": {i: {} for i in range(100)}}),
-     ["20000 points", "<= 5000"]),
-    (with_value(PAPER, ("sweeps", "fluid", "replicas"), 1_000_000), ["replicas", "<= 1000"]),
-    (with_value(PAPER, ("sweeps", "fluid", "scene"), FLUID | {"start": 5}), ["start", "5"]),
-    (with_value(PAPER, ("sweeps", "fluid", "scene"), FLUID | {"steps": {"sample": "10"}}),
-     ["steps.sample", "'10'"]),
-    (with_value(axes_of(dt=DT), ("sweeps", "fluid", "scene", "seed"), "1"), ["seed", "'1'"]),
-    (with_value(axes_of(dt={"set": "steps.equilibrate", "values": [1]}),
-                ("sweeps", "fluid", "scene", "integrator"), {"scheme": "auto"}),
-     ["integrator.scheme", "'auto'", "python -m dpd run"]),
-]  # fmt: skip
-
-
-def test_the_paper_and_the_study_are_good(unfold):
-    """What the tables change is all that is wrong."""
-    assert len(unfold(PAPER, STUDY).sweeps["fluid"].points) == 8
-    assert len(unfold(PAPER, {"description": "none"}).sweeps["fluid"].points) == 16
-
-
-@pytest.mark.parametrize(("paper", "named"), PAPERS, ids=lambda part: str(part)[-40:])
-def test_papers_that_cannot_be_meant(unfold, paper, named):
-    """File, key, value, and what is allowed, before a point is unfolded."""
-    message = refusal(unfold, paper, {"description": "none"})
-    assert message.startswith("config/papers/groot_warren_1997.yaml: ")
-    for part in named:
-        assert part in message, message
-
-
-@pytest.mark.parametrize("place", list(places(PAPER)), ids=key_of)
-def test_any_value_at_any_key_of_a_paper(unfold, place):
-    """Either points with names of their own, or one sentence with the file."""
-    any_value(lambda value: unfold(with_value(PAPER, place, value), {"description": "none"}))
-
-
-@pytest.mark.parametrize("place", list(places(STUDY)), ids=key_of)
-def test_any_value_at_any_key_of_a_study(unfold, place):
-    """The same."""
-    any_value(lambda value: unfold(PAPER, with_value(STUDY, place, value)))
-
-
-def any_value(make):
-    for value in WRONG:
-        try:
-            paper = make(value)
-        except UserError as problem:
-            message = str(problem)
-            assert message.startswith("config/") and "\n" not in message, message
-            assert len(message) < 800
-        else:
-            for sweep in paper.sweeps.values():
-                names = [point.name for point in sweep.points]
-                assert len(set(names)) == len(names)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd.engine.checkpoint import MARK, Checkpoint, _checksum
+from dpd.engine.checkpoint import MARK, Checkpoint, _checksum, note_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.jit import kernel
@@ -74,6 +74,22 @@ def test_a_good_one_is_taken(good, tmp_path):
     """So that the tests below can fail."""
     assert resumed(good, tmp_path / "run.checkpoint") == ("", 220)
     assert resumed(sealed(good), tmp_path / "run.checkpoint") == ("", 220)
+
+
+def test_a_note_beside_the_state(good, tmp_path):
+    """It comes back whole, or not at all; the state does not depend on it."""
+    path = tmp_path / "run.checkpoint"
+    assert note_of(path) is None
+    for note in (None, {"dt": 0.06, "said": "a step"}):
+        simulation, observers = new_run()
+        assert Checkpoint(path, KEY, note).save(simulation, observers) == ""
+        assert note_of(path) == note
+        assert Checkpoint(path, KEY).resume(simulation, observers, STEPS) == ""
+    step, jump = (text.encode("utf-32-le") for text in ("a step", "a jump"))
+    data = path.read_bytes()
+    path.write_bytes(data.replace(step, jump))
+    assert step in data and note_of(path) is None
+    assert resumed(good, path) == ("", 220)
 
 
 NAMES = (
@@ -251,7 +267,8 @@ def test_a_result_that_cannot_be_written_is_not_lost(folder, dpd):
     os.remove("run.nc")
     with files_up_to(size // 2):
         code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
-    assert code == 1 and "run.nc: cannot be written" in errors and "Traceback" not in errors
+    assert code == 1 and "run.nc: cannot be written (File too large)" in errors
+    assert "Traceback" not in errors
     assert len(errors.splitlines()) == 1
     assert sorted(os.listdir()) in (["run.checkpoint", "scene.yaml"], ["scene.yaml"])
     assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0

@@ -99,16 +99,24 @@ STAGES = {
     "collect": ("collect", *POINT[:3]),
     "measure": ("measure", "lammps"),
 }
+# The same for the one that gives its result a second name where its Snakemake is no more.
+SECOND = {
+    "second name is a text": (lambda: Path("run.left").write_text("mine"), "run.nc"),
+    "second name is no result": (lambda: netCDF4.Dataset("run.left", "w").close(), "run.nc"),
+    "second name is a folder": (lambda: os.mkdir("run.left"), "run.nc"),
+    "second name leads nowhere": (lambda: os.symlink("gone", "run.left"), "run.nc"),
+}
 BAD_OUTPUTS = [
     *itertools.product(STAGES, OUTPUTS),
     *itertools.product(("run", "simulate"), BESIDE),
+    *itertools.product(("simulate",), SECOND),
 ]
 
 
 @pytest.mark.parametrize(("stage", "name"), BAD_OUTPUTS)
 def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name):
     """Nothing that was there is replaced, and nothing is left behind."""
-    make, output = (OUTPUTS | BESIDE)[name]
+    make, output = (OUTPUTS | BESIDE | SECOND)[name]
     if make:
         make()
     before = everything()
@@ -118,13 +126,16 @@ def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name)
 @pytest.mark.parametrize("stage", ["compile", "verdicts", "report", "schemes"])
 @pytest.mark.parametrize("make", [device, os.mkfifo, os.mkdir])
 def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
-    """The same for files that are no results of runs."""
+    """The same for files that are no results of runs; nor a file of another kind."""
     names = {"compile": ("smoke", POINT[1]), "verdicts": ("smoke", POINT[1])}
     names |= {"report": ("smoke", POINT[1]), "schemes": ("smoke",)}
     monkeypatch.setattr("dpd.pipeline.compiling.compile_for", lambda scenes: ["compiled"])
-    make("made")
-    before = everything()
-    assert_refused(dpd(stage, *names.get(stage, ()), "-o", "made"), before)
+    made = {"compile": "made.txt", "verdicts": "made.csv", "report": "made.html"}
+    made |= {"schemes": "made.yaml", "document": "made.md"}
+    make(made[stage])
+    for output in (made[stage], "scene.yaml" if stage != "schemes" else "scene.nc"):
+        before = everything()
+        assert_refused(dpd(stage, *names.get(stage, ()), "-o", output), before, output)
 
 
 def kept_start(dpd):
@@ -277,6 +288,19 @@ def test_files_that_are_no_scenes(folder, dpd, name):
     Path("scene.yaml").write_bytes(TEXTS[name])
     before = everything()
     assert_refused(dpd("run", "scene.yaml", "-o", "run.nc"), before, "scene.yaml")
+
+
+def test_more_beads_than_memory(folder, dpd, monkeypatch):
+    """Before they are placed: the system would kill the process later."""
+    monkeypatch.setattr(running, "make_start", None)
+    scene = SCENE | {"box": 100}
+    Path("scene.yaml").write_text(yaml.safe_dump(scene))
+    sizes = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**16}
+    monkeypatch.setattr(os, "sysconf", sizes.get)
+    before = everything()
+    found = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert_refused(found, before, "3000000 beads take about 0.805 GiB of memory")
+    assert "has 0.25" in found[1]
 
 
 HOSTILE = (

@@ -1,5 +1,6 @@
 """Commands that are interrupted, started twice, or heard by nobody: processes of their own."""
 
+import errno
 import json
 import os
 import signal
@@ -206,6 +207,20 @@ def test_a_lock_of_another_machine_is_respected(here):
     assert made() == [] and len(said) == 1 and "taking over" in said[0]
 
 
+def test_a_lock_that_cannot_be_written_is_not_left(here, monkeypatch):
+    """The disk is full: room is asked for, and nothing is in the way later."""
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("dpd.pipeline.lock.os.pwrite", full)
+        refused = pytest.raises(UserError, match=r"No space left on device\); make room there or")
+        with refused, alone("run.nc", print):
+            pass
+    assert made() == []
+
+
 def test_where_files_cannot_be_locked_the_process_is_looked_for(here, monkeypatch):
     """As on some cluster's disks: alive, or dead, or another of the same number."""
 
@@ -247,6 +262,18 @@ def test_a_summary_that_nobody_reads_is_no_failure(here, name):
     )  # fmt: skip
     assert done.returncode == 0 and done.stderr == "", done.stderr
     assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 100
+
+
+@pytest.mark.parametrize("where", [">/dev/full", "| true"])
+def test_what_is_only_printed_is_a_failure_if_it_cannot_be(here, where):
+    """Unless the reader has left."""
+    command = f"{sys.executable} -m dpd show smoke groot_warren_1997 fluid {where}"
+    done = subprocess.run(
+        ["bash", "-c", f"{command}; exit ${{PIPESTATUS[0]}}"], env=ENVIRONMENT, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    said = "error: standard output: cannot be written (No space left on device)\n"
+    assert (done.returncode, done.stderr) == ((1, said) if "full" in where else (0, ""))
 
 
 def test_text_that_cannot_be_printed(tmp_path):

@@ -10,7 +10,8 @@ import dpd.pipeline.study as module
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.study import read_config, read_paper, read_study
-from tests.test_bad_input import FLUID, PAPER, with_value
+from tests.test_bad_input import FLUID, with_value
+from tests.test_bad_papers import PAPER
 from tests.test_pipeline import copy_repository, edit, snakemake
 
 HOSTILE = (

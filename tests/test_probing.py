@@ -47,7 +47,7 @@ def test_a_fluid_settles_and_says_what_was_found():
     integrator = settled.data["integrator"]
     assert set(integrator) == {"scheme", "lambda", "dt"}
     for part in (f"dt {integrator['dt']:g}", "kT is within", "asked for: 3 %"):
-        assert part in settled.chosen
+        assert part in settled.chosen["said"]
     np.testing.assert_array_equal(state.position, before[0])
     np.testing.assert_array_equal(state.velocity, before[1])
 
@@ -101,6 +101,45 @@ def test_a_command_tries_the_step_and_keeps_what_it_found(folder, dpd, capsys):
     assert attributes["chosen"] in said.splitlines()
     assert yaml.safe_load(attributes["scene"])["integrator"].keys() == {"scheme", "lambda", "dt"}
     assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
+
+
+def test_a_run_that_goes_on_keeps_its_step(folder, dpd, monkeypatch):
+    """It does not look for one again, which may take a tenth of the run; a new tolerance does."""
+    scene = AUTO | {"steps": {"sample": 3000}}
+    Path("scene.yaml").write_text(yaml.safe_dump(scene))
+    looked = []
+
+    def look_for(*given):
+        looked.append(settle(*given))
+        return looked[-1]
+
+    monkeypatch.setattr(running, "settle", look_for)
+    monkeypatch.setattr(running, "asked", lambda: signal.SIGTERM * bool(looked))
+    monkeypatch.setattr(cli, "asked", lambda: signal.SIGTERM)
+    code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 143 and "stopped at step" in errors
+    monkeypatch.setattr(running, "asked", lambda: 0)
+    assert cli.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
+    assert len(looked) == 1 and os.listdir().count("run.checkpoint") == 0
+    attributes = files.read("run.nc")[1]
+    assert attributes["chosen"] == looked[0].chosen["said"]
+    assert attributes["scene_digest"] == looked[0].digest
+    scene["integrator"] = AUTO["integrator"] | {"tolerance": 0.06}
+    again = Scene(scene)
+    assert probing.settled_before(again, looked[0].chosen) is None
+    assert probing.settled_before(again, None) is probing.settled_before(again, "text") is None
+
+
+def test_a_start_that_takes_too_long_to_rest_is_refused_before(monkeypatch):
+    """Stiff bonds ask for short steps, of which a large system may take few."""
+    monkeypatch.setattr(probing, "Simulation", None)
+    chains = {"molecules": [{"architecture": "A 2", "count": 50_000}], "box": 32}
+    bonds = {"bond": {"stiffness": 1e6}, "integrator": {"scheme": "auto"}}
+    scene = Scene(SCENE | chains | bonds, "my.yaml")
+    with pytest.raises(UserError) as caught:
+        settle(scene, None)
+    for part in ("my.yaml: integrator.scheme", "bead-steps", "may take 1e+08", "name scheme"):
+        assert part in str(caught.value)
 
 
 @pytest.mark.parametrize("calls", [0, 3, 50])

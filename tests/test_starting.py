@@ -49,6 +49,44 @@ def test_grown_chains_have_a_file_however_long_the_run():
     assert not start_is_shared(placed) and start_is_shared(grown)
 
 
+class Enough(Exception):
+    """What ends a start from outside."""
+
+
+MELT = {
+    "dimension": 2,
+    "box": 10,
+    "molecules": [{"architecture": "A 10", "count": 10}],
+    "bond": {"stiffness": 100, "length": 0.5},
+}
+
+
+def ended_after(looks, scene):
+    """What a start said at each look until it was ended."""
+    seen = []
+
+    def look(done):
+        seen.append(done)
+        if len(seen) == looks:
+            raise Enough
+
+    with pytest.raises(Enough):
+        make_start(scene, look)
+    return seen
+
+
+def test_a_relaxation_can_be_ended_every_few_steps():
+    """Fewer in a large system, so that it takes a second or two."""
+    scene = Scene(merge(FLUID, {"box": 30, "start": {"relax": {"steps": 10**6}}}))
+    assert ended_after(2, scene) == [246, 492]
+
+
+def test_growth_can_be_ended_between_its_rounds():
+    """However long they are: here 5e8 steps each."""
+    growth = {"start": {"method": "polymerize", "polymerize": {"interval": 1e6}}}
+    assert len(ended_after(50, Scene(FLUID | MELT | growth))) == 50
+
+
 def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     """Made by the run or read from a file; what the run took counts its own start."""
     scene = Scene(FLUID)

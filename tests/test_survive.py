@@ -23,6 +23,7 @@ from dpd.errors import Stopped, UserError
 from dpd.files import check_room
 from dpd.observe import observables
 from dpd.pipeline.plan import as_text, measured_speed, plan
+from dpd.pipeline.simulate import simulate
 from dpd.pipeline.study import Paper, read_paper
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
@@ -122,6 +123,19 @@ def test_a_good_checkpoint_says_nothing(kept):
     assert simulation.state.step == 100
 
 
+def test_a_run_that_fails_names_its_own_last_state_alone(tmp_path):
+    """Not a checkpoint of another scene that lies there."""
+    path = tmp_path / "run.checkpoint"
+    Checkpoint(path, KEY).save(*new_run())
+    scene = Scene(SCENE | {"integrator": {"scheme": "gw-vv", "dt": 5}})
+    with pytest.raises(UserError, match="blew up") as caught:
+        simulate(scene, tmp_path / "run.nc", make_start(scene), path)
+    assert "last good state" not in str(caught.value)
+    scene = Scene(SCENE)
+    with pytest.raises(Stopped, match=r"last good state is in .*run\.checkpoint"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), path, stopping=lambda: True)
+
+
 def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatch):
     """A full disk for a while: a sentence, no half file, the former one stays, the run goes on."""
     former = kept.path.read_bytes()
@@ -135,7 +149,8 @@ def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatc
     said = []
     done = run(simulation, (20, 500), observers, kept, every_seconds=0.0, say=said.append)
     assert done == 420 and simulation.state.step == 520
-    assert any("No space left" in sentence and "going on" in sentence for sentence in said)
+    problems = [sentence for sentence in said if sentence]
+    assert len(problems) == 1 and "No space left" in problems[0] and "going on" in problems[0]
     assert kept.path.read_bytes() == former
     assert [path.name for path in kept.path.parent.iterdir()] == [kept.path.name]
 

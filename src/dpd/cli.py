@@ -22,6 +22,7 @@ def main(arguments=None):
     """
     options = _parser().parse_args(arguments)
     try:
+        _check_place(options)
         options.stage(options)
         if options.prints and (problem := unprinted()):
             raise UserError(f"standard output: cannot be written ({reason(problem)})")
@@ -37,6 +38,14 @@ def main(arguments=None):
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     return 0
+
+
+def _check_place(options):
+    """Refuse an output that would do harm, before anything is computed."""
+    if options.suffix:
+        from dpd.files import check_output
+
+        check_output(options.output, options.suffix)
 
 
 def _fail(problem, code=1):
@@ -56,10 +65,10 @@ def _parser():
             sub.add_argument(argument, nargs=SEVERAL.get(argument))
         if output:
             sub.add_argument("-o", "--output", required=True, type=Path, help=output)
-        sub.set_defaults(stage=function, prints=prints)
+        sub.set_defaults(stage=function, suffix=Path(output or "").suffix, prints=prints)
         return sub
 
-    run = stage("run", _run, "run a scene of your own", "scene", output="NetCDF file to write")
+    run = stage("run", _run, "run a scene of your own", "scene", output="run.nc")
     run.add_argument(
         "--checkpoint-every", type=seconds, default=60.0, metavar="SECONDS",
         help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
@@ -71,10 +80,10 @@ def _parser():
     )  # fmt: skip
     _add_threads(run)
     stage("bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True)
-    stage("measure", _measure, "make a measurement of the benchmark", "name", output="NetCDF file")
+    stage("measure", _measure, "make a measurement of the benchmark", "name", output="name.nc")
     compile_ = stage(
         "compile", _compile, "compile what a study needs", "study", "papers",
-        output="list of kernels",
+        output="made.txt",
     )  # fmt: skip
     compile_.add_argument(
         "--terms", nargs="*", metavar="TERM",
@@ -111,7 +120,7 @@ def _parser():
         "--traceback", type=Path, metavar="FILE",
         help="where to keep the whole traceback if the figure's file raises something",
     )  # fmt: skip
-    stage("verdicts", _verdicts, "join the verdict tables of figures", "tables", output="csv")
+    stage("verdicts", _verdicts, "join the verdict tables of figures", "tables", output="table.csv")
     report = stage("report", _report, "write the report", "study", "papers", output="report.html")
     report.add_argument(
         "--results", type=Path, required=True, metavar="FOLDER", help="results of the study"
@@ -122,7 +131,9 @@ def _parser():
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
-    show = stage("show", _show, "say which values a study runs, and which file each comes from")
+    show = stage(
+        "show", _show, "say which values a study runs, and which file each comes from", prints=True
+    )
     show.add_argument("study")
     show.add_argument("paper")
     show.add_argument("sweep", nargs="?", help="without it: what the study replaces in the paper")
@@ -187,9 +198,8 @@ def _bench(options):
 
 def _measure(options):
     from dpd.benchmark.measure import measure
-    from dpd.files import check_output, check_room
+    from dpd.files import check_room
 
-    check_output(options.output, ".nc")
     check_room(options.output, LITTLE)
     measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
@@ -234,12 +244,11 @@ def _data_of(options, names):
 
 
 def _start(options):
-    from dpd.files import check_output, check_room
+    from dpd.files import check_room
     from dpd.progress import Progress
     from dpd.scene.start import start_work
     from dpd.start.files import write_start
 
-    check_output(options.output, ".nc")
     scene = _sweep(options).point(options.point).scene
     check_room(options.output, LITTLE)
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
@@ -271,18 +280,15 @@ def _simulate(options):
 
 def _collect(options):
     from dpd.analysis.collect import collect, save
-    from dpd.files import check_output
     from dpd.pipeline.paths import run_file
 
-    check_output(options.output, ".nc")
     sweep = _resolved_sweep(options)
     paths = [run_file(options.runs, point.name) for point in sweep.points]
     save(collect(sweep, paths), options.output)
 
 
 def _derive(options):
-    import xarray as xr
-
+    from dpd.analysis.collect import load
     from dpd.analysis.derive import derive
     from dpd.pipeline.derived import write_derived
 
@@ -290,11 +296,12 @@ def _derive(options):
     if not sweep.derived:
         raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
     paths = _data_of(options, {rule.source for rule in sweep.derived})
-    sources = {name: xr.load_dataset(path, engine="netcdf4") for name, path in paths.items()}
+    sources = {name: load(path) for name, path in paths.items()}
     write_derived(derive(sweep, sources), options.output)
 
 
 def _figure(options):
+    from dpd.files import replace_whole
     from dpd.pipeline.study import read_paper
     from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
@@ -314,7 +321,8 @@ def _figure(options):
     except BrokenFigure as problem:
         if options.traceback is None:
             raise UserError(f"{problem}; --traceback FILE keeps the whole traceback") from None
-        options.traceback.write_text(problem.whole_traceback())
+        text = problem.whole_traceback()
+        replace_whole(options.traceback, lambda draft: draft.write_text(text))
         raise UserError(f"{problem}; the whole traceback is in {options.traceback}") from None
 
 
@@ -374,8 +382,10 @@ def _schemes(options):
 
 def _archive(options):
     from dpd.pipeline.paths import results_of
+    from dpd.pipeline.study import read_study
     from dpd.report.archive import archive
 
+    read_study(options.study)  # a name that is none would lead elsewhere
     for path in archive(options.study, Path(results_of(options.study).folder)):
         print(f"kept: {path}")
     print("now: python -m dpd readme")

@@ -1,5 +1,7 @@
 """Exceptions that reach a user as a plain sentence, and how that shows a value."""
 
+import errno
+
 LONGEST_SHOWN = 100  # characters of a value
 
 
@@ -25,6 +27,12 @@ class LostTrack(UserError):
 def reason(problem):
     """Why the system refused something, in few words."""
     return getattr(problem, "strerror", None) or str(problem)
+
+
+def remedy(problem, folder):
+    """What to do where the system did not let us write into a folder."""
+    full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
+    return f"{'make room there' if full else f'make {folder} writable'} or choose another place"
 
 
 def shown(value, form=repr):

@@ -10,7 +10,9 @@ import netCDF4
 import numpy as np
 
 from dpd.drafts import draft_of
-from dpd.errors import UserError, reason
+from dpd.errors import UserError, reason, remedy
+
+OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
 def write(path, variables, attributes):
@@ -79,8 +81,9 @@ def check_output(path, suffix="", inputs=()):
         )
     for given in inputs:
         if os.path.realpath(given) == os.path.realpath(path) or _same(_status(given), there):
+            what = f"{given}, which is read" if str(given) != str(path) else "what is read from it"
             raise UserError(
-                f"{path}: would take the place of {given}, which is read; choose another name"
+                f"{path}: what is written would take the place of {what}; choose another name"
             )
 
 
@@ -127,8 +130,7 @@ def check_room(path, size):
         free = shutil.disk_usage(path.parent).free
     except OSError as problem:
         raise UserError(
-            f"{path}: cannot be written ({reason(problem)}); make {path.parent} writable or "
-            "choose another place"
+            f"{path}: cannot be written ({reason(problem)}); {remedy(problem, path.parent)}"
         ) from None
     if free < size:
         raise UserError(
@@ -145,12 +147,24 @@ def _amount(size):
     return f"{size} bytes"
 
 
-def _fill(draft, variables, attributes):
+@contextmanager
+def asking_system(draft, size):
+    """Let the system say why a file of some bytes cannot be written.
+
+    For a full disk the NetCDF library has "HDF error", or "Permission denied".
+    """
     try:
-        with netCDF4.Dataset(draft, "w") as file:
-            _put(file, variables, attributes)
-    except RuntimeError as problem:  # what the library has for a full disk, besides OSError
-        raise OSError(str(problem)) from None
+        yield
+    except (OSError, RuntimeError) as problem:
+        with open(draft, "wb") as file:
+            os.posix_fallocate(file.fileno(), 0, max(size, OVERHEAD))
+        raise OSError(reason(problem)) from None
+
+
+def _fill(draft, variables, attributes):
+    size = sum(np.asarray(values).nbytes for _, values, _, _ in variables.values())
+    with asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
+        _put(file, variables, attributes)
 
 
 def _put(file, variables, attributes):
@@ -205,10 +219,17 @@ def _opened(path):
         with netCDF4.Dataset(path) as file:
             yield file
     except (OSError, RuntimeError) as problem:
+        if is_of_system(problem):
+            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
         raise UserError(
             f"{path}: not a whole NetCDF file ({reason(problem)}); if it should be one, make it "
             "again"
         ) from None
+
+
+def is_of_system(problem):
+    """Whether the system refused a file; what the NetCDF library finds in one is below zero."""
+    return (getattr(problem, "errno", None) or 0) > 0
 
 
 def check_digest(path, attributes, name, expected, remedy):

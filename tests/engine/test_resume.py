@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from dpd.engine.checkpoint import Checkpoint
-from dpd.engine.loop import run
+from dpd.engine.loop import advance_looking, run
+from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
@@ -103,6 +104,19 @@ def test_run_interrupted_many_times(whole, tmp_path):
     simulation, observers, steps = new_run()
     run(simulation, steps, observers, checkpoint)
     assert_same_run((simulation, observers), whole)
+
+
+@pytest.mark.parametrize("change", [{}, {"pairs": {"search": "list", "skin": 0.15}}])
+def test_steps_with_looks_between_lead_to_the_same_bits(change):
+    """As many looks as there are whole stretches before the end; what is measured is the same."""
+    scene = Scene(SCENE | change)
+    one, other = (Simulation(system_of(scene), make_start(scene)) for _ in range(2))
+    looks = []
+    sums = advance_looking(one, 1700, lambda: looks.append(one.state.step), measure=True)
+    expected = other.advance(1700, measure=True)
+    assert looks == [500, 1000, 1500]
+    assert_same_state(one.state, other.state)
+    np.testing.assert_array_equal(sums.virial, expected.virial)
 
 
 def test_no_checkpoint_before_its_time(tmp_path):

@@ -2,7 +2,7 @@
 
 import json
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import xarray as xr
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
-from dpd.errors import UserError
+from dpd.errors import UserError, reason
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources, stage_digest
 
@@ -164,19 +164,53 @@ def padded(arrays):
 
 def _read(path, scene):
     """A run as a dataset, refused if it is not what the sweep asks for."""
-    if not Path(path).is_file():
-        raise UserError(f"{path}: there is no such file; let snakemake make it")
     # Snakemake keeps no record of a file that was moved or copied, and would leave it as it is.
     remedy = f"make it again: snakemake --cores 2 --forcerun '{Path(path).parents[1]}'/*/run.nc"
-    try:
-        run = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError):
-        raise UserError(f"{path}: not a whole NetCDF file; {remedy}") from None
+    run = load(path, remedy)
     files.check_digest(path, run.attrs, "sources", run_sources(scene), remedy)
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:
         raise UserError(f"{scene.where}: observe: a sweep needs 'thermo' among its observables")
     return run
+
+
+@contextmanager
+def reading(path, kind="NetCDF file", remedy="delete it and let snakemake make it again"):
+    """Turn what libraries raise over a missing or damaged file into a sentence.
+
+    Parameters
+    ----------
+    path : path
+        Of the file that is read inside of the ``with``.
+    kind : str
+        What it should be.
+    remedy : str
+        What to do about a damaged one.
+
+    Raises
+    ------
+    UserError
+    """
+    if not Path(path).is_file():
+        raise UserError(f"{path}: there is no such file; let snakemake make it")
+    try:
+        yield
+    except (OSError, RuntimeError, ValueError, KeyError) as problem:
+        if files.is_of_system(problem):
+            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+        raise UserError(f"{path}: not a whole {kind}; {remedy}") from None
+
+
+def load(path, remedy="delete it and let snakemake make it again"):
+    """Read a dataset that `save` or a run has written.
+
+    Raises
+    ------
+    UserError
+        If it is missing or damaged, with what to do about a damaged one.
+    """
+    with reading(path, remedy=remedy):
+        return xr.load_dataset(path, engine="netcdf4")
 
 
 def save(data, path):
@@ -185,4 +219,9 @@ def save(data, path):
     A type remembered from a file that was read would be forced on values put in since.
     """
     plain = data.drop_encoding()
-    files.replace_whole(path, lambda draft: plain.to_netcdf(draft, engine="netcdf4"))
+
+    def fill(draft):
+        with files.asking_system(draft, plain.nbytes):
+            plain.to_netcdf(draft, engine="netcdf4")
+
+    files.replace_whole(path, fill)

@@ -20,6 +20,7 @@ LONGEST_STRETCH = 500  # steps between looks at the clock,
 MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 # The first array of the file, which tells it from any other.
 MARK = "dpd_checkpoint"
+NOTE = "note"
 
 
 def stretch_of(beads):
@@ -61,6 +62,29 @@ def refuse_other_file(path):
     )
 
 
+def note_of(path):
+    """What stands beside the state in a checkpoint: plain data; None where there is none.
+
+    Parameters
+    ----------
+    path : path
+        Of a file that may be missing, damaged, or no checkpoint.
+    """
+    stored = _whole(path) if os.path.isfile(path) else None
+    return json.loads(str(stored[NOTE])) if stored and NOTE in stored else None
+
+
+def _whole(path):
+    """All arrays of a checkpoint but its checksum; None if it is damaged or none."""
+    try:
+        with np.load(path) as file:
+            stored = dict(file)
+        whole = str(stored.pop("checksum")) == _checksum(stored)
+    except Exception:  # NumPy and zipfile have a dozen for files that are damaged
+        return None
+    return stored if whole else None
+
+
 class Checkpoint:
     """State and observers' arrays in one file, written whole or not at all.
 
@@ -69,11 +93,15 @@ class Checkpoint:
     path : path
     key : dict
         What the run is: scene and code digests. A file with another key is ignored.
+    note : object
+        Plain data to keep beside the state, see `note_of`.
     """
 
-    def __init__(self, path, key):
+    def __init__(self, path, key, note=None):
         self.path = Path(path)
         self.key = json.dumps(key, sort_keys=True)
+        self.note = json.dumps(note)
+        self.is_ours = False  # whether the file is of this run: saved by it, or resumed from
 
     def save(self, simulation, observers):
         """Write the state; a kill while writing leaves the previous file.
@@ -83,7 +111,8 @@ class Checkpoint:
         str
             Why it could not be written, or nothing.
         """
-        arrays = {MARK: np.array(self.key)} | _kept(simulation.state, observers)
+        arrays = {MARK: np.array(self.key), NOTE: np.array(self.note)}
+        arrays |= _kept(simulation.state, observers)
         arrays["checksum"] = np.array(_checksum(arrays))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -91,6 +120,7 @@ class Checkpoint:
                 with open(draft, "wb") as file:
                     np.savez(file, **arrays)
                 os.replace(draft, self.path)
+            self.is_ours = True
         except OSError as problem:
             return f"{self.path}: no checkpoint could be written ({reason(problem)}); going on"
         return ""
@@ -119,16 +149,12 @@ class Checkpoint:
         if not os.path.lexists(self.path):
             return ""
         refuse_other_file(self.path)
-        try:
-            with np.load(self.path) as file:
-                stored = dict(file)
-            whole = str(stored.pop("checksum")) == _checksum(stored)
-        except Exception:  # NumPy and zipfile have a dozen for files that are damaged
-            whole = False
-        if not whole:
+        stored = _whole(self.path)
+        if stored is None:
             return f"{self.path}: a damaged checkpoint; starting anew"
         if str(stored.pop(MARK)) != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
+        stored.pop(NOTE, None)
         wrong = _mistake(stored, simulation, observers, steps)
         if wrong:
             return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
@@ -144,6 +170,7 @@ class Checkpoint:
         for i, observer in enumerate(observers):
             for name, array in observer.arrays.items():
                 array[...] = stored[f"{i}/{name}"]
+        self.is_ours = True
         return ""
 
     def discard(self):

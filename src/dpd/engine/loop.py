@@ -50,7 +50,7 @@ def run(
         say(checkpoint.resume(simulation, observers, steps))
     stretch = stretch_of(simulation.state.identity.size)
     begun = simulation.state.step
-    saved = time.monotonic()
+    saved, former = time.monotonic(), ""
     while (now := simulation.state.step) < last:
         samples = [next_sample(observer, now, equilibrate) for observer in observers]
         stop = min([now + stretch, last, *samples])
@@ -62,8 +62,30 @@ def run(
             progress(stop)
         stop_now = stop < last and stopping is not None and stopping()
         if checkpoint is not None and (stop_now or time.monotonic() - saved >= every_seconds):
-            say(checkpoint.save(simulation, observers))
-            saved = time.monotonic()
+            problem = checkpoint.save(simulation, observers)
+            say(problem if problem != former else "")  # once is enough
+            saved, former = time.monotonic(), problem
         if stop_now:
             raise Stopped(f"stopped at step {stop} of {last}, as asked")
     return last - begun
+
+
+def advance_looking(simulation, steps, look, measure=False):
+    """Advance by some steps, to the same bits, with a look now and then.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    steps : int
+    look : callable
+        Called between stretches of steps, a few times a second on small systems; it may raise
+        something to end that.
+    measure : bool
+        See `dpd.engine.simulation.Simulation.advance`, also for what is returned.
+    """
+    stretch = stretch_of(simulation.state.identity.size)
+    while steps > stretch:
+        simulation.advance(stretch)
+        steps -= stretch
+        look()
+    return simulation.advance(steps, measure)

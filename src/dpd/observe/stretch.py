@@ -19,6 +19,9 @@ class Stretch:
     a share of less than `MOST_STRETCHED` of all bonds is found so, the mean square length of
     harmonic bonds without a rest length is less than 3e-4 too small, and that of stiffer ones less.
 
+    It looks while the run samples. A hot or crowded start may stretch bonds before that, and leaves
+    nothing behind: a bond remembers no image, so it comes back to the length that it should have.
+
     Parameters
     ----------
     scene : Scene

@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from dpd.drafts import TEMPORARY
-from dpd.errors import UserError, reason
+from dpd.errors import UserError, reason, remedy
 
 POLL = 1.0  # s between looks whether the other run has ended
 BOOT = Path("/proc/sys/kernel/random/boot_id")
@@ -64,8 +64,7 @@ def alone(path, say, wait=False):
             time.sleep(POLL)
         except OSError as problem:
             raise UserError(
-                f"{lock}: cannot be written ({reason(problem)}); make {lock.parent} writable or "
-                "choose another place"
+                f"{lock}: cannot be written ({reason(problem)}); {remedy(problem, lock.parent)}"
             ) from None
     TEMPORARY.add(lock)
     try:
@@ -91,7 +90,10 @@ def _take(lock, say):
             _judge(lock, _owner(handle, lock), held, say)
             os.ftruncate(handle, 0)
             os.pwrite(handle, json.dumps(_ourselves()).encode(), 0)
-        except BaseException:
+        except BaseException as problem:
+            if isinstance(problem, OSError):  # it is ours, and could not be written
+                with suppress(OSError):
+                    lock.unlink()
             os.close(handle)
             raise
         return handle

@@ -12,6 +12,7 @@ TAKEN = {
     "axis", "beads", "block", "kind", "kT", "number_density", "replica", "sample", "scene",
     "seconds", "seed", "steps", "time", "warning",
 }  # fmt: skip
+LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
 LABEL = re.compile(r"[A-Za-z0-9_.+-]+")
 
 
@@ -49,7 +50,22 @@ def check_axes(described, replicas, key):
             f"{key}: {sizes or 1} values and {replicas} replicas make {points} points; allowed: "
             f"<= {MOST_POINTS}"
         )
+    _check_lengths(described, replicas, key)
     _check_targets(described, key)
+
+
+def _check_lengths(described, replicas, key):
+    """Points whose names are folders, and names of logs."""
+    longest = [
+        f"{name}={max((text_of(label) for label in rule['values']), key=len)}"
+        for name, rule in described.items()
+    ]
+    name = ",".join([*longest, f"replica={replicas - 1}"])
+    if len(name) > LONGEST_NAME:
+        raise UserError(
+            f"{key}.axes: a point would be named {shown(name, str)}, with {len(name)} letters; "
+            f"allowed: <= {LONGEST_NAME}; give axes and labels shorter names"
+        )
 
 
 def _check_labels(labels, key):

@@ -12,11 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.analysis.statistics import correlation_time, mean_and_error
+from dpd.digest import value_digest
+from dpd.engine.loop import advance_looking
 from dpd.engine.queries.pairs import pair_histogram
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
+from dpd.stages import run_sources
 from dpd.start.make import system_of
 
 SURE = 3.0  # standard errors: all looks together are right with 95 % confidence or more
@@ -81,7 +84,7 @@ class Probe:
         """Go on for a time in tau."""
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
-            sums = self._simulation.advance(self._every, measure=True)
+            sums = advance_looking(self._simulation, self._every, self._look, measure=True)
             self.kT.append(float(np.mean(self._simulation.state.velocity**2)))
             excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
             self.excess.append(float(excess))
@@ -139,8 +142,8 @@ def settle(scene, state, look=None):
     Returns
     -------
     Scene
-        The same if it names its scheme; otherwise one that does, and says in ``chosen`` what was
-        found.
+        The same if it names its scheme; otherwise one that does. Its ``chosen`` holds the
+        ``integrator``, what was ``said`` of it, and the digest of what was ``asked``.
 
     Raises
     ------
@@ -151,7 +154,7 @@ def settle(scene, state, look=None):
         return scene
     budget = max(LEAST_WORK, SHARE * scene.work)
     proposed = dt = scene.data["integrator"]["dt"]
-    state, pushes, spent = _at_rest(scene, state, proposed / 4, look)
+    state, pushes, spent = _at_rest(scene, state, proposed / 4, budget, look)
     memory, best = thermostat_time(scene, pushes), np.inf
     while dt >= SHORTEST * proposed and spent < budget:
         trial = _Trial(scene, state, dt, memory, look)
@@ -174,29 +177,36 @@ def settle(scene, state, look=None):
     )
 
 
-def _at_rest(scene, state, dt, look=None):
+def _at_rest(scene, state, dt, budget=np.inf, look=None):
     """The start at its temperature, the sum of w^2 per bead, and the bead-steps that it took.
 
     Its velocities are drawn anew again and again, which brings any system to its temperature,
     however rarely its beads meet.
     """
+    steps = max(1, round(PAUSE / dt))
+    cost, look = ROUNDS * steps * scene.beads, look or _do_not_look
+    if cost > budget:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' cannot choose here: to bring the start to "
+            f"its temperature in steps of {dt:.2g} tau would take {cost:.2g} bead-steps, and the "
+            f"search may take {budget:.2g}; name scheme and dt, or let the run be longer"
+        )
     system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
     kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
     simulation, pushes = Simulation(system, _copy(state)), []
     w = 1 - (np.arange(BINS) + 0.5) / BINS
-    steps = max(1, round(PAUSE / dt))
     try:
         for _ in range(ROUNDS):
-            (look or _do_not_look)()
+            look()
             now = simulation.state
             velocity = rng.normal(scale=np.sqrt(kT), size=now.velocity.shape)
             now.velocity[...] = velocity - velocity.mean(axis=1, keepdims=True)
-            simulation.advance(steps)
+            advance_looking(simulation, steps, look)
             pairs = pair_histogram(simulation.state.position, system.box, 1.0, BINS)
             pushes.append(float(pairs @ w**2) / scene.beads)
     except Unstable:  # overlaps: more gently
-        return _at_rest(scene, state, dt / 4, look)
-    return simulation.state, np.mean(pushes[ROUNDS // 2 :]), ROUNDS * steps * scene.beads
+        return _at_rest(scene, state, dt / 4, budget, look)
+    return simulation.state, np.mean(pushes[ROUNDS // 2 :]), cost
 
 
 class _Trial:
@@ -251,11 +261,36 @@ UNKNOWN = Bounds(0.0, np.inf, 0.0, np.inf)
 def _chosen(scene, dt, bounds):
     """The scene with a step that was found to be good."""
     integrator = {key: scene.data["integrator"][key] for key in ("scheme", "lambda")} | {"dt": dt}
-    settled = Scene(scene.data | {"integrator": integrator}, scene.where)
     kT, pressure = (100 * most for most in bounds.most)
-    settled.chosen = (
+    said = (
         f"integrator: auto is {integrator['scheme']}, dt {dt:g}: tried on this scene with this "
         f"step and half of it, kT is within {kT:.2g} % and the pressure within {pressure:.2g} % "
         f"(95 % confidence; asked for: {100 * scene.tolerance:g} %)"
     )
+    return _with_choice(scene, {"asked": _asked(scene), "integrator": integrator, "said": said})
+
+
+def settled_before(scene, choice):
+    """The scene with a choice that was kept; None if it is not one of this scene and these sources.
+
+    Parameters
+    ----------
+    scene : dpd.scene.scene.Scene
+        That leaves its step to us.
+    choice : object
+        The ``chosen`` of what `settle` returned, or anything else.
+    """
+    if not isinstance(choice, dict) or choice.get("asked") != _asked(scene):
+        return None
+    return _with_choice(scene, choice)
+
+
+def _asked(scene):
+    """Digest of all that a choice depends on."""
+    return value_digest([scene.digest, scene.tolerance, run_sources(scene)])
+
+
+def _with_choice(scene, choice):
+    settled = Scene(scene.data | {"integrator": choice["integrator"]}, scene.where)
+    settled.chosen = choice
     return settled

@@ -9,18 +9,20 @@ from functools import partial
 from pathlib import Path
 
 from dpd.drafts import remove_drafts
-from dpd.engine.checkpoint import refuse_other_file
+from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
-from dpd.files import check_output
+from dpd.files import attribute, check_output
 from dpd.interrupts import asked, listening
 from dpd.pipeline.lock import alone
-from dpd.pipeline.probing import settle
+from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
 from dpd.start.files import read_start, write_start
 from dpd.start.make import make_start
+
+BYTES_PER_BEAD = 288  # of a run, measured
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,9 @@ def run_alone(order):
     """
     checkpoint = checkpoint_path(order.output)
     check_output(checkpoint, "", order.inputs)
-    check_output(_left(order.output), "", order.inputs)
     refuse_other_file(checkpoint)
+    if order.wait:
+        _refuse_other_left(order)
     starter = _starter()
     with alone(order.output, say, order.wait) as waited:
         if order.wait and (found := _made(order, waited)):
@@ -97,6 +100,21 @@ def _left(output):
     Another Snakemake takes the result for incomplete, deletes it, and asks for it again.
     """
     return output.with_name(f"{output.stem}.left")
+
+
+def _refuse_other_left(order):
+    """Refuse to let the second name take the place of somebody's file."""
+    left = _left(order.output)
+    check_output(left, "", order.inputs)
+    if not os.path.lexists(left):
+        return
+    try:
+        attribute(left, "scene_digest")
+    except (UserError, AttributeError):
+        raise UserError(
+            f"{left}: a second name of this run's result would take its place, and it is none; "
+            "move it away, or choose another name for the result"
+        ) from None
 
 
 def _made(order, waited):
@@ -125,22 +143,42 @@ def _starter():
     return int(text.rpartition(")")[2].split()[1])
 
 
+def _refuse_too_large(scene):
+    """Refuse beads for which this machine has no memory: the system would end the process."""
+    needed = BYTES_PER_BEAD * scene.beads
+    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > there:
+        raise UserError(
+            f"{scene.where}: {scene.beads} beads take about {needed / 2**30:.3g} GiB of memory, "
+            f"and this machine has {there / 2**30:.3g}; take a smaller box or fewer molecules"
+        )
+
+
 def _run(order, checkpoint):
     scene, begun = order.scene, time.perf_counter()
+    _refuse_too_large(scene)
     if checkpoint.exists():
         print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
     with _stoppable(Progress(start_work(scene), f"{order.label}: start")) as progress:
         if order.start and order.keep_start and not order.start.exists():
             write_start(scene, order.start, progress)
         state = read_start(scene, order.start) if order.start else make_start(scene, progress)
-    scene = settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
+    scene = _settled(scene, state, checkpoint)
     if scene.chosen:
-        print(scene.chosen)
+        print(scene.chosen["said"])
     with Progress(sum(scene.steps), order.label) as progress:
         settings = RunSettings(
             checkpoint, order.every_seconds, order.threads, progress, asked, say, begun
         )
         return simulate(scene, order.output, state, settings)
+
+
+def _settled(scene, state, checkpoint):
+    """The scene with the time step that it names, that it began with, or that is found now."""
+    if not scene.is_auto:
+        return scene
+    before = settled_before(scene, note_of(checkpoint))
+    return before or settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
 
 
 @contextmanager

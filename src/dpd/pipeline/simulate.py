@@ -91,7 +91,8 @@ def simulate(scene, path, state, settings=RunSettings()):
     _check_room(path, settings.checkpoint, simulation, observers)
     sources, keeper = run_sources(scene), None
     if settings.checkpoint:
-        keeper = Checkpoint(settings.checkpoint, {"scene": scene.digest, "sources": sources})
+        key = {"scene": scene.digest, "sources": sources}
+        keeper = Checkpoint(settings.checkpoint, key, scene.chosen)
     running, lost = time.perf_counter(), -1
     try:
         done = run(
@@ -148,13 +149,13 @@ def _attributes(scene, sources):
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     } | versions()
     if scene.chosen:
-        attributes["chosen"] = scene.chosen
+        attributes["chosen"] = scene.chosen["said"]
     return attributes
 
 
 def _with_place(problem, scene, keeper):
     """A problem of a run, with the scene's file and where the last good state is."""
-    kept = keeper is not None and keeper.path.exists()
+    kept = keeper is not None and keeper.is_ours and keeper.path.exists()
     last = f"; its last good state is in {keeper.path}" if kept else ""
     kind = Stopped if isinstance(problem, Stopped) else UserError
     return kind(f"{scene.where}: {str(problem).rstrip('.')}{last}")

@@ -119,7 +119,7 @@ def read_paper(name, study, only=None):
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
     sweeps = {
-        sweep: unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep])
+        sweep: unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep], study)
         for sweep, given in paper["sweeps"].items()
         if only is None or sweep in only
     }

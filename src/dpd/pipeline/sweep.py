@@ -86,8 +86,9 @@ def described_axes(given, changes, key, study):
     return described
 
 
-def unfold(paper, name, given, changes, where, described):
+def unfold(paper, name, given, changes, where, described, study):
     """All points of a sweep."""
+    changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
     key = f"{where}: sweeps.{name}"
@@ -99,7 +100,7 @@ def unfold(paper, name, given, changes, where, described):
     points = []
     for labels in product(*(axis.labels for axis in axes)):
         at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
-        where = f"{key} ({at})"
+        where = f"{key} ({at}){changed}"
         scene = base
         for axis, label in zip(axes[:-1], labels):
             change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")

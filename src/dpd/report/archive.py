@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 from PIL import Image
 
+from dpd.analysis.collect import reading
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
@@ -96,7 +97,8 @@ def read_table(path):
     """A verdict table from a file, refused as in `read_archive`."""
     if not path.is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it")
-    table = pd.read_csv(path)
+    with reading(path, "table of verdicts"):
+        table = pd.read_csv(path)
     if lacking := NEEDED - set(table.columns):
         raise UserError(
             f"{path}: no column {', '.join(sorted(lacking))}; let snakemake make it again"

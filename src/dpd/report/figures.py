@@ -7,9 +7,8 @@ import xarray as xr
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from dpd.analysis.collect import save
+from dpd.analysis.collect import load, reading, save
 from dpd.analysis.verdicts import COLUMNS, rows
-from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
 from dpd.report.captions import caption, label
@@ -33,7 +32,7 @@ def make_figure(paper, figure, sources, folder):
     """
     begun = time.perf_counter()
     module = load_module(paper, figure)
-    data = {name: _load(path) for name, path in sources.items()}
+    data = {name: load(path) for name, path in sources.items()}
     with blamed_on(module, "compute"):
         numbers = wanted(module, "compute", module.compute(data), xr.Dataset)
     with blamed_on(module, "measured"):
@@ -62,13 +61,6 @@ def make_figure(paper, figure, sources, folder):
     save(numbers, path("nc"))
 
 
-def _load(path):
-    """A sweep or a measurement."""
-    if not path.is_file():
-        raise UserError(f"{path}: there is no such file; let snakemake make it")
-    return xr.load_dataset(path, engine="netcdf4")
-
-
 def joined_verdicts(paths):
     """The verdict tables of some figures as one.
 
@@ -81,9 +73,15 @@ def joined_verdicts(paths):
     pandas.DataFrame
         Without rows where no figure has a published number, or there is no figure.
     """
-    tables = [pd.read_csv(path) for path in paths]
+    tables = [_table(path) for path in paths]
     # Without an empty one: it would turn numbers of the others into text.
     filled = [table for table in tables if len(table)]
     if not filled:
         return pd.DataFrame(columns=COLUMNS)
-    return pd.concat(filled, ignore_index=True)[COLUMNS]
+    return pd.concat(filled, ignore_index=True)
+
+
+def _table(path):
+    """The verdict table of a figure."""
+    with reading(path, "table of verdicts"):
+        return pd.read_csv(path)[COLUMNS]

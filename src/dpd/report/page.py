@@ -14,6 +14,7 @@ from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup
 from PIL import Image
 
+from dpd.analysis.collect import reading
 from dpd.analysis.verdicts import KINDS
 from dpd.digest import ROOT
 from dpd.files import attribute, replace_whole
@@ -140,7 +141,7 @@ def _checks(paper, results):
     rows = []
     for name in paper.sweeps:
         path = results.sweep(paper.name, name)
-        with xr.open_dataset(path, engine="netcdf4") as data:
+        with reading(path), xr.open_dataset(path, engine="netcdf4") as data:
             rows.append({
                 "paper": paper.name,
                 "sweep": name,

@@ -1,8 +1,7 @@
 """config/schemes.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
 
-import xarray as xr
-
 from dpd.analysis.accuracy import choices
+from dpd.analysis.collect import load
 from dpd.errors import UserError
 from dpd.report.text import in_percent
 
@@ -40,7 +39,7 @@ def recommendations(figures):
         if not path.is_file():
             raise UserError(f"{path}: there is no such file; run snakemake --cores 2 benchmark")
         parts.append(f"{system}:\n  stiffness: {stiffness}\n  choices:")
-        data = xr.load_dataset(path, engine="netcdf4")
+        data = load(path)
         measured = choices(data.drop_sel(scheme="lowe-andersen", errors="ignore"))
         parts += [_line(choice) for choice in measured if choice.scheme is not None]
     return "\n".join(parts) + "\n"

@@ -11,11 +11,11 @@ from tempfile import TemporaryDirectory
 
 from dpd import files
 from dpd.analysis.collect import RECORDED, collect
-from dpd.digest import stage_digest
 from dpd.observe import OBSERVABLES, observables
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
+from dpd.stages import run_sources
 from dpd.start.make import system_of
 
 FLUID = {
@@ -99,7 +99,7 @@ def _collected():
     attributes = numbers | {
         "scene": json.dumps(scene.data),
         "scene_digest": scene.digest,
-        "sources": stage_digest("simulate"),
+        "sources": run_sources(scene),
         "numpy": "",
         "numba": "",
     }

@@ -9,6 +9,8 @@ MOST_STEPS = 10**12
 MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
+MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
+MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
 SERIES = ("thermo", "crossings", "passes", "trace")  # keep every sample
 
 
@@ -81,8 +83,9 @@ def check_limits(scene):
 
 
 def _check_length(scene, refuse):
-    """Steps and bead-steps of the run."""
-    steps, work = sum(scene.steps), scene.work
+    """Steps and bead-steps of relaxation and run."""
+    steps = sum(scene.steps) + scene.data["start"].get("relax", {}).get("steps", 0)
+    work = scene.beads * steps
     if steps > MOST_STEPS or work > MOST_WORK:
         refuse(
             "steps and duration",
@@ -97,6 +100,8 @@ def _check_observe(scene, refuse):
     for name in names:
         if names.count(name) > 1:
             refuse("observe", f"{name!r} is there {names.count(name)} times; keep one")
+    if "rdf" in scene.observe and scene.beads < 2:
+        refuse("observe", "'rdf' has nothing to measure: there is a single bead")
     for name in SERIES:
         if name not in scene.observe:
             continue
@@ -113,6 +118,22 @@ def _check_observe(scene, refuse):
         bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
         if bin > end:
             refuse(f"observe.{name}.bin", f"{bin:g} is more than the {what}; allowed: <= {end:g}")
+        if end / bin > MOST_BINS:
+            refuse(
+                f"observe.{name}.bin",
+                f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= "
+                f"{end / MOST_BINS:g}",
+            )
+    if "trace" in scene.observe:
+        every, beads = scene.observe["trace"]["every"], len(scene.molecules[0].beads)
+        numbers = scene.steps[1] // every * beads * scene.dimension
+        if numbers > MOST_NUMBERS:
+            least = -(-scene.steps[1] * beads * scene.dimension // MOST_NUMBERS)
+            refuse(
+                "observe.trace.every",
+                f"{every} keeps {numbers:.3g} coordinates of the first molecule; allowed: <= "
+                f"{MOST_NUMBERS}, every >= {least}",
+            )
 
 
 def _check_start_forces(scene, refuse):

@@ -87,7 +87,8 @@ class Scene:
         self.data = with_defaults(data, schema("scene"))
         check_beads(self.data, where)
         self.where = where
-        self.chosen = ""  # what was chosen for a scene that left the choice to us
+        # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
+        self.chosen = None
         # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()

@@ -18,6 +18,7 @@ SCHEMAS = ROOT / "config" / "schema"
 PAGES = PACKAGE / "physics"  # of the terms, each with its part of the scene's schema
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
 LARGEST_NUMBER = 2**63  # of a whole number
+EXACT = 2**53  # up to which every whole number is one with a decimal point
 MOST_MARKS = 8000  # in the cache
 
 
@@ -163,6 +164,8 @@ def with_defaults(data, rules):
 
 def suggestion(name, allowed):
     """Allowed names, the nearest first, as the end of a message."""
+    if not allowed:
+        return "there are none"
     near = difflib.get_close_matches(str(name), [str(a) for a in allowed], 1)
     guess = f"; did you mean {near[0]!r}?" if near else ""
     return f"allowed: {', '.join(map(str, allowed))}{guess}"
@@ -234,20 +237,34 @@ def _hint(value, kinds):
         return " (nothing after the colon) where a value is needed"
     if numbers and isinstance(value, bool):
         return " is true or false, not a number"
-    if numbers == {"integer"} and isinstance(value, float) and value.is_integer():
-        return f" has a decimal point; a whole number is meant: write {value:.0f}"
-    if not numbers or not isinstance(value, str):
+    number = _number(value) if numbers else None
+    whole = numbers == {"integer"}
+    if number is None or (whole and not number.is_integer()):
         return ""
-    try:
-        number = float(value)
-    except ValueError:
-        return ""
-    plain = f"{int(value, 10)}" if value.strip().lstrip("+-").isdecimal() else repr(number)
+    if whole and abs(number) > EXACT:
+        return " is out of range for a whole number"
+    if isinstance(value, float):
+        hint = f" has a decimal point; a whole number is meant: write {value:.0f}"
+        return hint if whole else ""
+    if whole or value.strip().lstrip("+-").isdecimal():
+        return f" is text where a number is meant; write {number:.0f} without quotes"
+    plain = repr(number)
     plain = plain.replace("e", ".0e") if "e" in plain and "." not in plain else plain
     why = ", and 1e5 is text in YAML: a number has a point, and a sign after e" * (
         "e" in value.lower()
     )
     return f" is text where a number is meant; write {plain} without quotes{why}"
+
+
+def _number(value):
+    """The finite number that a value is, or is as text; None if it is none."""
+    if not isinstance(value, float | str):
+        return None
+    try:
+        number = float(value)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 def _alternatives(rules):

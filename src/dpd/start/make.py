@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from dpd.engine.loop import advance_looking
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
@@ -202,10 +203,15 @@ def _relax(scene, state, relax, grown, begun, progress):
     """
     system = _start_system(scene, relax["dt"])
     simulation = Simulation(system, state)
-    look = max(1, round(LOOK / relax["dt"])) if grown and system.bond else 500
+
+    def look():
+        if progress is not None:
+            progress(begun + simulation.state.step)
+
+    stretch = max(1, round(LOOK / relax["dt"])) if grown and system.bond else relax["steps"]
     crossings = []
     while (left := relax["steps"] - simulation.state.step) > 0:
-        simulation.advance(min(left, look))
+        advance_looking(simulation, min(left, stretch), look)
         now = simulation.state
         if grown and system.bond:
             place = now.by_identity(now.position)
@@ -219,8 +225,7 @@ def _relax(scene, state, relax, grown, begun, progress):
                     f"{now.step} steps: these forces do not keep chains apart. Raise the core "
                     "force or radius or the bond stiffness, in the scene or in start.forces"
                 )
-        if progress is not None:
-            progress(begun + now.step)
+        look()
     done = simulation.state
     species = None if done.species is None else done.by_identity(done.species)
     relaxed = State(

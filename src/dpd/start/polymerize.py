@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine.loop import advance_looking
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import Space, nearest
@@ -190,7 +191,12 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
     state.species = growth.species if len(scene.species) > 1 else None
     stretch = max(1, round(settings["interval"] / system.dt))
     settle = max(1, round(SETTLE / system.dt))
-    state = _moved(state, system, growth, settle)
+
+    def look():
+        if progress is not None:
+            progress(growth.bonded)
+
+    state = _moved(state, system, growth, settle, look)
     begun, best, last_gain = state.step, 0, state.step
     record = {name: [] for name in RECORD}
     sums = np.zeros(4, np.int64)
@@ -202,7 +208,7 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
             place, box, settings["radius"], settings["partner"] == "nearest", state.step, rng
         )
         complete = len(growth.finished()) == growth.asked.sum()
-        state = _moved(state, system, growth, settle if complete else stretch)
+        state = _moved(state, system, growth, settle if complete else stretch, look)
         place = state.by_identity(state.position)
         try:
             undone += growth.undo_crossed(place, box)
@@ -212,8 +218,7 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
         values = (now, growth.bonded / growth.target, sums[TRIED], sums[CROSSED], sums[FAR], undone)
         for name, value in zip(RECORD, values):
             record[name].append(value)
-        if progress is not None:
-            progress(growth.bonded)
+        look()
         if complete and len(growth.finished()) == growth.asked.sum():
             break
         if sums[MADE] - undone > best:
@@ -223,12 +228,12 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
     return _kept(state, growth, scene), {name: np.array(v) for name, v in record.items()}
 
 
-def _moved(state, system, growth, steps):
+def _moved(state, system, growth, steps, look):
     """The state after some steps with the bonds that there are now."""
     grown = replace(system, members=growth.bonds().members)
     state = replace(state, force=None, reference=None)
     simulation = Simulation(grown, state)
-    simulation.advance(steps)
+    advance_looking(simulation, steps, look)
     return simulation.state
 
 

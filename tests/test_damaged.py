@@ -1,0 +1,129 @@
+"""Files between the stages that are missing or damaged: a sentence with the file, no traceback."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from dpd.analysis.collect import load, save
+from dpd.analysis.verdicts import COLUMNS
+from dpd.errors import UserError
+from dpd.pipeline.study import read_paper
+from tests.test_checkpoints import files_up_to
+from tests.test_faults import assert_refused
+
+PAPER = "groot_warren_1997"
+RESULTS = Path("results/smoke")
+
+
+def whole(path):
+    """A dataset like that of a sweep."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    values = np.random.default_rng(1).random((30, 4))
+    data = xr.Dataset({"kT": (("a", "replica"), values, {"units": "1"})}, attrs={"seconds": 1.0})
+    data["scene"] = ("a", np.array(["a scene"] * 30, dtype=object))
+    save(data, path)
+
+
+def cut(path):
+    whole(path)
+    path.write_bytes(path.read_bytes()[:-700])
+
+
+def garble(path):
+    whole(path)
+    data = bytearray(path.read_bytes())
+    data[200:2000] = np.random.default_rng(2).bytes(1800)
+    path.write_bytes(bytes(data))
+
+
+DAMAGES = {
+    "missing": lambda path: path.parent.mkdir(parents=True),
+    "a folder": lambda path: path.mkdir(parents=True),
+    "empty": lambda path: (path.parent.mkdir(parents=True), path.write_bytes(b"")),
+    "no file of its kind": lambda path: (path.parent.mkdir(parents=True), path.write_text("\xff")),
+    "cut": cut,
+    "garbled": garble,
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+@pytest.mark.parametrize(
+    ("stage", "sweep"),
+    [(("figure", "smoke", PAPER, "fig06_interface"), f"{PAPER}/sweeps/interface.nc"),
+     (("derive", "smoke", "liu_2008", "rigidity"), "liu_2008/sweeps/contacts.nc"),
+     (("schemes", "smoke"), "benchmark/figures/fluid_accuracy.nc")],
+    ids=lambda part: part[0] if isinstance(part, tuple) else "",
+)  # fmt: skip
+def test_a_sweep_that_is_damaged(folder, dpd, stage, sweep, name):
+    """It is named, with what to do; nothing is written."""
+    path = RESULTS / sweep
+    DAMAGES[name](path)
+    output = {"derive": "made.csv", "schemes": "made.yaml"}.get(stage[0], "made")
+    assert_refused(dpd(*stage, "-o", output), word=str(path))
+    assert not Path(output).exists()
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+@pytest.mark.parametrize("stage", ["verdicts", "report"])
+def test_a_verdict_table_that_is_damaged(folder, dpd, stage, name):
+    """The same of what verdict table and page are made from."""
+    path = RESULTS / PAPER / "figures" / "fig01_time_step.csv"
+    DAMAGES[name](path)
+    output = "made.csv" if stage == "verdicts" else "made.html"
+    assert_refused(dpd(stage, "smoke", PAPER, "-o", output), word=str(path))
+    assert not Path(output).exists()
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_an_archive_of_a_damaged_table(folder, dpd, name):
+    """README.md is filled from what was kept of a study, so nothing bad is kept."""
+    path = RESULTS / "verdicts.csv"
+    DAMAGES[name](path)
+    assert_refused(dpd("archive", "smoke"), word=str(path))
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_a_sweep_of_the_report_that_is_damaged(folder, dpd, name):
+    """The page has a line on each sweep."""
+    paper = read_paper(PAPER, "smoke", only=[])
+    figures = RESULTS / PAPER / "figures"
+    figures.mkdir(parents=True)
+    for figure in paper.figures:
+        pd.DataFrame(columns=COLUMNS).to_csv(figures / f"{figure}.csv", index=False)
+    path = RESULTS / PAPER / "sweeps" / "time_step_verlet.nc"
+    DAMAGES[name](path)
+    assert_refused(dpd("report", "smoke", PAPER, "-o", "made.html"), word=str(path))
+
+
+@pytest.mark.parametrize("size", [0, 1000, 20_000])
+def test_a_sweep_that_cannot_be_written(tmp_path, size):
+    """The system's own reason, and no draft."""
+    path = tmp_path / "sweep.nc"
+    large = xr.Dataset({"kT": ("a", np.random.default_rng(1).random(50_000))})
+    with files_up_to(size), pytest.raises(UserError, match="File too large"):
+        save(large, path)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_any_damage_is_a_sentence_or_none(tmp_path, seed):
+    """Cut anywhere, or with noise in it: what is read is whole, or refused."""
+    rng = np.random.default_rng(seed)
+    path = tmp_path / f"{seed}.nc"
+    whole(path)
+    data = bytearray(path.read_bytes())
+    at = rng.integers(len(data) - 64)
+    if seed % 2:
+        data = data[:at]
+    else:
+        data[at : at + 64] = rng.bytes(64)
+    path.write_bytes(bytes(data))
+    try:
+        load(path)
+    except UserError as problem:
+        assert str(path) in str(problem)
+    else:
+        assert seed % 2 == 0
