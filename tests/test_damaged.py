@@ -52,8 +52,8 @@ DAMAGES = {
 @pytest.mark.parametrize("name", DAMAGES)
 @pytest.mark.parametrize(
     ("stage", "sweep"),
-    [(("figure", "smoke", PAPER, "fig06_interface"), f"{PAPER}/sweeps/interface.nc"),
-     (("derive", "smoke", "liu_2008", "rigidity"), "liu_2008/sweeps/contacts.nc"),
+    [(("figure", "smoke", PAPER, "fig06_interface", "--data"), f"{PAPER}/sweeps/interface.nc"),
+     (("derive", "smoke", "liu_2008", "rigidity", "--data"), "liu_2008/sweeps/contacts.nc"),
      (("schemes", "smoke"), "benchmark/figures/fluid_accuracy.nc")],
     ids=lambda part: part[0] if isinstance(part, tuple) else "",
 )  # fmt: skip
@@ -62,7 +62,8 @@ def test_a_sweep_that_is_damaged(folder, dpd, stage, sweep, name):
     path = RESULTS / sweep
     DAMAGES[name](path)
     output = {"derive": "made.csv", "schemes": "made.yaml"}.get(stage[0], "made")
-    assert_refused(dpd(*stage, "-o", output), word=str(path))
+    files = [path] if stage[-1] == "--data" else []
+    assert_refused(dpd(*stage, *files, "-o", output), word=str(path))
     assert not Path(output).exists()
 
 
@@ -73,7 +74,8 @@ def test_a_verdict_table_that_is_damaged(folder, dpd, stage, name):
     path = RESULTS / PAPER / "figures" / "fig01_time_step.csv"
     DAMAGES[name](path)
     output = "made.csv" if stage == "verdicts" else "made.html"
-    assert_refused(dpd(stage, "smoke", PAPER, "-o", output), word=str(path))
+    asked = [path] if stage == "verdicts" else ["smoke", PAPER, "--results", RESULTS]
+    assert_refused(dpd(stage, *asked, "-o", output), word=str(path))
     assert not Path(output).exists()
 
 
@@ -95,7 +97,8 @@ def test_a_sweep_of_the_report_that_is_damaged(folder, dpd, name):
         pd.DataFrame(columns=COLUMNS).to_csv(figures / f"{figure}.csv", index=False)
     path = RESULTS / PAPER / "sweeps" / "time_step_verlet.nc"
     DAMAGES[name](path)
-    assert_refused(dpd("report", "smoke", PAPER, "-o", "made.html"), word=str(path))
+    asked = ["smoke", PAPER, "--results", RESULTS]
+    assert_refused(dpd("report", *asked, "-o", "made.html"), word=str(path))
 
 
 @pytest.mark.parametrize("size", [0, 1000, 20_000])
