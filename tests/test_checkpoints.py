@@ -279,12 +279,15 @@ def test_a_cut_run_is_not_collected(tmp_path, monkeypatch, dpd):
     """A sentence that names the file and says what to do."""
     monkeypatch.chdir(tmp_path)
     sweep = read_paper("groot_warren_1997", "smoke", only=["fluid"]).sweeps["fluid"]
+    runs = tmp_path / "runs"
     for point in sweep.points:
-        path = tmp_path / "results/smoke/groot_warren_1997/runs/fluid" / point.name / "run.nc"
+        path = runs / point.name / "run.nc"
         path.parent.mkdir(parents=True)
         with open(path, "wb") as file:
             file.write(b"\x89HDF\r\n\x1a\n" + bytes(500))
-    code, errors = dpd("collect", "smoke", "groot_warren_1997", "fluid", "-o", "sweep.nc")
+    code, errors = dpd(
+        "collect", "smoke", "groot_warren_1997", "fluid", "--runs", runs, "-o", "sweep.nc"
+    )
     assert code == 1 and "run.nc: not a whole NetCDF file" in errors and "Traceback" not in errors
     assert not (tmp_path / "sweep.nc").exists()
 

@@ -96,7 +96,7 @@ STAGES = {
     "run": ("run", "scene.yaml"),
     "simulate": ("simulate", *POINT),
     "start": ("start", *POINT),
-    "collect": ("collect", *POINT[:3]),
+    "collect": ("collect", *POINT[:3], "--runs", "runs"),
     "measure": ("measure", "lammps"),
 }
 # The same for the one that gives its result a second name where its Snakemake is no more.
@@ -127,8 +127,8 @@ def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name)
 @pytest.mark.parametrize("make", [device, os.mkfifo, os.mkdir])
 def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
     """The same for files that are no results of runs; nor a file of another kind."""
-    names = {"compile": ("smoke", POINT[1]), "verdicts": ("smoke", POINT[1])}
-    names |= {"report": ("smoke", POINT[1]), "schemes": ("smoke",)}
+    names = {"compile": ("smoke", POINT[1]), "verdicts": ("some.csv",)}
+    names |= {"report": ("smoke", POINT[1], "--results", "results"), "schemes": ("smoke",)}
     monkeypatch.setattr("dpd.pipeline.compiling.compile_for", lambda scenes: ["compiled"])
     made = {"compile": "made.txt", "verdicts": "made.csv", "report": "made.html"}
     made |= {"schemes": "made.yaml", "document": "made.md"}

@@ -126,7 +126,7 @@ def test_a_second_interrupt_ends_a_run_in_its_kernel(here):
     assert made() in ([], ["run.checkpoint"])
 
 
-@pytest.mark.parametrize("stage", [("start", *POINT), ("collect", *POINT[:3])])
+@pytest.mark.parametrize("stage", [("start", *POINT), ("collect", *POINT[:3], "--runs", "runs")])
 def test_other_stages_end_at_once(here, stage):
     """With their own code and one sentence, from the first moment on."""
     with begin(*stage, "-o", "made.nc") as process:

@@ -309,7 +309,7 @@ def test_an_edited_sweep_runs_only_its_new_point(study):
 
 def test_an_edited_kernel_reruns_simulations(study):
     """All runs; and a stage that is called by hand refuses what the old kernel made."""
-    with edited(study / "src" / "dpd" / "physics" / "pair.py", "EDITED = 1\n"):
+    with edited(study / "src" / "dpd" / "physics" / "soft.py", "EDITED = 1\n"):
         jobs = planned(study, *SMOKE)
         papers = [read_paper(paper, "smoke") for paper in PAPERS]
         runs = sum(len(s.points) for paper in papers for s in paper.sweeps.values())
