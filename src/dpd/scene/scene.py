@@ -1,7 +1,6 @@
 """WHAT is simulated: a validated, hashable description that knows what it needs."""
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
 from typing import NamedTuple
@@ -13,6 +12,7 @@ from dpd.errors import UserError
 from dpd.physics.schemes import scheme_named
 from dpd.scene.automatic import choose
 from dpd.scene.limits import check_beads, check_limits
+from dpd.scene.molecules import MissedDensity, Molecule, beads_of
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 
 CUTOFF = 1.0
@@ -29,41 +29,11 @@ TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 MOST_MISSED, NOTED_MISSED = 0.01, 1e-4
 
 
-@dataclass(frozen=True)
-class Molecule:
-    """A linear molecule: the species of its beads in order, and how many there are."""
-
-    beads: tuple
-    count: int
-
-
 class Steps(NamedTuple):
     """How many steps a run takes: to equilibrate, and then to sample."""
 
     equilibrate: int
     sample: int
-
-
-@dataclass(frozen=True)
-class MissedDensity:
-    """A density that whole molecules cannot meet.
-
-    Attributes
-    ----------
-    place : int
-        Of the kind of molecule in the scene.
-    asked, found : float
-        Beads per r_c^dimension in the scene, and of whole molecules in its box.
-    """
-
-    place: int
-    asked: float
-    found: float
-
-    @property
-    def share(self):
-        """By how much it is missed, relative to what is asked for."""
-        return abs(self.found / self.asked - 1)
 
 
 class Scene:
@@ -137,7 +107,7 @@ class Scene:
         """The kinds of molecules, in the scene's order."""
         kinds = []
         for kind in self.data["molecules"]:
-            beads = _beads(kind["architecture"])
+            beads = beads_of(kind["architecture"])
             count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
             kinds.append(Molecule(beads, count))
         return tuple(kinds)
@@ -391,14 +361,3 @@ class Scene:
                 self._fail(
                     "observe", f"{name!r} has nothing to measure: every molecule is a single bead"
                 )
-
-
-def _beads(architecture):
-    """Species of the beads of "A 3 B 9": A A A B B B ..."""
-    beads = []
-    for word in architecture.split():
-        if word.isdigit():
-            beads += [beads[-1]] * (int(word) - 1)
-        else:
-            beads.append(word)
-    return tuple(beads)
