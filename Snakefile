@@ -19,7 +19,7 @@ from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline.overlay import edited_in_vain
-from dpd.pipeline.paths import page_suffix, results_of
+from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path

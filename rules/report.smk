@@ -18,6 +18,7 @@ rule join_verdicts:
 rule write_report:
     input:
         page_sources(REPORTED),
+        archived=archived_verdicts(),
     output:
         page=update(REPORT),
         stamp=touch(STAMPS[1]),
@@ -28,6 +29,7 @@ rule write_report:
         papers=list(REPORTED),
         sources=stage_digest("report"),
         results=results_folder,
+        archived=option("archived"),
     shell:
         "python -m dpd report {params.study:q} {params.papers:q} --results {params.results:q}"
-        " -o {output.page:q} 2>&1 | tee -i {log:q}"
+        " {params.archived:q} -o {output.page:q} 2>&1 | tee -i {log:q}"

@@ -17,7 +17,8 @@ from dpd.pipeline import overlay
 from dpd.pipeline.study import Figure, Paper
 from dpd.report import overhead, style
 from dpd.report.judged import counts, judged_rows
-from dpd.report.page import _commit, write_page
+from dpd.report.page import write_page
+from dpd.report.provenance import commit
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
     "alpha": ("fig02_shapes", "simulated", "replicated", 0.1),
@@ -245,7 +246,7 @@ def test_work_of_an_earlier_workflow_is_no_gain(tmp_path, monkeypatch):
 
 def test_a_page_without_git(monkeypatch, tmp_path):
     """It says so, and does not fail."""
-    assert "git not found" not in _commit()
+    assert "git not found" not in commit()
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert _commit() == "unknown: git not found"
+    assert commit() == "unknown: git not found"
     assert overlay._committed("config/config.yaml") is None

@@ -125,6 +125,10 @@ def _parser():
     report.add_argument(
         "--results", type=Path, required=True, metavar="FOLDER", help="results of the study"
     )
+    report.add_argument(
+        "--archived", type=Path, metavar="FILE",
+        help="verdict table of a long study, to show its values beside those of this one",
+    )  # fmt: skip
     plan = stage(
         "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
     )
@@ -141,7 +145,7 @@ def _parser():
         "schemes", _schemes, "write config/schemes.yaml, for scheme auto, from the benchmark",
         "study", output="schemes.yaml",
     )  # fmt: skip
-    stage("archive", _archive, "keep a study's verdict table and pictures in git", "study")
+    stage("archive", _archive, "keep in git what a study has found", "study")
     stage("readme", _readme, "write README.md's tables, config/README.md and the papers' pages")
     return parser
 
@@ -344,7 +348,9 @@ def _report(options):
     # Set by the Snakefile: a parameter that differs every time would make the page again.
     begun, cores = (os.environ.get(f"DPD_{name}") for name in ("BEGUN", "CORES"))
     cost = overhead(options.results, float(begun), int(cores)) if begun and cores else ""
-    write_page(options.study, description, papers, options.results, options.output, cost)
+    write_page(
+        options.study, description, papers, options.results, options.output, cost, options.archived
+    )
 
 
 def _plan(options):
@@ -381,14 +387,25 @@ def _schemes(options):
 
 
 def _archive(options):
-    from dpd.pipeline.paths import results_of
+    from dpd.pipeline.paths import LONG_STUDY, results_of
     from dpd.pipeline.study import read_study
     from dpd.report.archive import archive
 
     read_study(options.study)  # a name that is none would lead elsewhere
-    for path in archive(options.study, Path(results_of(options.study).folder)):
+    results = Path(results_of(options.study).folder)
+    keep = _whole_archive if options.study == LONG_STUDY else archive
+    for path in keep(options.study, results):
         print(f"kept: {path}")
     print("now: python -m dpd readme")
+
+
+def _whole_archive(study, results):
+    from dpd.benchmark.measure import processor
+    from dpd.pipeline.study import read_config, read_paper
+    from dpd.report.whole_archive import Machine, archive_whole
+
+    papers = [read_paper(name, study) for name in read_config()["papers"]]
+    return archive_whole(study, results, papers, Machine(processor(), os.cpu_count()))
 
 
 def _readme(options):

@@ -7,12 +7,22 @@ results/STUDY/report.html
 
 from dataclasses import dataclass
 
+from dpd.digest import ROOT
+
 RESULTS = "results"
+LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
 
 
 def results_of(study):
     """The `Results` of a study, below the folder that snakemake works in."""
     return Results(f"{RESULTS}/{study}")
+
+
+def archived_verdicts():
+    """The verdict table of the long study that git keeps; no file where there is none yet."""
+    # Not below the folder that snakemake works in: the archive belongs to the repository.
+    path = ROOT / RESULTS / "archive" / LONG_STUDY / "verdicts.csv"
+    return [str(path)] if path.is_file() else []
 
 
 def page_suffix(papers, all_papers):

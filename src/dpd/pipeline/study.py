@@ -31,6 +31,7 @@ class Paper:
     sweeps: dict
     measurements: tuple
     figures: dict
+    sampling: tuple = ()  # what the paper says of its own, see config/schema/paper.yaml
 
 
 def read_config(overrides=None):
@@ -123,7 +124,9 @@ def read_paper(name, study, only=None):
         for sweep, given in paper["sweeps"].items()
         if only is None or sweep in only
     }
-    return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures)
+    sampling = tuple(paper.get("sampling", ()))
+    _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
+    return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures, sampling)
 
 
 def _check_seeds(sweeps, key):
@@ -138,6 +141,23 @@ def _check_seeds(sweeps, key):
                 "sweep that was renamed"
             )
         users[seeds] = sweep
+
+
+def _check_sampling(sampling, sweeps, key):
+    """Refuse what is said of a sweep that the paper has not."""
+    for number, said in enumerate(sampling):
+        for sweep in said["sweeps"]:
+            if sweep not in sweeps:
+                raise UserError(
+                    f"{key}.{number}.sweeps: no sweep {sweep!r}; {suggestion(sweep, sweeps)}"
+                )
+            axes = sweeps[sweep].get("axes", {})
+            for axis in said.get("at", {}):
+                if axis not in axes:
+                    raise UserError(
+                        f"{key}.{number}.at: sweep {sweep} has no axis {axis!r}; "
+                        f"{suggestion(axis, axes)}"
+                    )
 
 
 def _feeds(given, sweeps, measurements, key):

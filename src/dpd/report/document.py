@@ -43,8 +43,9 @@ command that makes them again. Two sweeps of a paper must not have the same seed
    files of other papers have: `compute`, `measured` and `draw`, and the texts `TITLE` and
    `PAPER_SHOWS`.
 3. Put the numbers that the paper prints into `paper_figures/published.yaml`.
-4. Add NAME to `papers` in `config/config.yaml`.
-5. To keep its verdicts in git with `python -m dpd archive STUDY`, and to give it a page, write its
+4. Write what the paper says of its own sampling under `sampling`, for the report's comparison.
+5. Add NAME to `papers` in `config/config.yaml`.
+6. To keep its verdicts in git with `python -m dpd archive STUDY`, and to give it a page, write its
    findings into `paper_figures/NAME/findings.md` and its reference into `CITATION.cff`. The page
    shows each picture that stands beside its figure file, as `FIGURE.png`.
 

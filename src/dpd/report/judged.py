@@ -1,6 +1,6 @@
 """The verdict tables of the report: rows as text, their links, and counts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,12 +70,23 @@ MEANINGS = {
 }
 
 
+def archived_meaning(study):
+    """The word for the column of a long study, with its meaning."""
+    return {
+        "Long runs": (
+            f"what the study {study} found, which is kept in results/archive/{study}: its number ± "
+            "one standard error, and its verdict."
+        )
+    }
+
+
 @dataclass(frozen=True)
 class Row:
     """A row of the verdict table, as text.
 
     ``id`` is where links to the row lead, ``figure`` where those to its figure do, and
-    ``label`` is what the figure is called.
+    ``label`` is what the figure is called. ``archived`` is what a long study found, and
+    ``archived_verdict`` what it decided; both are empty where there is no such row.
     """
 
     id: str
@@ -94,11 +105,18 @@ class Row:
     resolution: str
     verdict: str
     note: str
+    archived: str = ""
+    archived_verdict: str = ""
 
     @property
     def style(self):
         """The verdict's first word: its class in the style sheet."""
         return self.verdict.split()[0]
+
+    @property
+    def archived_style(self):
+        """The same of the archived verdict."""
+        return self.archived_verdict.split()[0]
 
 
 @dataclass(frozen=True)
@@ -122,24 +140,38 @@ def figure_id(paper, figure):
     return f"{paper}-{figure}"
 
 
-def judged_rows(table):
+def judged_rows(table, archived=None):
     """Rows of the joined verdict table, in its order.
 
     Parameters
     ----------
     table : pandas.DataFrame
         See `dpd.report.figures.joined_verdicts`.
+    archived : pandas.DataFrame or None
+        Such a table of a long study. A row of it is shown where it is held against the same
+        published value.
 
     Returns
     -------
     list of Row
     """
     rows, seen = [], {}
+    long_runs = {} if archived is None else {_key(e): e for e in archived.to_dict("records")}
     for entry in table.to_dict("records"):
         figure = figure_id(entry["paper"], entry["figure"])
         seen[figure] = seen.get(figure, 0) + 1
-        rows.append(_row(entry, f"{figure}-{seen[figure]}", figure))
+        row = _row(entry, f"{figure}-{seen[figure]}", figure)
+        if (found := long_runs.get(_key(entry))) is not None:
+            value = typeset(with_error(found["value"], found["error"]))
+            row = replace(row, archived=value, archived_verdict=found["verdict"])
+        rows.append(row)
     return rows
+
+
+def _key(entry):
+    """What two studies must have in common for their rows to be of one number."""
+    names = (entry[name] for name in ("paper", "figure", "quantity", "kind"))
+    return (*names, _published(entry["published"]))
 
 
 def _row(entry, name, figure):

@@ -2,10 +2,7 @@
 
 import base64
 import io
-import platform
-import subprocess
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -16,22 +13,30 @@ from PIL import Image
 
 from dpd.analysis.collect import reading
 from dpd.analysis.verdicts import KINDS
-from dpd.digest import ROOT
 from dpd.files import attribute, replace_whole
 from dpd.pipeline.paths import Results
+from dpd.report.archive import read_table
 from dpd.report.captions import label
 from dpd.report.figures import joined_verdicts
-from dpd.report.judged import MEANINGS, SECTIONS, counts, figure_id, judged_rows
+from dpd.report.judged import (
+    MEANINGS,
+    SECTIONS,
+    archived_meaning,
+    counts,
+    figure_id,
+    judged_rows,
+)
+from dpd.report.provenance import commit, library_versions
+from dpd.report.sampling import not_said, reached, shorter_points
 from dpd.scene.start import start_digest, start_is_shared
 from dpd.stages import stage_digest
 
-LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 TEMPLATE = "page.html"
 DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report's digest
 PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
 
 
-def write_page(study, description, papers, results, path, overhead=""):
+def write_page(study, description, papers, results, path, overhead="", archived=None):
     """Write the report of a study.
 
     Parameters
@@ -43,17 +48,15 @@ def write_page(study, description, papers, results, path, overhead=""):
     path : path
     overhead : str
         What the workflow cost beside its simulations, see `dpd.report.overhead`.
+    archived : path or None
+        Verdict table in the archive of a long study, whose values stand beside those of this one.
     """
     results = Results(results)
-    rows = judged_rows(
-        joined_verdicts(
-            [
-                results.figure(paper.name, figure, "csv")
-                for paper in papers
-                for figure in paper.figures
-            ]
-        )
+    table = joined_verdicts(
+        [results.figure(paper.name, figure, "csv") for paper in papers for figure in paper.figures]
     )
+    rows = judged_rows(table, None if archived is None else read_table(Path(archived)))
+    long_study = Path(archived).parent.name if any(row.archived for row in rows) else ""
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
     environment = Environment(
@@ -66,17 +69,20 @@ def write_page(study, description, papers, results, path, overhead=""):
         papers=[_paper(paper, results, rows) for paper in papers],
         rows=rows,
         sections=SECTIONS,
-        meanings=MEANINGS,
+        meanings=MEANINGS | (archived_meaning(long_study) if long_study else {}),
+        long_study=long_study,
         counts={kind: counts(rows, kind, names) for kind in KINDS},
         checks=[row for rows in checks for row in rows],
         overhead=overhead,
         costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
-        versions={name: version(name) for name in LIBRARIES}
-        | {"Python": platform.python_version()},
+        shorter=[point for paper in papers for point in shorter_points(paper)],
+        reached=[sweep for paper in papers for sweep in reached(paper, table, rows)],
+        not_said={paper.name: names for paper in papers if (names := not_said(paper))},
+        versions=library_versions(),
         sources={
             stage: stage_digest(stage) for stage in ("simulate", "collect", "figure", "report")
         },
-        commit=_commit(),
+        commit=commit(),
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
     replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
@@ -180,13 +186,3 @@ def _costs(paper, results, checks):
 def _span(values, pattern):
     low, high = (pattern.format(float(v)) for v in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
-
-
-def _commit():
-    """The commit that the sources stand on, with a mark if they were edited."""
-    command = ["git", "describe", "--always", "--dirty"]
-    try:
-        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    except OSError:
-        return "unknown: git not found"
-    return found.stdout.strip() or "not under version control"

@@ -1,0 +1,360 @@
+"""What git keeps of the long study, and how reports show it."""
+
+import hashlib
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+import yaml
+
+from dpd import files
+from dpd.errors import UserError
+from dpd.pipeline.paths import LONG_STUDY
+from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
+from dpd.pipeline.sweep import Axis, Point, Sweep
+from dpd.report import archive, whole_archive
+from dpd.report.page import write_page
+from dpd.report.paper_page import paper_page
+from dpd.report.sampling import not_said, reached, shorter_points
+from dpd.report.whole_archive import Machine, archive_whole, read_manifest
+from dpd.scene.scene import Scene
+from tests.test_report import VERDICTS, put_figure, verdict_table
+
+PAPER, SWEEP = "one_1997", "lengths"
+DT, BEADS, STEPS = 0.04, 1536, 1000
+ROWS = {name: rest for name, (_, *rest) in VERDICTS.items()}
+
+
+def scene(length, seed=1):
+    """Of a few short chains."""
+    return Scene({
+        "dimension": 3, "box": 8, "molecules": [{"architecture": f"A {length}", "density": 3}],
+        "repulsion": {"A A": 25}, "bond": {"stiffness": 4}, "seed": seed,
+        "integrator": {"scheme": "gw-vv", "lambda": 0.5, "dt": DT},
+        "steps": {"equilibrate": 10, "sample": STEPS}, "observe": ["thermo"],
+    })  # fmt: skip
+
+
+def paper(*sampling, replicas=1):
+    """One sweep over two chain lengths, and one figure that it feeds."""
+    axes = (
+        Axis("length", (2, 4), "1", "chain length"),
+        Axis("replica", tuple(range(replicas)), "1", "replica"),
+    )
+    points = tuple(
+        Point(f"length={length},replica={replica}", (length, replica), scene(length, 1 + replica))
+        for length in (2, 4)
+        for replica in range(replicas)
+    )
+    sweeps = {SWEEP: Sweep(SWEEP, axes, points)}
+    figures = {"fig02_shapes": Figure((SWEEP,), ()), "drift": Figure((), ())}
+    return Paper(PAPER, "One", "J. One 1", sweeps, (), figures, sampling)
+
+
+def put_run(results, point):
+    """The result of a run, with what the archive reads of it."""
+    files.write(
+        results / PAPER / "runs" / SWEEP / point.name / "run.nc",
+        {},
+        {
+            "seed": point.scene.data["seed"], "scene_digest": point.scene.digest,
+            "sources": "0123456789ab", "seconds": 1800.0,
+        },
+    )  # fmt: skip
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """Folder of the archive, empty yet."""
+    for module in (archive, whole_archive):
+        monkeypatch.setattr(module, "ARCHIVE", tmp_path / "archive")
+    return tmp_path / "archive"
+
+
+@pytest.fixture
+def results(tmp_path):
+    """Of a study with both runs and one of its two figures."""
+    folder = tmp_path / "results"
+    for point in paper().sweeps[SWEEP].points:
+        put_run(folder, point)
+    put_figure(folder / PAPER / "figures", PAPER, "fig02_shapes", ROWS)
+    return folder
+
+
+def keep(results):
+    """Archive a study."""
+    return archive_whole("long", results, [paper()], Machine("Some Processor", 2))
+
+
+def test_the_manifest_says_what_made_the_archive(kept, results):
+    """Hours, sizes and steps of each sweep; what is missing; nothing that tells whose machine."""
+    written = keep(results)
+    found = read_manifest("long")
+    assert found["machine"] == {"processor": "Some Processor", "cores": 2}
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", found["date"]) and found["commit"]
+    assert {"numpy", "numba", "Python"} <= set(found["versions"])
+    assert found["core_hours"] == 1.0  # two runs of half an hour
+    sweep = found["sweeps"][PAPER][SWEEP]
+    assert (sweep["whole"], sweep["runs_made"], sweep["beads"]) == (True, 2, BEADS)
+    assert (sweep["steps_equilibrate"], sweep["steps_sample"]) == (10, STEPS)
+    assert found["figures_missing"] == [f"{PAPER}/drift"] and found["whole"] is False
+    names = {str(path.relative_to(kept / "long")) for path in written}
+    figure = f"{PAPER}/fig02_shapes"
+    assert names == {"verdicts.csv", f"{figure}.png", f"{figure}.nc", "manifest.yaml"}
+    text = (kept / "long" / "manifest.yaml").read_text()
+    assert str(results) not in text and "/" not in text.replace(f"{PAPER}/", "").split("study:")[1]
+
+
+def test_the_manifest_has_a_checksum_of_each_file(kept, results):
+    """They are the files of the study, unchanged."""
+    keep(results)
+    listed = read_manifest("long")["files"]
+    for name, said in listed.items():
+        data = (kept / "long" / name).read_bytes()
+        assert said == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    source = results / PAPER / "figures" / "fig02_shapes.png"
+    assert source.read_bytes() == (kept / "long" / PAPER / "fig02_shapes.png").read_bytes()
+    assert len(archive.read_archive("long")) == len(ROWS)
+
+
+def test_runs_are_counted_if_they_belong_to_the_sweep(kept, results):
+    """One that is missing or of another scene makes the sweep incomplete; seeds are in a digest."""
+    keep(results)
+    before = read_manifest("long")["sweeps"][PAPER][SWEEP]
+    folder = results / PAPER / "runs" / SWEEP
+    first, second = paper().sweeps[SWEEP].points
+    put_run(results, Point(first.name, first.labels, second.scene))
+    keep(results)
+    after = read_manifest("long")["sweeps"][PAPER][SWEEP]
+    assert (after["whole"], after["runs_made"], after["core_hours"]) == (False, 1, 0.5)
+    assert after["runs"] != before["runs"]
+    (folder / second.name / "run.nc").unlink()
+    keep(results)
+    after = read_manifest("long")["sweeps"][PAPER][SWEEP]
+    assert (after["runs_made"], after["runs"]) == (0, "none")
+
+
+def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
+    """Before anything of it is written: the former one stays."""
+    keep(results)
+    before = {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
+    large = results / PAPER / "figures" / "fig02_shapes.png"
+    large.write_bytes(large.read_bytes() + bytes(whole_archive.LIMIT))
+    with pytest.raises(UserError, match=r"10\.\d MB.* 10 MB .*largest file is .*fig02_shapes\.png"):
+        keep(results)
+    assert before == {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
+
+
+def test_figures_that_are_gone_leave_the_archive(kept, results):
+    """It is of one state of the study."""
+    put_figure(results / PAPER / "figures", PAPER, "drift", {})
+    keep(results)
+    assert (kept / "long" / PAPER / "drift.nc").is_file() and read_manifest("long")["whole"]
+    (results / PAPER / "figures" / "drift.nc").unlink()
+    keep(results)
+    assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"fig02_shapes"}
+
+
+def test_nothing_to_keep(kept, tmp_path):
+    """A study that never ran has no archive."""
+    with pytest.raises(UserError, match="no figure is there to keep"):
+        keep(tmp_path / "never")
+    with pytest.raises(UserError, match="archive long' writes it"):
+        read_manifest("long")
+
+
+def test_what_git_has_of_the_long_study():
+    """If it has any: whole files, of the size and sums that its manifest says."""
+    folder = archive.ARCHIVE / LONG_STUDY
+    read_study(LONG_STUDY)
+    if not folder.exists():
+        return
+    listed = read_manifest(LONG_STUDY)["files"]
+    there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    assert there == {*listed, whole_archive.MANIFEST}
+    assert sum((folder / name).stat().st_size for name in there) <= whole_archive.LIMIT
+    for name, said in listed.items():
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == said["sha256"], name
+
+
+def test_the_page_of_a_paper_counts_every_archived_study(kept):
+    """The long study beside the quick one, each from its own table."""
+    table = verdict_table("liu_2008", "fig05_pressure", {"kappa": ("simulated", "deviates", 2.0)})
+    for study, repeats in (("quick", 2), (LONG_STUDY, 3)):
+        (kept / study).mkdir(parents=True)
+        pd.concat([table] * repeats).to_csv(kept / study / "verdicts.csv", index=False)
+    page = paper_page("liu_2008")
+    for study, number in (("quick", 2), (LONG_STUDY, 3)):
+        part = page.split(f"What the study `{study}` finds")[1].split("\n## ")[0]
+        assert f"| liu_2008 | {number} | 0 | {number} | 0 | none | none |" in part
+
+
+def page_of(results, archived, *sampling):
+    """The report of a study on runs that nothing is said of."""
+    read = paper(*sampling)
+    bare = Paper(
+        PAPER, read.title, read.reference, {}, (), {"fig02_shapes": read.figures["fig02_shapes"]}
+    )
+    write_page("fast", "Short.", [bare], results, results / "report.html", "", archived)
+    text = (results / "report.html").read_text(encoding="utf-8")
+    return re.sub(r"Made \d.*? UTC|dpd-papers, \d.*? UTC", "", text)
+
+
+def test_a_report_with_an_archive(kept, results, tmp_path):
+    """Value, error and verdict of the long runs in each row that they have, and what that means."""
+    long_runs = verdict_table(PAPER, "fig02_shapes", {
+        "alpha": ("simulated", "deviates", 0.3), "beta < 2": ("simulated", "replicated", 1.5),
+    })  # fmt: skip
+    long_runs.loc[1, "published"] = "< 3"  # since then the published number was read anew
+    path = tmp_path / LONG_STUDY / "verdicts.csv"
+    path.parent.mkdir()
+    long_runs.to_csv(path, index=False)
+    text = page_of(results, path)
+    rows = {
+        name: text.split(f'<tr id="{PAPER}-fig02_shapes-{number}">')[1].split("</tr>")[0]
+        for number, name in enumerate(ROWS, 1)
+    }
+    cell = '<td data-label="Long runs">'
+    assert f'{cell}0.300 ± 0.010: <span class="deviates">deviates</span></td>' in rows["alpha"]
+    assert '<td data-label="Verdict" class="replicated">replicated</td>' in rows["alpha"]
+    assert all(f"{cell}</td>" in rows[name] for name in rows if name != "alpha")
+    assert f"kept in results/archive/{LONG_STUDY}" in text
+    heads = re.findall(r'<th scope="col"[^>]*>Long runs</th>', text)
+    assert len(heads) == text.count('<table class="judged">')
+
+
+def test_a_report_without_an_archive(results, tmp_path):
+    """Not a word of it; the same if the archive has none of the rows."""
+    without = page_of(results, None)
+    assert "Long runs" not in without
+    path = tmp_path / LONG_STUDY / "verdicts.csv"
+    path.parent.mkdir()
+    verdict_table("other", "fig02_shapes", ROWS).to_csv(path, index=False)
+    assert page_of(results, path) == without
+
+
+SAID = {"sweeps": [SWEEP], "where": "Sec. II"}
+
+
+@pytest.mark.parametrize(
+    "said, shorter",
+    [
+        ({"steps": STEPS}, []),
+        ({"steps": STEPS + 10}, ["length 2", "length 4"]),
+        ({"steps": STEPS + 10, "at": {"length": [4]}}, ["length 4"]),
+        ({"steps": STEPS, "dt": 2 * DT}, ["length 2", "length 4"]),
+        ({"duration": STEPS * DT}, []),
+        ({"duration": STEPS * DT + 1}, ["length 2", "length 4"]),
+        ({"steps": STEPS, "runs": 2}, ["length 2", "length 4"]),
+        ({"steps": STEPS, "beads": BEADS}, []),
+        ({"steps": STEPS, "beads": BEADS + 1}, ["length 2", "length 4"]),
+        ({"steps": STEPS, "molecules": BEADS // 2}, ["length 4"]),
+        ({}, []),
+    ],
+)
+def test_points_with_less_sampling_than_the_paper(said, shorter):
+    """Less time, at the paper's step if it has one of its own; or a smaller system."""
+    assert [point.point for point in shorter_points(paper(SAID | said))] == shorter
+
+
+def test_replicas_count_together():
+    """Two runs have twice the time."""
+    said = SAID | {"steps": 4 * STEPS, "at_least": True, "molecules": 1000}
+    point = shorter_points(paper(said, replicas=2))[0]
+    assert (point.time, point.paper_time, point.share) == ("80", "≥ 160", "0.5")
+    assert point.system == "768 of 1000 molecules"
+
+
+def test_whether_less_sampling_is_enough(results):
+    """Numbers that are decided, our errors in units of the published ones, and links to others."""
+    table = verdict_table(PAPER, "fig02_shapes", {
+        "alpha": ("simulated", "replicated", 0.1), "beta": ("simulated", "deviates", 2.5),
+        "gamma": ("simulated", "not reached at this scale", np.nan),
+        "delta": ("check", "deviates", 1.0),
+    })  # fmt: skip
+    table.loc[1, "rounding"] = 0.005  # error 0.01 throughout, rounding 0.05 of the others
+    rows = ["alpha", "beta", "gamma", "delta"]
+    (found,) = reached(paper(SAID | {"steps": 10 * STEPS}), table, rows)
+    assert (found.figures, found.decided, found.open) == ("Figure 2", "2 of 3", ["gamma"])
+    assert found.shares == "1.1 (0.2 to 2)"
+    assert reached(paper(SAID | {"steps": STEPS}), table, rows) == []
+
+
+def put_sweep(results):
+    """A collected sweep, with what the report says of each."""
+    names = (
+        "kT", "beads", "steps", "momentum_per_bead", "bead_steps_per_second", "peak_memory_MiB",
+        "seconds",
+    )  # fmt: skip
+    path = results / PAPER / "sweeps" / f"{SWEEP}.nc"
+    path.parent.mkdir(parents=True)
+    data = xr.Dataset({name: ("length", np.ones(2)) for name in names}, attrs={"seconds": 1.0})
+    data.to_netcdf(path, engine="netcdf4")
+
+
+def test_sampling_in_the_report(results):
+    """Each point that has less, then what is decided, with links to the rows that are not."""
+    put_sweep(results)
+    put_figure(results / PAPER / "figures", PAPER, "drift", {})
+    put_figure(
+        results / PAPER / "figures", PAPER, "fig02_shapes",
+        {"kappa": ("simulated", "not reached at this scale", np.nan)},
+    )  # fmt: skip
+    said = SAID | {"steps": 10 * STEPS}
+    for sampling in ((said,), (SAID,), ()):
+        write_page("fast", "", [paper(*sampling)], results, results / "report.html")
+        text = (results / "report.html").read_text(encoding="utf-8")
+        part = text.partition('<h2 id="sampling">')[2].partition("<h2")[0]
+        assert bool(part) == bool(sampling) == ('href="#sampling"' in text)
+        assert ("length 4" in part) == (sampling == (said,))
+        assert ("One 1997 does not say" in part) == (sampling == (SAID,))
+        assert (f'<a href="#{PAPER}-fig02_shapes-1">κ</a>' in part) == (sampling == (said,))
+
+
+def test_a_paper_that_does_not_say():
+    """Its sweeps are named as such, and compared with nothing."""
+    silent = paper(SAID)
+    assert not_said(silent) == [SWEEP] and shorter_points(silent) == []
+    assert not_said(paper(SAID | {"steps": 1})) == []
+
+
+@pytest.mark.parametrize("name", read_config()["papers"])
+def test_what_the_papers_say_fits_their_sweeps(name):
+    """In every study each statement is about points that are there; the source is named."""
+    for study in ("quick", LONG_STUDY):
+        read = read_paper(name, study, only=[])
+        assert read.sampling and all(said["where"] for said in read.sampling)
+        named = [sweep for said in read.sampling for sweep in said["sweeps"]]
+        whole = read_paper(name, study, only=named)
+        shorter_points(whole)
+        for said in read.sampling:
+            for axis, labels in said.get("at", {}).items():
+                for sweep in said["sweeps"]:
+                    (found,) = [a for a in whole.sweeps[sweep].axes if a.name == axis]
+                    assert set(labels) <= set(found.labels)
+
+
+def test_statements_about_what_is_not_there(tmp_path, monkeypatch):
+    """A sweep or an axis that the paper has not is refused with a suggestion."""
+    from dpd.pipeline import study
+
+    for folder in ("papers", "studies"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "studies" / "fast.yaml").write_text("description: fast\n")
+    monkeypatch.setattr(study, "CONFIG", tmp_path)
+    for said, words in (
+        ({"sweeps": ["fluids"]}, r"sampling\.0\.sweeps: no sweep 'fluids'"),
+        ({"sweeps": ["fluid"], "at": {"length": [1]}}, r"sweep fluid has no axis 'length'"),
+        ({"sweeps": ["fluid"], "steps": 1, "duration": 1.0}, "sampling"),
+        ({"sweeps": ["fluid"], "runs": 2}, "sampling"),
+    ):
+        given = {
+            "title": "One", "reference": "J. One", "figures": {},
+            "sweeps": {"fluid": {"scene": scene(2).data}},
+            "sampling": [said | {"where": "Sec. I"}],
+        }  # fmt: skip
+        (tmp_path / "papers" / "one.yaml").write_text(yaml.safe_dump(given))
+        with pytest.raises(UserError, match=words):
+            read_paper("one", "fast", only=[])
