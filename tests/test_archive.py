@@ -11,7 +11,7 @@ import yaml
 
 from dpd import files
 from dpd.errors import UserError
-from dpd.pipeline.paths import LONG_STUDY
+from dpd.pipeline.paths import LONG_STUDY, Results
 from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report import archive, whole_archive
@@ -155,6 +155,19 @@ def test_figures_that_are_gone_leave_the_archive(kept, results):
     (results / PAPER / "figures" / "drift.nc").unlink()
     keep(results)
     assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"fig02_shapes"}
+
+
+def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
+    """Of any other study its table alone."""
+    verdict_table(PAPER, "fig02_shapes", ROWS).to_csv(results / "verdicts.csv", index=False)
+    monkeypatch.setattr(whole_archive, "results_of", lambda study: Results(str(results)))
+    monkeypatch.setattr(whole_archive, "read_config", lambda: {"papers": [PAPER]})
+    monkeypatch.setattr(whole_archive, "read_paper", lambda name, study: paper())
+    for study, number in (("quick", 1), (LONG_STUDY, 4)):
+        written = whole_archive.keep(study, Machine("Some Processor", 2))
+        assert len(written) == number and written[0] == kept / study / "verdicts.csv"
+    with pytest.raises(UserError, match="is not in config/studies"):
+        whole_archive.keep("quik", Machine("Some Processor", 2))
 
 
 def test_nothing_to_keep(kept, tmp_path):

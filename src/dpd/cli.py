@@ -125,10 +125,7 @@ def _parser():
     report.add_argument(
         "--results", type=Path, required=True, metavar="FOLDER", help="results of the study"
     )
-    report.add_argument(
-        "--archived", type=Path, metavar="FILE",
-        help="verdict table of a long study, to show its values beside those of this one",
-    )  # fmt: skip
+    report.add_argument("--archived", type=Path, metavar="FILE", help="verdicts of a long study")
     plan = stage(
         "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
     )
@@ -387,25 +384,12 @@ def _schemes(options):
 
 
 def _archive(options):
-    from dpd.pipeline.paths import LONG_STUDY, results_of
-    from dpd.pipeline.study import read_study
-    from dpd.report.archive import archive
+    from dpd.benchmark.measure import processor
+    from dpd.report.whole_archive import Machine, keep
 
-    read_study(options.study)  # a name that is none would lead elsewhere
-    results = Path(results_of(options.study).folder)
-    keep = _whole_archive if options.study == LONG_STUDY else archive
-    for path in keep(options.study, results):
+    for path in keep(options.study, Machine(processor(), os.cpu_count())):
         print(f"kept: {path}")
     print("now: python -m dpd readme")
-
-
-def _whole_archive(study, results):
-    from dpd.benchmark.measure import processor
-    from dpd.pipeline.study import read_config, read_paper
-    from dpd.report.whole_archive import Machine, archive_whole
-
-    papers = [read_paper(name, study) for name in read_config()["papers"]]
-    return archive_whole(study, results, papers, Machine(processor(), os.cpu_count()))
 
 
 def _readme(options):

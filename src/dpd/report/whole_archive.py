@@ -12,8 +12,9 @@ from dpd.analysis.collect import reading
 from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.files import attribute, replace_whole
-from dpd.pipeline.paths import Results
-from dpd.report.archive import ARCHIVE
+from dpd.pipeline.paths import LONG_STUDY, Results, results_of
+from dpd.pipeline.study import read_config, read_paper, read_study
+from dpd.report.archive import ARCHIVE, archive
 from dpd.report.figures import joined_verdicts
 from dpd.report.provenance import commit, library_versions
 
@@ -34,6 +35,32 @@ class Machine:
 
     processor: str
     cores: int
+
+
+def keep(study, machine):
+    """Keep of a study what git is to have of it: all of the long one, little of the others.
+
+    Parameters
+    ----------
+    study : str
+    machine : Machine
+
+    Returns
+    -------
+    list of path
+        What was written.
+
+    Raises
+    ------
+    UserError
+        As `dpd.report.archive.archive` and `archive_whole` do.
+    """
+    read_study(study)  # a name that is none would lead elsewhere
+    folder = Path(results_of(study).folder)
+    if study != LONG_STUDY:
+        return archive(study, folder)
+    papers = [read_paper(name, study) for name in read_config()["papers"]]
+    return archive_whole(study, folder, papers, machine)
 
 
 def archive_whole(study, results, papers, machine):
