@@ -106,7 +106,10 @@ def test_a_new_pair_force_is_one_page(tmp_path):
     (tmp_path / "own_page.py").write_text(textwrap.dedent(OWN_PAGE))
     (tmp_path / "uses_it.py").write_text(textwrap.dedent(USES_IT))
     # Kernels of its own: other processes could not read the name of this class from the cache.
-    places = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": f"{ROOT / 'src'}:{ROOT}:{tmp_path}"}
+    places = {
+        "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
+        "PYTHONPATH": f"{ROOT / 'src'}:{ROOT}:{tmp_path}",
+    }
     done = subprocess.run(
         [sys.executable, "uses_it.py"], cwd=tmp_path, env=os.environ | places, check=False,
         capture_output=True, text=True,
