@@ -79,6 +79,7 @@ def at_work(name="run.nc"):
     return lock.exists() and lock.stat().st_size > 0
 
 
+LATER = "stopping after the steps under way; a second Ctrl-C ends at once"
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
 
 
@@ -92,7 +93,8 @@ def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
         process.send_signal(number)
         output, errors = process.communicate(timeout=60)
     assert process.returncode == SIGNALS[number], errors
-    assert len(errors.splitlines()) == 1 and errors.startswith("error: "), errors
+    *before, last = errors.splitlines()
+    assert last.startswith("error: ") and set(before) <= {LATER}, errors  # on a busy machine
     assert output == "" and made() in ([], ["run.checkpoint"])
     if "stopped at step" in errors:
         assert made() == ["run.checkpoint"] and "run.checkpoint" in errors
