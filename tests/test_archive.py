@@ -85,7 +85,7 @@ def results(tmp_path):
 
 def keep(results):
     """Archive a study."""
-    return archive_whole("long", results, [paper()], Machine("Some Processor", 2))
+    return archive_whole("long", Results(str(results)), [paper()], Machine("Some Processor", 2))
 
 
 def test_the_manifest_says_what_made_the_archive(kept, results):

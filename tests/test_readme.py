@@ -15,6 +15,7 @@ from dpd.analysis.verdicts import COLUMNS
 from dpd.cli import _parser
 from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.pipeline.paths import Results
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report import archive, readme
 from dpd.report.markdown import counts, deviations, figure_counts
@@ -271,12 +272,12 @@ def test_the_archive_takes_whole_tables_only(archived, tmp_path):
     results = tmp_path / "results"
     results.mkdir()
     TABLE.to_csv(results / "verdicts.csv", index=False)
-    (kept,) = archive.archive("slow", results)
+    (kept,) = archive.archive("slow", Results(str(results)))
     before = kept.read_bytes()
     assert kept == archived / "slow" / "verdicts.csv"
     TABLE.drop(columns="kind").to_csv(results / "verdicts.csv", index=False)
     with pytest.raises(UserError, match="no column kind"):
-        archive.archive("slow", results)
+        archive.archive("slow", Results(str(results)))
     assert kept.read_bytes() == before
 
 
@@ -290,7 +291,7 @@ def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
         Image.new("RGB", (200, 100), "red").save(drawn / f"{name}.png")
     Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
     (kept / "slope.py").touch()
-    written = archive.archive("fast", tmp_path / "results")
+    written = archive.archive("fast", Results(str(tmp_path / "results")))
     assert written[1:] == [kept / "slope.png"] == archive.pictures("one")
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)

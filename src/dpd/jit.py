@@ -91,9 +91,6 @@ def _warn(why):
 
 PART = {"forceinline": True, "no_cfunc_wrapper": True} | OPTIONS
 part = partial(register_jitable, **PART)
-# For parts that neither make nor return an array, nor add up what is rounded: Numba then counts no
-# references in them. For the records that are passed around that is two per cent of a melt's step.
-searching = partial(part, _nrt=False)
 # For what two places must agree on to the last bit: rounded as written.
 exact_part = partial(part, fastmath=False)
 

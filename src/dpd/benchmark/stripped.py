@@ -136,7 +136,7 @@ def empty_parts():
         "add_langevin",  # a thermostat on single beads
         "gaussian_noise",
         "empty_list", "renewed_list", "add_listed",  # lists
-        "empty_touching", "from_none", "with_pairs", "close_phase",  # pairs that are needed again
+        "empty_touching", "emptied", "with_pairs", "close_phase",  # pairs that are needed again
         "take_friction_again", "copy_predicted", "predict", "exchange_momentum",  # other schemes
         "measure_pairs",  # virial
         "meet",  # threads

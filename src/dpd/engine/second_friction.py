@@ -52,7 +52,7 @@ def empty_touching(renewal, exchange, space, beads, phases):
 
 
 @part()
-def from_none(touching):
+def emptied(touching):
     """The same buffers for the pairs of another evaluation."""
     if touching is None:
         return None

@@ -7,7 +7,7 @@ import numpy as np
 
 from dpd.engine.bond_forces import batches, empty_slots, in_batches
 from dpd.engine.neighbours.cells import cell_buffers, grid
-from dpd.engine.space import Space, wrapped
+from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
 from dpd.engine.threads.team import new_team
@@ -152,7 +152,7 @@ class Simulation:
 
 def _plan_of(system):
     """What stays the same from step to step, as kernels take it."""
-    space = Space(tuple(map(float, system.box)))
+    space = space_of(system.box)
     return Plan(
         space=space,
         grid=grid(space, CUTOFF + system.skin),

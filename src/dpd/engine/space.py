@@ -27,6 +27,11 @@ class Space(NamedTuple):
     edges: tuple
 
 
+def space_of(box):
+    """The `Space` of a box that is given by its edges."""
+    return Space(tuple(map(float, box)))
+
+
 @part()
 def nearest_image(apart, edge):
     """A separation along an axis at its nearest image."""

@@ -39,8 +39,8 @@ from dpd.engine.neighbours.search import new_search, next_pairs, pair_buffers, p
 from dpd.engine.pair_forces import add_pair_forces, measure_pairs
 from dpd.engine.second_friction import (
     close_phase,
+    emptied,
     empty_touching,
-    from_none,
     lose,
     renew_friction,
     with_pairs,
@@ -249,25 +249,25 @@ def add_forces(team, plan, beads, force, shared, listed, touching, now):
     Touching or None
         The pairs, where the scheme needs them again.
     """
-    add_bonds(team, plan, beads, force, shared, now)
+    add_bonds(team, plan, beads, force, shared.slot, now)
     if listed is None:
-        touching = add_searched(team, plan, beads, force, shared, from_none(touching), now)
+        touching = add_searched(team, plan, beads, force, shared, emptied(touching), now)
     else:
-        touching = add_listed(team, plan, beads, force, shared, listed, from_none(touching), now)
+        touching = add_listed(team, plan, beads, force, shared, listed, emptied(touching), now)
     meet(team)
     new_round(team)
     return touching
 
 
 @part()
-def add_bonds(team, plan, beads, force, shared, now):
+def add_bonds(team, plan, beads, force, slot, now):
     """Add the forces of bonds, batch by batch."""
     tasks = batches(plan.bonds)
     task = next_task(team, BATCHES, 0, tasks)
     while task < tasks:
-        sums = Sums(shared.virial[task], shared.energy[task])
+        sums = Sums(now.virial[task], now.energy[task])
         add_bond_forces(
-            force, beads.position, shared.slot, plan.bonds, task, plan.space, sums, now.measure
+            force, beads.position, slot, plan.bonds, task, plan.space, sums, now.measure
         )
         task = next_task(team, BATCHES, 0, tasks)
 

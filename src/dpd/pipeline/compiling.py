@@ -2,7 +2,6 @@
 
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.physics.core import Core
 from dpd.stages import start_terms, terms_of
 from dpd.start.make import system_of
 from dpd.start.quick import compile_start
@@ -54,24 +53,22 @@ def with_terms(scenes, terms):
 
 
 def _kernels(scene):
-    """What decides which kernels of the engine a scene needs, in words."""
+    """What decides which kernels of the engine a scene needs, in words.
+
+    Numba compiles a kernel for each class of a record, and for which of its fields are None.
+    """
     system = system_of(scene)
-    core = "core" if isinstance(system.pair, Core) else "no core"
     return (
         f"{scene.dimension} dimensions",
         "several species" if len(scene.species) > 1 else "one species",
-        "bonds" if "bond" in scene.data else "no bonds",
-        f"smooth {core}" if getattr(system.pair, "width", None) else core,
-        scene.data["thermostat"]["kind"],
-        _friction(scene, system),
+        *(_kind(term) for term in system.forces if term is not None),
+        _kind(system.scheme),
         "list" if scene.skin else "cells",
     )
 
 
-def _friction(scene, system):
-    """How the scheme takes friction, as far as it is compiled apart."""
-    if system.scheme.exchange is not None:
-        return scene.data["integrator"]["scheme"]
-    if system.scheme.renewal:
-        return "friction twice"
-    return "friction once" if system.scheme.prediction is None else "predicted friction"
+def _kind(record):
+    """The class of a record, and what it goes without."""
+    absent = [name for name, value in record._asdict().items() if value is None]
+    name = type(record).__name__
+    return f"{name} without {' and '.join(absent)}" if absent else name

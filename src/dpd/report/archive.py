@@ -26,8 +26,8 @@ def archive(study, results):
     Parameters
     ----------
     study : str
-    results : path
-        Folder of the study.
+    results : dpd.pipeline.paths.Results
+        Of the study.
 
     Returns
     -------
@@ -39,14 +39,14 @@ def archive(study, results):
     UserError
         If there is no such table, or it was made by an older version.
     """
-    source = Path(results) / "verdicts.csv"
+    source = results.verdicts()
     table = read_table(source)
     target = ARCHIVE / study / "verdicts.csv"
     replace_whole(target, lambda draft: shutil.copyfile(source, draft))
     written = [target]
     for paper in sorted(set(table.paper)):
         for kept in pictures(paper):
-            drawn = Path(results) / paper / "figures" / kept.name
+            drawn = Path(results.figure(paper, kept.stem, "png"))
             if drawn.is_file():
                 _put_in_place(drawn, kept)
                 written.append(kept)
@@ -95,8 +95,6 @@ def read_archive(study):
 
 def read_table(path):
     """A verdict table from a file, refused as in `read_archive`."""
-    if not path.is_file():
-        raise UserError(f"{path}: there is no such file; let snakemake make it")
     with reading(path, "table of verdicts"):
         table = pd.read_csv(path)
     if lacking := NEEDED - set(table.columns):

@@ -12,7 +12,7 @@ from dpd.analysis.collect import reading
 from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.files import attribute, replace_whole
-from dpd.pipeline.paths import LONG_STUDY, Results, results_of
+from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.archive import ARCHIVE, archive
 from dpd.report.figures import joined_verdicts
@@ -56,11 +56,11 @@ def keep(study, machine):
         As `dpd.report.archive.archive` and `archive_whole` do.
     """
     read_study(study)  # a name that is none would lead elsewhere
-    folder = Path(results_of(study).folder)
+    results = results_of(study)
     if study != LONG_STUDY:
-        return archive(study, folder)
+        return archive(study, results)
     papers = [read_paper(name, study) for name in read_config()["papers"]]
-    return archive_whole(study, folder, papers, machine)
+    return archive_whole(study, results, papers, machine)
 
 
 def archive_whole(study, results, papers, machine):
@@ -72,8 +72,8 @@ def archive_whole(study, results, papers, machine):
     Parameters
     ----------
     study : str
-    results : path
-        Folder of the study.
+    results : dpd.pipeline.paths.Results
+        Of the study.
     papers : list of dpd.pipeline.study.Paper
     machine : Machine
 
@@ -87,8 +87,9 @@ def archive_whole(study, results, papers, machine):
     UserError
         If no figure is there, or the archive would be larger than `LIMIT`. Then nothing changes.
     """
-    results, target = Results(str(results)), ARCHIVE / study
-    drawn = [(paper.name, name) for paper in papers for name in _drawn(paper, results)]
+    target = ARCHIVE / study
+    asked = [(paper.name, figure) for paper in papers for figure in paper.figures]
+    drawn = [figure for figure in asked if _is_drawn(*figure, results)]
     if not drawn:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
     table = joined_verdicts([results.figure(*figure, "csv") for figure in drawn])
@@ -97,7 +98,8 @@ def archive_whole(study, results, papers, machine):
         for kind in KINDS:
             source = Path(results.figure(paper, name, kind))
             contents[f"{paper}/{source.name}"] = source.read_bytes()
-    manifest = _manifest(study, papers, results, machine) | {
+    missing = [f"{paper}/{name}" for paper, name in asked if (paper, name) not in drawn]
+    manifest = _manifest(study, papers, results, machine, missing) | {
         "files": {name: _checksum(data) for name, data in contents.items()}
     }
     text = HEAD + yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
@@ -123,28 +125,18 @@ def read_manifest(study):
     return yaml.safe_load(path.read_text())
 
 
-def _drawn(paper, results):
-    """Figures of a paper of which all files are there."""
-    return [
-        name
-        for name in paper.figures
-        if all(Path(results.figure(paper.name, name, kind)).is_file() for kind in (*KINDS, "csv"))
-    ]
+def _is_drawn(paper, figure, results):
+    """Whether all files of a figure are there."""
+    return all(Path(results.figure(paper, figure, kind)).is_file() for kind in (*KINDS, "csv"))
 
 
-def _manifest(study, papers, results, machine):
+def _manifest(study, papers, results, machine, missing):
     """What made an archive, without its files."""
     sweeps = {
         paper.name: {name: _sweep(paper.name, s, results) for name, s in paper.sweeps.items()}
         for paper in papers
     }
     found = [sweep for some in sweeps.values() for sweep in some.values()]
-    missing = [
-        f"{paper.name}/{name}"
-        for paper in papers
-        for name in paper.figures
-        if name not in _drawn(paper, results)
-    ]
     return {
         "study": study,
         "commit": commit(),

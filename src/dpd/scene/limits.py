@@ -126,9 +126,9 @@ def _check_observe(scene, refuse):
             )
     if "trace" in scene.observe:
         every, beads = scene.observe["trace"]["every"], len(scene.molecules[0].beads)
-        numbers = scene.steps[1] // every * beads * scene.dimension
+        numbers = scene.steps.sample // every * beads * scene.dimension
         if numbers > MOST_NUMBERS:
-            least = -(-scene.steps[1] * beads * scene.dimension // MOST_NUMBERS)
+            least = -(-scene.steps.sample * beads * scene.dimension // MOST_NUMBERS)
             refuse(
                 "observe.trace.every",
                 f"{every} keeps {numbers:.3g} coordinates of the first molecule; allowed: <= "

@@ -58,11 +58,10 @@ def _bond(bond):
 
 def _pair(scene, core):
     """The conservative force between pairs."""
-    repulsion = np.ascontiguousarray(scene.repulsion, dtype=np.float64)
     if core is None or core["radius"] == 0:
-        return Soft(repulsion)
+        return Soft(scene.repulsion)
     width = float(core.get("smooth", 0)) or None
-    return Core(repulsion, 2.0 * core["radius"], float(core["force"]), width)
+    return Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
 
 
 def _start_system(scene, dt):

@@ -15,7 +15,7 @@ from dpd.engine.neighbours.cells import SPARE, Cells, Grid
 from dpd.engine.space import Space
 from dpd.engine.vectors.bits import LANES, lowest, near, popcount
 from dpd.engine.vectors.rows import sum_to_column
-from dpd.jit import part, searching
+from dpd.jit import part
 
 U0, U1, U2 = np.uint64(0), np.uint64(1), np.uint64(2)
 PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
@@ -153,7 +153,7 @@ def new_search(cells, space, grid):
     return Search(cells, space, grid, line, pairs)
 
 
-@searching()
+@part()
 def merge_rows(row, position, search):
     """Fill the line with a row and those ahead of it."""
     start, level = search.cells.start, search.cells.level
@@ -170,7 +170,7 @@ def merge_rows(row, position, search):
     join_ends(search.line, search.space, levels)
 
 
-@searching()
+@part()
 def make_room(row, start, levels, grid, line):
     """Find where levels begin on a line, and where beads of each row go."""
     rows, first = grid.base.shape[1], line.first
@@ -194,7 +194,7 @@ def make_room(row, start, levels, grid, line):
         line.ahead[z + U1] = first[z + U1] + end - begin
 
 
-@searching()
+@part()
 def join_ends(line, space, levels):
     """Put the last level before the first, the first after the last, fillers at the end."""
     first = line.first
@@ -209,7 +209,7 @@ def join_ends(line, space, levels):
             line.position[k, end + t] = FAR
 
 
-@searching()
+@part()
 def copy_level(line, first, end, to, boxes, space):
     """Copy places ``first`` to ``end``, moved by so many boxes along the row."""
     last, n = len(space.edges) - 1, uint64(end - first)
@@ -223,7 +223,7 @@ def copy_level(line, first, end, to, boxes, space):
         line.slot[target + t] = line.slot[source + t]
 
 
-@searching()
+@part()
 def find_partners(bead, level, limit, space, line, hits):
     """Append the pairs of the row's own bead at place ``bead`` that are not yet found.
 
@@ -251,7 +251,7 @@ def find_partners(bead, level, limit, space, line, hits):
     return hits
 
 
-@searching()
+@part()
 def ones(end, begin):
     """A word with a bit for each place before ``end`` from ``begin`` on."""
     if end <= begin:
@@ -260,7 +260,7 @@ def ones(end, begin):
     return ~U0 if n >= WORD else uint64((U1 << n) - U1)
 
 
-@searching()
+@part()
 def unpack_hits(hits, search, n):
     """Append what was found to the pairs."""
     line, pairs = search.line, search.pairs
@@ -287,7 +287,7 @@ def place_of_piece(piece, cells, grid):
     return Place(int64(cells.start[first * levels]), first - 1), int64(cells.start[end * levels])
 
 
-@searching()
+@part()
 def next_pairs(at, end, position, search, cutoff):
     """Find some more pairs closer than the cutoff.
 

@@ -14,7 +14,7 @@ from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.pair_forces import CLOSEST, gather_repulsion, repulsion_of
 from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import Space
+from dpd.engine.space import space_of
 from dpd.engine.state import Beads, Sums
 from dpd.engine.threads.team import Share
 from dpd.engine.vectors.arrays import rows_of
@@ -41,7 +41,7 @@ def force_and_curvature(system, state):
     """
     rows = rows_of(state.position)
     beads = Beads(rows, rows, None, state.identity, state.species)
-    space = Space(tuple(map(float, system.box)))
+    space = space_of(system.box)
     bonds = in_batches(system.bond, system.members)
     return _sums(beads, system.forces.pair, bonds, space, grid(space, 1.0))
 

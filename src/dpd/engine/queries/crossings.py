@@ -6,7 +6,7 @@ from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import Space, nearest, wrapped
+from dpd.engine.space import nearest, space_of, wrapped
 from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel
@@ -44,7 +44,7 @@ def crossing_bonds(position, members, box):
     half = 0.5 * bond
     middle = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
-    space = Space(tuple(map(float, box)))
+    space = space_of(box)
     cells = grid(space, max(reach, SMALLEST_CELL))
     return _crossing(rows_of(middle), rows_of(half), members, space, cells, reach)
 

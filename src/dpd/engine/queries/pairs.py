@@ -5,7 +5,7 @@ import numpy as np
 from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import Space
+from dpd.engine.space import space_of
 from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import rows_of
 from dpd.jit import kernel
@@ -32,7 +32,7 @@ def pair_histogram(position, box, farthest, bins):
     (bins,) array
         Pairs at their nearest images, each counted once.
     """
-    space = Space(tuple(map(float, box)))
+    space = space_of(box)
     cells = grid(space, max(farthest, SMALLEST_CELL))
     return _histogram(rows_of(position), space, cells, farthest, bins)
 

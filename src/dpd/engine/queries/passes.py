@@ -6,7 +6,7 @@ from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
 from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import Space, nearest, wrapped
+from dpd.engine.space import nearest, space_of, wrapped
 from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel, part
@@ -55,7 +55,7 @@ def passed_bonds(before, after, members, box):
     # A bond reaches no further from its middle than its ends do, at either time.
     reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
     reach = min(reach, 0.5 * min(box))
-    space = Space(tuple(map(float, box)))
+    space = space_of(box)
     cells = grid(space, max(reach, SMALLEST_CELL))
     return _passed(rows_of(wrapped(middle, box)), ends, move, members, space, cells, reach)
 
