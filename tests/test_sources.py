@@ -31,12 +31,20 @@ SAME = {
     "docstring of the module": CODE.replace("What it is for", "What else"),
     "docstring of a function": CODE.replace('    """Twice."""\n', ""),
     "blank lines": CODE.replace("\n\n\n", "\n\n\n\n\n"),
+    "type hints": CODE.replace("double(x)", "double(x: float) -> float"),
+    "imports for type hints": CODE.replace(
+        "import numpy as np\n",
+        "from __future__ import annotations\nfrom typing import TYPE_CHECKING\n"
+        "import numpy as np\nif TYPE_CHECKING:\n    from pathlib import Path\n",
+    ),
     "form": CODE.replace("2 * x", "(2\n        * x)"),
 }
 OTHER = {
     "number": CODE.replace("2 * x", "3 * x"),
     "kind of number": CODE.replace("2 * x", "2.0 * x"),
     "name": CODE.replace("double", "twice"),
+    "field of a record": CODE.replace("def double", "x: int\n\ndef double"),
+    "condition": CODE.replace("import numpy as np\n", "if np:\n    import numpy as np\n"),
     "import": CODE.replace("import numpy as np\n", ""),
     "text that is no docstring": CODE.replace("return 2 * x", "'Twice.'; return 2 * x"),
 }

@@ -1,9 +1,9 @@
 """Digests of source files: of some modules and of all that they import.
 
 Nothing is imported here to find that out: files are parsed. What counts of a file is its syntax
-tree without comments, docstrings and line numbers, so that a comment changes no digest. The folder
-of Numba's compiled kernels is named after such a digest as well: from the same tree it compiles
-the same code.
+tree without comments, docstrings, type hints of functions and line numbers, so that a comment
+changes no digest. The folder of Numba's compiled kernels is named after such a digest as well:
+from the same tree it compiles the same code.
 """
 
 import ast
@@ -34,6 +34,8 @@ OWN_KERNELS = PACKAGE / "benchmark"
 DATA = "DATA_FILES"  # name of the list, in a module, of files beside it that it reads
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
+HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
+OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
 MOST_KEPT = 40  # states of the sources for which digests are kept
 
 
@@ -229,7 +231,7 @@ def _no_collection():
 
 
 def _read(tree):
-    """Digest of a tree less docstrings and places in the file, and its nodes that import.
+    """Digest of a tree less docstrings, hints and places in the file; its nodes that import.
 
     `ast.dump` would be slower than to parse.
     """
@@ -238,17 +240,27 @@ def _read(tree):
         node = waiting.pop()
         if isinstance(node, ast.AST):
             parts.append(type(node).__name__)
-            waiting += [getattr(node, field, None) for field in node._fields]
+            fields = {field: getattr(node, field, None) for field in node._fields}
+            fields.pop(HINTS.get(type(node)), None)
             if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
-                waiting[-len(node._fields) + node._fields.index("body")] = node.body[1:]
+                fields["body"] = node.body[1:]
+            waiting += fields.values()
             if isinstance(node, IMPORTS):
                 imports.append(node)
         elif isinstance(node, list):
-            parts.append(len(node))
-            waiting += node
+            counting = [item for item in node if not _serves_hints(item)]
+            parts.append(len(counting))
+            waiting += counting
         else:
             parts.append(node)
     return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")), imports
+
+
+def _serves_hints(node):
+    """Whether a node is there for type hints alone: an import of `typing`, or for a checker."""
+    if isinstance(node, ast.If):
+        return isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+    return isinstance(node, ast.ImportFrom) and node.module in OF_HINTS
 
 
 def _imported(node, path):

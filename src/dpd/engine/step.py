@@ -52,6 +52,7 @@ from dpd.engine.thermostats import (
     exchange_momentum,
     renew_langevin_friction,
 )
+from dpd.engine.threads.borrowed import borrowed
 from dpd.engine.threads.team import BATCHES, BLOCKS, meet, new_round, next_task, share_of
 from dpd.engine.vectors.rows import add_rows
 from dpd.jit import kernel, part
@@ -180,6 +181,19 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
         In the order of the last sort by cell; the arrays of ``beads`` or of ``spare``.
     Lost
     """
+    swapped, lost = take_steps(
+        borrowed(team), borrowed(plan), borrowed(beads), borrowed(spare), borrowed(force),
+        borrowed(reference), borrowed(shared), span,
+    )  # fmt: skip
+    if swapped:
+        return spare, lost
+    return beads, lost
+
+
+@part()
+def take_steps(team, plan, beads, spare, force, reference, shared, span):
+    """Take the steps of `advance`; return whether beads are in ``spare`` in the end, and `Lost`."""
+    swapped = False
     mine, edges = share_of(team, len(beads.identity)), row_edges(plan.space)
     listed = empty_list(reference, plan.grid, len(beads.identity))
     touching = empty_touching(
@@ -201,6 +215,7 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
         if sort_now:
             sort_together(team, plan, beads, spare, mine, shared)
             beads, spare = spare, beads
+            swapped = not swapped
         if sort_now or s == 0:
             find_slots(shared.slot, beads.identity, mine)
         listed = renewed_list(
@@ -215,7 +230,7 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
             waiting = plan.scheme.correction * plan.dt
         elif span.steps > 0:
             finish(team, plan, beads, force, mine, edges, touching, now)
-    return beads, lost
+    return swapped, lost
 
 
 @part()
