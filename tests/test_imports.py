@@ -93,6 +93,19 @@ def test_a_plan_needs_no_numba():
     assert not {"numba", "xarray", "matplotlib"} & set(done.stdout.split())
 
 
+@pytest.mark.parametrize(
+    "first", ["import dpd.physics.forces, numba", "import numba, dpd.physics.forces"]
+)
+def test_whoever_imports_numba_first_it_has_our_settings(first):
+    """The folder of kernels, and the level of optimisation, on which the last bits depend."""
+    program = f"{first}; print(numba.config.OPT, numba.config.CACHE_DIR == dpd.jit.CACHE)"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+    assert done.stdout.split() == ["1", "True"]
+
+
 def test_of_the_pipeline_a_report_knows_papers_and_paths():
     """It does not plan, compile, lock or run anything."""
     rooms = [module for module in MODULES if room_of(module) == "report"]
