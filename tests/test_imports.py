@@ -94,11 +94,14 @@ def test_a_plan_needs_no_numba():
 
 
 @pytest.mark.parametrize(
-    "first", ["import dpd.physics.forces, numba", "import numba, dpd.physics.forces"]
+    "first", [("numba", "dpd.physics.forces"), ("dpd.physics.forces", "numba")]
 )
 def test_whoever_imports_numba_first_it_has_our_settings(first):
     """The folder of kernels, and the level of optimisation, on which the last bits depend."""
-    program = f"{first}; print(numba.config.OPT, numba.config.CACHE_DIR == dpd.jit.CACHE)"
+    program = (
+        f"import {', '.join(first)}, os; from numba import config; "
+        "print(int(config.OPT), config.CACHE_DIR == os.environ['NUMBA_CACHE_DIR'])"
+    )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True,
         env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
