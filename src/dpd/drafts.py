@@ -4,7 +4,7 @@ import os
 import re
 from contextlib import contextmanager, suppress
 
-TEMPORARY = set()  # paths of this process's
+TEMPORARY: set[str] = set()  # paths of this process's
 
 
 @contextmanager

@@ -28,7 +28,7 @@ class Coverage(NamedTuple):
     error: float
     too_short: float
     width: float
-    count: int
+    count: int  # type: ignore[assignment]  # in place of tuple.count
 
 
 def coverage(pieces, truth, estimate=block_mean_and_error, whole=np.inf):

@@ -153,7 +153,7 @@ class Power(NamedTuple):
         return bool(enough and abs(self.exponent) > SURE * self.error)
 
 
-NO_POWER = Power(*[np.nan] * 6, 0)
+NO_POWER = Power(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, 0)
 
 
 def power_law(x, y, error):

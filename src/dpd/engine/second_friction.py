@@ -33,7 +33,7 @@ class Touching(NamedTuple):
     ends: np.ndarray
     drag: np.ndarray
     phase: np.ndarray
-    count: int
+    count: int  # type: ignore[assignment]  # in place of tuple.count
 
 
 @part()
