@@ -23,6 +23,7 @@ ORDER = (
     ("engine.vectors",),  # the hand-written LLVM, which terms of the physics are made of
     ("jit",),
     ("numba_settings",),
+    ("particles",),
     ("files", "interrupts", "sources"),
     ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),
 )

@@ -1,0 +1,1 @@
+"""Beads and bonds as files: those that this program writes, GSD, and LAMMPS data."""
