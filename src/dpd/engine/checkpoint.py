@@ -33,6 +33,26 @@ def next_sample(observer, now, equilibrate):
     return equilibrate + (_taken(observer, now, equilibrate) + 1) * observer.every
 
 
+def next_look(now, observers, equilibrate, beads):
+    """The next step at which the clock is looked at.
+
+    They follow the last sample at equal distances, whether a run began before that or goes on from
+    a shorter one.
+    """
+    stretch = stretch_of(beads)
+    return now + stretch - (now - _last_sample(now, observers, equilibrate)) % stretch
+
+
+def _last_sample(now, observers, equilibrate):
+    """Step of the last sample of any observer; 0 before the first."""
+    sampled = [
+        equilibrate + taken * observer.every
+        for observer in observers
+        if (taken := _taken(observer, now, equilibrate))
+    ]
+    return max(sampled, default=0)
+
+
 def _taken(observer, now, equilibrate):
     """Samples that the observer has at step ``now``."""
     return max(now - equilibrate, 0) // observer.every
@@ -79,7 +99,7 @@ def _whole(path):
     try:
         with np.load(path) as file:
             stored = dict(file)
-        whole = str(stored.pop("checksum")) == _checksum(stored)
+        whole = str(stored.pop("checksum")) == checksum_of(stored)
     except Exception:  # NumPy and zipfile have a dozen for files that are damaged
         return None
     return stored if whole else None
@@ -112,8 +132,8 @@ class Checkpoint:
             Why it could not be written, or nothing.
         """
         arrays = {MARK: np.array(self.key), NOTE: np.array(self.note)}
-        arrays |= _kept(simulation.state, observers)
-        arrays["checksum"] = np.array(_checksum(arrays))
+        arrays |= arrays_of(simulation.state, observers)
+        arrays["checksum"] = np.array(checksum_of(arrays))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with draft_of(self.path) as draft:
@@ -155,21 +175,11 @@ class Checkpoint:
         if str(stored.pop(MARK)) != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
         stored.pop(NOTE, None)
-        wrong = _mistake(stored, simulation, observers, steps)
+        state, box = simulation.state, simulation.system.box
+        wrong = mistake_in(stored, state, box, observers, steps)
         if wrong:
             return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
-        simulation.state = State(
-            stored["position"],
-            stored["velocity"],
-            stored["force"],
-            stored["identity"],
-            stored.get("species"),
-            int(stored["step"]),
-            stored.get("reference"),
-        )
-        for i, observer in enumerate(observers):
-            for name, array in observer.arrays.items():
-                array[...] = stored[f"{i}/{name}"]
+        simulation.state = put_back(stored, observers)
         self.is_ours = True
         return ""
 
@@ -180,8 +190,19 @@ class Checkpoint:
             self.path.unlink(missing_ok=True)
 
 
-def _kept(state, observers):
-    """All arrays of a checkpoint by name, but for mark and checksum."""
+def arrays_of(state, observers):
+    """All that a run consists of, as arrays by name: its state, and what observers have so far.
+
+    Parameters
+    ----------
+    state : State
+    observers : list
+
+    Returns
+    -------
+    dict of str to array
+        ``step``, the arrays of the state, and ``0/NAME`` of the first observer, and so on.
+    """
     arrays = {"step": np.array(state.step)}
     for name in ("position", "velocity", "force", "identity", "species", "reference"):
         if getattr(state, name) is not None:
@@ -191,8 +212,40 @@ def _kept(state, observers):
     return arrays
 
 
-def _checksum(arrays):
-    """Digest of names, types, shapes and values."""
+def put_back(stored, observers):
+    """What `arrays_of` took apart: the state, and observers filled with what they had.
+
+    Parameters
+    ----------
+    stored : dict of str to array
+        In which `mistake_in` has found none.
+    observers : list
+        They are changed.
+
+    Returns
+    -------
+    State
+    """
+    for i, observer in enumerate(observers):
+        for name, array in observer.arrays.items():
+            array[...] = stored[f"{i}/{name}"]
+    return State(
+        stored["position"], stored["velocity"], stored["force"], stored["identity"],
+        stored.get("species"), int(stored["step"]), stored.get("reference"),
+    )  # fmt: skip
+
+
+def checksum_of(arrays):
+    """Digest of names, types, shapes and values.
+
+    Parameters
+    ----------
+    arrays : dict of str to array
+
+    Returns
+    -------
+    str
+    """
     total = hashlib.sha256()
     for name in sorted(arrays):
         array = np.asarray(arrays[name])
@@ -201,9 +254,26 @@ def _checksum(arrays):
     return total.hexdigest()
 
 
-def _mistake(stored, simulation, observers, steps):
-    """What in some arrays cannot be of this run, or nothing."""
-    fresh = _kept(simulation.state, observers)
+def mistake_in(stored, state, box, observers, steps):
+    """What in some arrays cannot be of a run, or nothing.
+
+    Parameters
+    ----------
+    stored : dict of str to array
+        As `arrays_of` has them.
+    state : State
+        Of the run at its beginning, whole: arrays of the right shapes, and the species.
+    box : tuple of float
+    observers : list
+        At their beginning.
+    steps : (int, int)
+        Of the run: to equilibrate, to sample.
+
+    Returns
+    -------
+    str
+    """
+    fresh = arrays_of(state, observers)
     if stored.keys() != fresh.keys():
         return f"parts missing or too many: {', '.join(sorted(stored.keys() ^ fresh.keys()))}"
     for name, array in fresh.items():
@@ -215,7 +285,7 @@ def _mistake(stored, simulation, observers, steps):
             return f"{name} has values that are not finite numbers"
     return (
         _wrong_step(int(stored["step"]), observers, steps, stored["identity"].size)
-        or _wrong_beads(stored, simulation)
+        or _wrong_beads(stored, state, box)
         or _wrong_samples(stored, observers, steps)
     )
 
@@ -225,28 +295,24 @@ def _wrong_step(step, observers, steps, beads):
     (equilibrate, _), last = steps, sum(steps)
     if not 0 <= step <= last:
         return f"step {step} of {last}"
-    sampled = [
-        equilibrate + taken * observer.every
-        for observer in observers
-        if (taken := _taken(observer, step, equilibrate))
-    ]
-    if step != last and (step - max(sampled, default=0)) % stretch_of(beads):
+    since = step - _last_sample(step, observers, equilibrate)
+    if step != last and since % stretch_of(beads):
         return f"step {step}, at which no checkpoint is made"
     return ""
 
 
-def _wrong_beads(stored, simulation):
+def _wrong_beads(stored, state, box):
     """Whether every bead is there once, of its species, in the box."""
-    state, identity = simulation.state, stored["identity"]
+    identity = stored["identity"]
     if not np.array_equal(np.sort(identity), np.arange(identity.size)):
         return "beads that are there twice or not at all"
     if state.species is not None:
         species = state.by_identity(state.species)
         if not np.array_equal(stored["species"], species[identity]):
             return "beads of another species"
-    box = np.array(simulation.system.box)[:, None]
+    edges = np.array(box)[:, None]
     for name in ("position", "reference"):
-        if name in stored and not ((stored[name] >= 0) & (stored[name] <= box)).all():
+        if name in stored and not ((stored[name] >= 0) & (stored[name] <= edges)).all():
             return f"{name} outside the box"
     return ""
 

@@ -26,8 +26,8 @@ class Profile:
         self._names = scene.species
         self._axis = int(np.argmax(system.box))
         self._bins = int(np.ceil(system.box[self._axis] / bin))
-        self._blocks = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
-        self.arrays = self._blocks.arrays
+        self.averages = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
+        self.arrays = self.averages.arrays
 
     def sample(self, simulation, sums):
         """Take one sample."""
@@ -38,7 +38,7 @@ class Profile:
         if state.species is not None:
             slices += self._bins * state.species.astype(np.int64)
         counts = np.bincount(slices, minlength=len(self._names) * self._bins)
-        self._blocks.open()[:] += counts.reshape(len(self._names), self._bins)
+        self.averages.add(counts.reshape(len(self._names), self._bins))
 
     def variables(self):
         """Profiles in blocks for the file."""
@@ -49,7 +49,7 @@ class Profile:
             "z": (("z",), middle, "r_c", "position along the longest axis"),
             "species": (("species",), np.array(self._names), "1", "species"),
             "density_profile": (
-                ("block", "species", "z"), self._blocks.means() / slice_volume,
+                ("block", "species", "z"), self.averages.means() / slice_volume,
                 "1 / r_c^dimension", "number density in blocks of the run",
             ),
         }  # fmt: skip

@@ -16,6 +16,8 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
+from dpd.observe.longer import go_on_from
+from dpd.pipeline.kept import kept_of, remember_if_small
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -45,6 +47,12 @@ class RunSettings:
     begun : float or None
         When the work on this run began, as `time.perf_counter` has it: with its start, where the
         run made that itself. Otherwise when it is called.
+    keep : bool
+        Whether the result keeps the last configuration, and the state that a longer run goes on
+        from, if the scene does not say.
+    former : list or None
+        Observables of the shorter run that this one goes on from, at its end; the state is then
+        that of its end as well. See `dpd.pipeline.kept.Former`.
     """
 
     checkpoint: Path | None = None
@@ -54,6 +62,8 @@ class RunSettings:
     stopping: Callable | None = None
     say: Callable | None = None
     begun: float | None = None
+    keep: bool = False
+    former: list | None = None
 
 
 def simulate(scene, path, state, settings=RunSettings()):
@@ -65,7 +75,8 @@ def simulate(scene, path, state, settings=RunSettings()):
     path : path
         The NetCDF file; written at the end, whole.
     state : State
-        From `dpd.start.files.read_start` or `dpd.start.make.make_start`.
+        From `dpd.start.files.read_start` or `dpd.start.make.make_start`, or the end of a shorter
+        run.
     settings : RunSettings
 
     Returns
@@ -88,10 +99,18 @@ def simulate(scene, path, state, settings=RunSettings()):
     system = system_of(scene)
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system)
+    keep, not_kept = scene.data.get("keep_state", settings.keep), ""
+    if keep:
+        not_kept = remember_if_small(observers)
+        if not_kept and settings.say:
+            settings.say(not_kept)
+    first = state.step
+    for observer, former in zip(observers, settings.former or ()):
+        go_on_from(observer, former, first - scene.steps.equilibrate)
     _check_room(path, settings.checkpoint, simulation, observers)
     sources, keeper = run_sources(scene), None
     if settings.checkpoint:
-        key = {"scene": scene.digest, "sources": sources}
+        key = {"scene": scene.digest, "sources": sources, "kept": keep}
         keeper = Checkpoint(settings.checkpoint, key, scene.chosen)
     running, lost = time.perf_counter(), -1
     try:
@@ -113,12 +132,19 @@ def simulate(scene, path, state, settings=RunSettings()):
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
     }
+    if first:
+        attributes["extended_from_step"] = first
     if warning := temperature_warning(scene, variables):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
+    groups = {}
+    if keep and lost < 0:
+        kept = kept_of(scene, simulation.state, observers, not_kept)
+        variables, attributes = variables | kept.variables, attributes | kept.attributes
+        groups = kept.groups
     try:
-        files.write(path, variables, attributes)
+        files.write(path, variables, attributes, groups)
     except UserError as problem:
         if keeper and lost < 0:
             keeper.save(simulation, observers)

@@ -1,6 +1,9 @@
 """First configurations, and the steps that relax them."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +19,9 @@ from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.polymerize import LOOK, polymerize
+
+if TYPE_CHECKING:
+    from dpd.scene.scene import Scene
 
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
 
@@ -144,7 +150,7 @@ def _random(scene, description):
     position = _positions(scene, description["method"], flight, rng)
     velocity = _velocities(position.shape, description["kT"], rng)
     identity = np.arange(position.shape[1], dtype=np.uint32)
-    return State(position, velocity, None, identity, _species(scene), 0)
+    return State(position, velocity, None, identity, species_of(scene), 0)
 
 
 def _velocities(shape, kT, rng):
@@ -180,8 +186,18 @@ def _flights(count, length, size, flight, rng):
     return np.concatenate([first, steps], axis=1).cumsum(axis=1)
 
 
-def _species(scene):
-    """(n,) uint8 numbers of species, or None where there is one."""
+def species_of(scene: Scene) -> np.ndarray | None:
+    """Species of each bead by its identity.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (n,) uint8 array or None
+        Numbers in ``scene.species``; None where there is one species.
+    """
     if len(scene.species) == 1:
         return None
     numbers = [
