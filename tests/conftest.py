@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from dpd.cli import main
+from dpd.commands.main import main
 
 # Tests that are started in the background ignore Ctrl-C, and so would all commands that they start;
 # so it is with nohup and a terminal that is closed.

@@ -13,7 +13,7 @@ from dpd.digest import PACKAGE, ROOT
 # From the top. A room may import itself and what stands in lower rows, not its neighbours in a row.
 ORDER = (
     ("__main__",),
-    ("cli",),
+    ("commands",),
     ("report", "benchmark"),
     ("pipeline",),
     ("analysis", "start", "observe"),

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd import cli, files
+from dpd import files
 from dpd.analysis.statistics import mean_and_error
+from dpd.commands import main
 from dpd.errors import UserError
 from dpd.pipeline import probing, running
 from dpd.pipeline.probing import Bounds, Probe, settle, thermostat_time
@@ -94,7 +95,7 @@ AUTO = SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.05}}
 def test_a_command_tries_the_step_and_keeps_what_it_found(folder, dpd, capsys):
     """On the screen and in the file; the run has the step that was chosen."""
     Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
-    assert cli.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
+    assert main.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
     said = capsys.readouterr().out
     _, attributes = files.read("run.nc")
     assert attributes["chosen"].startswith("integrator: auto is ")
@@ -115,11 +116,11 @@ def test_a_run_that_goes_on_keeps_its_step(folder, dpd, monkeypatch):
 
     monkeypatch.setattr(running, "settle", look_for)
     monkeypatch.setattr(running, "asked", lambda: signal.SIGTERM * bool(looked))
-    monkeypatch.setattr(cli, "asked", lambda: signal.SIGTERM)
+    monkeypatch.setattr(main, "asked", lambda: signal.SIGTERM)
     code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
     assert code == 143 and "stopped at step" in errors
     monkeypatch.setattr(running, "asked", lambda: 0)
-    assert cli.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
+    assert main.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
     assert len(looked) == 1 and os.listdir().count("run.checkpoint") == 0
     attributes = files.read("run.nc")[1]
     assert attributes["chosen"] == looked[0].chosen["said"]
@@ -148,7 +149,7 @@ def test_a_search_for_a_step_can_be_stopped(folder, dpd, monkeypatch, calls):
     Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
     asked = count()
     monkeypatch.setattr(running, "asked", lambda: signal.SIGTERM * (next(asked) >= calls))
-    monkeypatch.setattr(cli, "asked", lambda: signal.SIGTERM)
+    monkeypatch.setattr(main, "asked", lambda: signal.SIGTERM)
     code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
     assert code == 143
     assert errors == "error: stopped while a time step was looked for, as asked\n"

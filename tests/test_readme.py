@@ -12,7 +12,7 @@ from PIL import Image
 from snakemake.cli import get_argument_parser
 
 from dpd.analysis.verdicts import COLUMNS
-from dpd.cli import _parser
+from dpd.commands.parser import new_parser
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paths import Results
@@ -87,7 +87,7 @@ def commands(text, program):
 @pytest.mark.parametrize("path", PAGES, ids=name_of)
 def test_commands_of_dpd_exist(path):
     """Every stage is one, and takes what the page gives it."""
-    parser = _parser()
+    parser = new_parser()
     stages = parser._subparsers._group_actions[0].choices
     for command in commands(path.read_text(), "python -m dpd"):
         stage, *arguments = shlex.split(command)[3:]

@@ -12,7 +12,7 @@ make_steady()
 watch()
 warnings.formatwarning = lambda message, *_: f"warning: {message}\n"
 
-from dpd.cli import main  # noqa: E402  what is imported from here on may be interrupted
+from dpd.commands.main import main  # noqa: E402  what is imported from here on may be interrupted
 
 # Looking for garbage among all that modules and compilers leave behind takes a tenth of the time
 # to import and to compile. It is done seldom, and compiling takes a tenth more memory for it.

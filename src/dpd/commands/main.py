@@ -1,0 +1,63 @@
+"""`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from dpd.commands.parser import new_parser
+from dpd.errors import Stopped, UserError, reason
+from dpd.interrupts import asked
+from dpd.streams import unprinted
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Sequence
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one stage; return the exit code.
+
+    That is 0 once the result is there, whether or not its summary could be printed; 1 for what
+    the user can mend; 128 and the number of the signal that ended it.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after the command; those of this process if not given.
+
+    Returns
+    -------
+    int
+    """
+    options = new_parser().parse_args(arguments)
+    try:
+        _check_place(options)
+        options.stage(options)
+        if options.prints and (problem := unprinted()):
+            raise UserError(f"standard output: cannot be written ({reason(problem)})")
+    except Stopped as problem:
+        return _fail(problem, 128 + asked())
+    except UserError as problem:
+        return _fail(problem)
+    except OSError as problem:  # a disk, a file or a folder that is not as it should be
+        where = f"{problem.filename}: " if problem.filename else ""
+        return _fail(f"{where}{reason(problem)}")
+    except MemoryError as problem:
+        return _fail(f"there is not enough memory: {problem}")
+    except KeyboardInterrupt:
+        return _fail("interrupted", 130)
+    return 0
+
+
+def _check_place(options: Namespace) -> None:
+    """Refuse an output that would do harm, before anything is computed."""
+    if options.suffix:
+        from dpd.files import check_output
+
+        check_output(options.output, options.suffix)
+
+
+def _fail(problem: Exception | str, code: int = 1) -> int:
+    print(f"error: {problem}", file=sys.stderr)
+    return code

@@ -1,0 +1,67 @@
+"""Options that several stages share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dpd.arguments import THREADS_PER_CORE, count
+from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Collection
+
+    from dpd.pipeline.sweep import Sweep
+
+LITTLE = 2**20  # bytes of a result whose size is not known before
+
+
+def add_threads(parser: ArgumentParser) -> None:
+    """How many threads share the work of a run."""
+    parser.add_argument(
+        "--threads", type=count, default=1, metavar="N",
+        help=f"threads that share the work (default 1, at most {THREADS_PER_CORE} per core); the "
+        "results are the same bits",
+    )  # fmt: skip
+
+
+def add_derived(parser: ArgumentParser) -> None:
+    """What other sweeps have measured for the stage's own."""
+    parser.add_argument(
+        "--derived", type=Path, metavar="FILE",
+        help="what other sweeps have measured for this one, from `derive`, if it needs that",
+    )  # fmt: skip
+
+
+def add_data(parser: ArgumentParser) -> None:
+    """Collected sweeps and measurements that a result is made from."""
+    parser.add_argument(
+        "--data", type=Path, nargs="*", default=[], metavar="FILE",
+        help="collected sweeps and measurements that it is made from, in any order",
+    )  # fmt: skip
+
+
+def sweep_of(options: Namespace) -> Sweep:
+    """The sweep that a stage is about."""
+    from dpd.pipeline.study import read_paper
+
+    return read_paper(options.paper, options.study, only=[options.sweep]).sweeps[options.sweep]
+
+
+def resolved_sweep(options: Namespace) -> Sweep:
+    """The sweep with what other sweeps have measured for it."""
+    from dpd.pipeline.derived import resolved
+
+    return resolved(sweep_of(options), options.derived)
+
+
+def data_of(options: Namespace, names: Collection[str]) -> dict[str, Path]:
+    """Files of the sweeps and measurements that are wanted, by name, out of those given."""
+    from dpd.analysis.collect import name_of
+
+    given = {name_of(path): path for path in options.data}
+    for name in names:
+        if name not in given:
+            raise UserError(f"--data: none of the files is {name!r}, which is needed; add its file")
+    return {name: given[name] for name in names}

@@ -1,0 +1,80 @@
+"""What the command line takes: the stages of all groups, each with its arguments.
+
+A module of commands has a function ``add_to(stages)``, which declares each stage with its arguments
+and the function that does it. That function imports what it needs when it is called: the start of
+every process that a study makes would pay for imports at the top of a module.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dpd.commands import figures, people, points, runs
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+GROUPS = (runs, people, points, figures)  # in the order in which --help lists them
+SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
+
+
+class Stages:
+    """The stages of a parser, to which modules of commands add theirs.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+    """
+
+    def __init__(self, parser: argparse.ArgumentParser):
+        self._subparsers = parser.add_subparsers(title="stages", required=True, metavar="STAGE")
+
+    def add(
+        self,
+        name: str,
+        function: Callable[[argparse.Namespace], None],
+        help: str,
+        *names: str,
+        output: str | None = None,
+        prints: bool = False,
+    ) -> argparse.ArgumentParser:
+        """Declare a stage.
+
+        Parameters
+        ----------
+        name : str
+        function : callable
+            Does it, given the options.
+        help : str
+        *names : str
+            Its arguments without which it does nothing.
+        output : str, optional
+            What it writes to the path after ``-o``; the path must have the suffix of this name.
+        prints : bool, optional
+            Whether what it prints is its result, so that it fails if that cannot be written.
+
+        Returns
+        -------
+        argparse.ArgumentParser
+            Of this stage, for further options.
+        """
+        parser = self._subparsers.add_parser(name, help=help, description=help)
+        for argument in names:
+            parser.add_argument(argument, nargs=SEVERAL.get(argument))
+        if output:
+            parser.add_argument("-o", "--output", required=True, type=Path, help=output)
+        parser.set_defaults(stage=function, suffix=Path(output or "").suffix, prints=prints)
+        return parser
+
+
+def new_parser() -> argparse.ArgumentParser:
+    """The parser of all stages."""
+    parser = argparse.ArgumentParser(
+        prog="python -m dpd", description="Dissipative particle dynamics: runs, figures, verdicts."
+    )
+    stages = Stages(parser)
+    for group in GROUPS:
+        group.add_to(stages)
+    return parser

@@ -1,0 +1,61 @@
+"""What people ask before a study, or of the engine: costs, values in force, speed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from dpd.commands.parser import Stages
+
+
+def add_to(stages: Stages) -> None:
+    """Declare these stages."""
+    plan = stages.add(
+        "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
+    )
+    plan.add_argument("--study", help="if not that of config/config.yaml")
+    plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
+    plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
+    show = stages.add(
+        "show", _show, "say which values a study runs, and which file each comes from", prints=True
+    )
+    show.add_argument("study")
+    show.add_argument("paper")
+    show.add_argument("sweep", nargs="?", help="without it: what the study replaces in the paper")
+    stages.add(
+        "bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True
+    )
+
+
+def _plan(options: Namespace) -> None:
+    from dpd.pipeline.plan import as_text, plan
+    from dpd.pipeline.study import read_config, read_paper
+    from dpd.progress import Progress
+
+    given = {"study": options.study, "papers": options.papers}
+    config = read_config({key: value for key, value in given.items() if value})
+    papers = [read_paper(name, config["study"]) for name in config["papers"]]
+    if options.cores < 1:
+        raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
+    with Progress(sum(len(paper.sweeps) for paper in papers), "measuring rates") as progress:
+        rows = plan(papers, progress=progress)
+    print(as_text(rows, options.cores))
+
+
+def _show(options: Namespace) -> None:
+    from dpd.pipeline.overlay import overview, sweep_in_force
+
+    if options.sweep is None:
+        print(overview(options.study, options.paper))
+    else:
+        print(sweep_in_force(options.study, options.paper, options.sweep))
+
+
+def _bench(options: Namespace) -> None:
+    from dpd.benchmark.speed import against_lammps, as_text
+
+    print(as_text(against_lammps(say=print)))

@@ -1,0 +1,140 @@
+"""Stages of the pipeline that simulate: from kernels to the table of a sweep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dpd.commands.options import (
+    LITTLE,
+    add_data,
+    add_derived,
+    add_threads,
+    data_of,
+    resolved_sweep,
+    sweep_of,
+)
+from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from dpd.commands.parser import Stages
+
+
+def add_to(stages: Stages) -> None:
+    """Declare these stages."""
+    compile_ = stages.add(
+        "compile", _compile, "compile what a study needs", "study", "papers",
+        output="made.txt",
+    )  # fmt: skip
+    compile_.add_argument(
+        "--terms", nargs="*", metavar="TERM",
+        help="only scenes in which just these act: bond, core, exchange, langevin, or none",
+    )  # fmt: skip
+    stages.add(
+        "start", _start, "make a first configuration",
+        "study", "paper", "sweep", "point", output="start.nc",
+    )  # fmt: skip
+    simulate = stages.add(
+        "simulate", _simulate, "run one point of a sweep",
+        "study", "paper", "sweep", "point", output="run.nc",
+    )  # fmt: skip
+    simulate.add_argument(
+        "--start", type=Path, metavar="FILE", help="first configuration; without it, it is made"
+    )
+    add_derived(simulate)
+    add_threads(simulate)
+    collect = stages.add(
+        "collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc"
+    )
+    collect.add_argument(
+        "--runs", type=Path, required=True, metavar="FOLDER", help="with POINT/run.nc of each point"
+    )
+    add_derived(collect)
+    derive = stages.add(
+        "derive", _derive, "find values of a sweep's scenes that other sweeps measure",
+        "study", "paper", "sweep", output="sweep.csv",
+    )  # fmt: skip
+    add_data(derive)
+    stages.add("measure", _measure, "make a measurement of the benchmark", "name", output="name.nc")
+
+
+def _compile(options: Namespace) -> None:
+    from dpd.files import replace_whole
+    from dpd.pipeline.compiling import compile_for, with_terms
+    from dpd.pipeline.study import read_paper
+
+    scenes = []
+    for paper in options.papers:
+        for sweep in read_paper(paper, options.study).sweeps.values():
+            scenes += [point.scene for point in sweep.points]
+    if options.terms is not None:
+        scenes = with_terms(scenes, frozenset(options.terms))
+    compiled = compile_for(scenes)
+    replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
+
+
+def _start(options: Namespace) -> None:
+    from dpd.files import check_room
+    from dpd.progress import Progress
+    from dpd.scene.start import start_work
+    from dpd.start.files import write_start
+
+    scene = sweep_of(options).point(options.point).scene
+    check_room(options.output, LITTLE)
+    with Progress(start_work(scene), f"{options.sweep} start") as progress:
+        write_start(scene, options.output, progress)
+
+
+def _simulate(options: Namespace) -> None:
+    from dpd.files import check_output
+    from dpd.pipeline.running import Order, run_alone
+    from dpd.pipeline.simulate import is_made
+
+    inputs = (options.start,) if options.start else ()
+    check_output(options.output, ".nc", inputs)
+    sweep = resolved_sweep(options)
+    scene = sweep.point(options.point).scene
+    # Snakemake cannot know that what was measured anew came out as before.
+    if sweep.derived and is_made(scene, options.output):
+        options.output.touch()
+        print(f"{options.output}: is there already, of the same scene and the same sources")
+        return
+    found = run_alone(
+        Order(
+            scene, options.output, f"{options.sweep} {options.point}", options.start,
+            threads=options.threads, inputs=inputs, wait=True,
+        )
+    )  # fmt: skip
+    print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
+
+
+def _collect(options: Namespace) -> None:
+    from dpd.analysis.collect import collect, save
+    from dpd.pipeline.paths import run_file
+
+    sweep = resolved_sweep(options)
+    paths = [run_file(options.runs, point.name) for point in sweep.points]
+    save(collect(sweep, paths), options.output)
+
+
+def _derive(options: Namespace) -> None:
+    from dpd.analysis.collect import load
+    from dpd.analysis.derive import derive
+    from dpd.pipeline.derived import write_derived
+
+    sweep = sweep_of(options)
+    if not sweep.derived:
+        raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
+    paths = data_of(options, {rule.source for rule in sweep.derived})
+    sources = {name: load(path) for name, path in paths.items()}
+    write_derived(derive(sweep, sources), options.output)
+
+
+def _measure(options: Namespace) -> None:
+    from dpd.benchmark.measure import measure
+    from dpd.files import check_room
+
+    check_room(options.output, LITTLE)
+    measure(options.name, options.output, say=lambda line: print(line, flush=True))

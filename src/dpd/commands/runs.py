@@ -1,0 +1,51 @@
+"""A run of a scene of your own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dpd.arguments import seconds
+from dpd.commands.options import add_threads
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from dpd.commands.parser import Stages
+
+
+def add_to(stages: Stages) -> None:
+    """Declare the stage."""
+    run = stages.add("run", _run, "run a scene of your own", "scene", output="run.nc")
+    run.add_argument(
+        "--checkpoint-every", type=seconds, default=60.0, metavar="SECONDS",
+        help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
+        "clock); the same command resumes from one",
+    )  # fmt: skip
+    run.add_argument(
+        "--start", type=Path, metavar="FILE",
+        help="first configuration: read if the file is there, otherwise made and kept in it",
+    )  # fmt: skip
+    add_threads(run)
+
+
+def _run(options: Namespace) -> None:
+    from dpd.files import check_output
+    from dpd.pipeline.running import Order, run_alone
+    from dpd.scene.scene import Scene
+
+    inputs = [options.scene, *([options.start] if options.start else [])]
+    check_output(options.output, ".nc", inputs)
+    if options.start and not options.start.exists():
+        check_output(options.start, ".nc", [options.scene])
+    scene = Scene.read(options.scene)
+    for sentence in scene.notes:
+        print(sentence)
+    found = run_alone(
+        Order(
+            scene, options.output, options.scene, options.start, keep_start=True,
+            threads=options.threads, every_seconds=options.checkpoint_every, inputs=tuple(inputs),
+        )
+    )  # fmt: skip
+    for name, value in found.items():
+        print(f"{name:32s} {value:.6g}")
