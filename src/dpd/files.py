@@ -246,15 +246,29 @@ def attribute(path, name):
         return file.getncattr(name)
 
 
-@contextmanager
-def _opened(path):
-    """A NetCDF file to read from."""
+def check_input(path):
+    """Refuse to read what is no file.
+
+    Parameters
+    ----------
+    path : path
+
+    Raises
+    ------
+    UserError
+    """
     _check_name(path)
     there = _status(path)
     if there is None:
         raise UserError(f"{path}: there is no such file")
     if not stat.S_ISREG(there.st_mode):
         raise UserError(f"{path}: is not a file")
+
+
+@contextmanager
+def _opened(path):
+    """A NetCDF file to read from."""
+    check_input(path)
     try:
         with netCDF4.Dataset(path) as file:
             yield file

@@ -4,6 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.errors import UserError
+
+ROUNDING = 1e-5  # of an edge that a bead may be outside: single precision, numbers in text
+
 
 class Particles(NamedTuple):
     """Beads in the order of their identities, with their bonds.
@@ -24,6 +28,8 @@ class Particles(NamedTuple):
     bonds : (bonds, 2) uint32 array
         Identities of the two ends of each.
     step : int
+    left_out : tuple of str
+        What the file held that has no place here, a sentence each.
     """
 
     box: tuple[float, ...]
@@ -34,3 +40,116 @@ class Particles(NamedTuple):
     names: tuple[str, ...]
     bonds: np.ndarray
     step: int = 0
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def dimension(self) -> int:
+        return len(self.box)
+
+    @property
+    def beads(self) -> int:
+        """Number of beads."""
+        return self.position.shape[1]
+
+
+def checked(particles: Particles, path: object) -> Particles:
+    """Particles that a simulation can begin with.
+
+    Beads that are outside of the box by no more than `ROUNDING` are put inside.
+
+    Parameters
+    ----------
+    particles : Particles
+        As they stand in a file, in arrays of the right shapes.
+    path : path
+        Of that file, for messages.
+
+    Raises
+    ------
+    UserError
+        If the box has no volume, a number is not finite, a bead is outside the box, or a bond has
+        an end that is no bead, the same bead twice, or is there twice.
+    """
+
+    def refuse(problem: str) -> None:
+        raise UserError(f"{path}: {problem}")
+
+    box = np.array(particles.box, dtype=float)
+    if not (np.isfinite(box) & (box > 0)).all():
+        edges = " x ".join(f"{edge:g}" for edge in box)
+        refuse(f"the box of {edges} has an edge that is not a positive number; mend the box")
+    if not particles.beads:
+        refuse("holds no beads; at least one is needed")
+    for name in ("position", "velocity"):
+        array = getattr(particles, name)
+        if array is not None and not np.isfinite(array).all():
+            bad = ~np.isfinite(array).all(axis=0)
+            refuse(
+                f"bead {np.argmax(bad)} has a {name} that is not a finite number ({bad.sum()} of "
+                f"{bad.size} beads have); write the file again from a run that is whole"
+            )
+    position, image = _inside(particles.position, particles.image, box[:, None], refuse)
+    _check_species(particles, refuse)
+    _check_bonds(particles.bonds, particles.beads, refuse)
+    return particles._replace(
+        box=tuple(map(float, box)),
+        position=position,
+        image=image,
+        velocity=None if particles.velocity is None else particles.velocity.astype(float),
+        species=particles.species.astype(np.uint8),
+        bonds=particles.bonds.astype(np.uint32).reshape(-1, 2),
+    )
+
+
+def _inside(position, image, edges, refuse):
+    """Positions in the box, with rounding mended, and their images."""
+    position = position.astype(float)
+    outside = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
+    if outside.any():
+        bad = outside.any(axis=0)
+        bead = int(np.argmax(bad))
+        axis = int(np.argmax(outside[:, bead]))
+        refuse(
+            f"bead {bead} is at {position[axis, bead]:g} along {'xyz'[axis]}, counted from the "
+            f"lower end of the box, whose edge is {edges[axis, 0]:g} ({bad.sum()} of {bad.size} "
+            "beads are outside); wrap the positions into the box, with image flags if they are to "
+            "be kept, or mend the box"
+        )
+    boxes = np.floor(position / edges)
+    inside = position - edges * boxes
+    over = inside >= edges  # by rounding
+    inside[over] = 0.0
+    return inside, (image + boxes + over).astype(np.int32)
+
+
+def _check_species(particles, refuse):
+    names, species = particles.names, particles.species
+    if len(set(names)) != len(names):
+        refuse(f"two kinds of beads have the same name ({', '.join(names)}); name them differently")
+    if species.min() < 0 or species.max() >= len(names):
+        bead = int(np.argmax((species < 0) | (species >= len(names))))
+        refuse(
+            f"bead {bead} is of kind {species[bead]}, and there are {len(names)} kinds, counted "
+            "from 0; mend its kind"
+        )
+
+
+def _check_bonds(bonds, count, refuse):
+    if not bonds.size:
+        return
+    bad = (bonds < 0) | (bonds >= count)
+    if bad.any():
+        number = int(np.argmax(bad.any(axis=1)))
+        end = bonds[number][bad[number]][0]
+        refuse(
+            f"bond {number} has an end at bead {end}, and beads go from 0 to {count - 1}; the "
+            "file lacks beads, or the bond is wrong"
+        )
+    if (bonds[:, 0] == bonds[:, 1]).any():
+        number = int(np.argmax(bonds[:, 0] == bonds[:, 1]))
+        refuse(f"bond {number} ties bead {bonds[number, 0]} to itself; remove it")
+    pairs = np.sort(bonds, axis=1)
+    _, first, times = np.unique(pairs, axis=0, return_index=True, return_counts=True)
+    if (times > 1).any():
+        one, other = pairs[first[np.argmax(times > 1)]]
+        refuse(f"beads {one} and {other} are bonded {times.max()} times; keep one of these bonds")

@@ -1,0 +1,223 @@
+"""Configurations in GSD files, with the schema of HOOMD-blue.
+
+https://gsd.readthedocs.io/en/stable/schema-hoomd.html. The box is centred at 0. In two dimensions
+the file says so, its box is 2 thick, and all beads are at z = 0.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import gsd.fl
+import gsd.hoomd
+import gsd.pygsd
+import numpy as np
+
+from dpd.errors import UserError, reason
+from dpd.particles.particles import Particles, checked
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+APPLICATION = "dpd-papers"  # in the header of the files that this program writes
+THICKNESS = 2.0  # of a box of two dimensions along z
+FLAT = 1e-4  # r_c that a bead of two dimensions may be away from z = 0
+# What the format can hold beside what `Particles` has, with the values that mean nothing.
+OTHERS = {"mass": 1, "charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
+MORE_BONDS = ("angles", "dihedrals", "impropers", "constraints", "pairs")
+
+
+def read_gsd(path: Path, frame: int = -1) -> Particles:
+    """Read one frame.
+
+    Parameters
+    ----------
+    path : Path
+    frame : int
+        From 0; negative numbers count from the last.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read, has no such frame, or holds what no simulation can begin with.
+    """
+    with trajectory_to_read(path) as trajectory:
+        frames = len(trajectory)
+        if not -frames <= frame < frames:
+            raise UserError(f"{path}: there is no frame {frame}; {frames_of(frames)}")
+        place = frame % frames
+        _check_counts(path, trajectory.file, place)
+        found = trajectory[place]
+    return _particles_of(path, found)
+
+
+def frames_of(count: int) -> str:
+    """Which frames a file of so many has, in words."""
+    if not count:
+        return "the file has no frames: it was cut off before the first was written"
+    return f"allowed: 0 to {count - 1}, or -1 for the last, to {-count}"
+
+
+@contextmanager
+def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
+    """A GSD file, with a message for whatever is wrong with it.
+
+    It is read by the part of the library that is written in Python: the other one can end the
+    process where a file is damaged.
+    """
+    try:
+        with open(path, "rb") as file:
+            opened = gsd.pygsd.GSDFile(file)
+            if opened.schema != "hoomd":
+                raise UserError(
+                    f"{path}: a GSD file with the schema {opened.schema!r}; allowed: 'hoomd'"
+                )
+            yield gsd.hoomd.HOOMDTrajectory(opened)
+    except UserError:
+        raise
+    except OSError as problem:
+        if problem.errno:
+            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+        raise _damaged(path, "it ends too early") from None
+    except Exception as problem:  # a dozen kinds, for numbers in it that cannot be
+        raise _damaged(path, str(problem).replace(str(path), "the file")) from None
+
+
+def _damaged(path, problem):
+    return UserError(
+        f"{path}: not a whole GSD file ({problem.splitlines()[0][:80] if problem else 'damaged'}); "
+        "copy or write it again"
+    )
+
+
+def _check_counts(path, file, frame):
+    """Refuse counts that do not fit to what is there: as much memory would be asked for."""
+    for name, array in (("particles", "position"), ("bonds", "group")):
+        count = _chunk(file, frame, f"{name}/N")
+        there = _chunk(file, frame, f"{name}/{array}")
+        said, found = 0 if count is None else int(count[0]), 0 if there is None else len(there)
+        at_centre = name == "particles" and there is None and said == 1  # not written: a default
+        if said != found and not at_centre:
+            raise UserError(
+                f"{path}: frame {frame} says that it has {said} {name}, and has {array} for "
+                f"{found}; the file is damaged or lacks them, write it again"
+            )
+
+
+def _chunk(file, frame, name):
+    """An array of a frame or, as the schema has it, of the first frame; None if in neither."""
+    for place in (frame, 0):
+        if file.chunk_exists(place, name):
+            return file.read_chunk(place, name)
+    return None
+
+
+def _particles_of(path, frame):
+    """A frame of the library as ours, checked."""
+    configuration, beads = frame.configuration, frame.particles
+    dimension = int(configuration.dimensions)
+    if dimension not in (2, 3):
+        raise UserError(f"{path}: {dimension} dimensions; allowed: 2 or 3")
+    box = np.array([_decimal(edge) for edge in configuration.box])
+    if box[3:].any():
+        raise UserError(f"{path}: the box is tilted; allowed: right angles, tilt factors 0")
+    for name, columns in (("position", 3), ("velocity", 3), ("image", 3)):
+        if np.shape(getattr(beads, name)) != (beads.N, columns):
+            raise UserError(f"{path}: {name} is not 3 numbers for each of {beads.N} beads")
+    if dimension == 2 and np.nanmax(np.abs(beads.position[:, 2])) > FLAT:
+        bead = int(np.nanargmax(np.abs(beads.position[:, 2])))
+        raise UserError(
+            f"{path}: two dimensions, and bead {bead} is at z = {beads.position[bead, 2]:g}; "
+            "allowed: 0"
+        )
+    edges = box[:dimension]
+    position = beads.position[:, :dimension].T.astype(float) + 0.5 * edges[:, None]
+    return checked(
+        Particles(
+            box=tuple(edges),
+            position=position,
+            image=beads.image[:, :dimension].T,
+            velocity=_velocity(beads, dimension),
+            species=beads.typeid.astype(np.int64),
+            names=tuple(beads.types),
+            bonds=frame.bonds.group.astype(np.int64).reshape(-1, 2),
+            step=int(configuration.step),
+            left_out=tuple(_left_out(frame)),
+        ),
+        path,
+    )
+
+
+def _decimal(number):
+    """The shortest decimal that single precision rounds to a number: 6.3, not 6.300000191.
+
+    The library keeps boxes in single precision, whatever the precision of positions.
+    """
+    return float(str(np.float32(number)))
+
+
+def _velocity(beads, dimension):
+    """Velocities; None where all are 0, which is what a file without them has."""
+    if not beads.velocity.any():
+        return None
+    return beads.velocity[:, :dimension].T.astype(float)
+
+
+def _left_out(frame):
+    """What a frame has that is lost, a sentence each."""
+    for name, nothing in OTHERS.items():
+        values = getattr(frame.particles, name)
+        if not np.array_equal(values, np.broadcast_to(nothing, np.shape(values))):
+            yield f"{name} is left out: beads have none here, or 1 for the mass"
+    for name in MORE_BONDS:
+        if getattr(frame, name).N:
+            yield f"{getattr(frame, name).N} {name} are left out: there are none here"
+    if len(frame.bonds.types or ()) > 1:
+        yield f"bonds of {len(frame.bonds.types)} types become bonds of one type"
+
+
+def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Frame:
+    """Particles as a frame of the library.
+
+    Parameters
+    ----------
+    particles : Particles
+    precision : type
+        Of positions and velocities.
+    """
+    frame = gsd.hoomd.Frame()
+    configuration, beads = frame.configuration, frame.particles
+    dimension = particles.dimension
+    configuration.step = particles.step
+    configuration.dimensions = dimension
+    configuration.box = [*particles.box, *[THICKNESS] * (3 - dimension), 0, 0, 0]
+    beads.N = particles.beads
+    beads.types = list(particles.names)
+    beads.typeid = particles.species.astype(np.uint32)
+    centred = particles.position - 0.5 * np.array(particles.box)[:, None]
+    beads.position = _columns(centred, precision)
+    beads.image = _columns(particles.image, np.int32)
+    if particles.velocity is not None:
+        beads.velocity = _columns(particles.velocity, precision)
+    if len(particles.bonds):
+        frame.bonds.N = len(particles.bonds)
+        frame.bonds.types = ["bond"]
+        frame.bonds.typeid = np.zeros(len(particles.bonds), np.uint32)
+        frame.bonds.group = particles.bonds
+    return frame
+
+
+def _columns(array, kind):
+    """(n, 3) array of a (dimension, n) one; 0 along the axis that is not there."""
+    found = np.zeros((array.shape[1], 3), kind)
+    found[:, : len(array)] = array.T
+    return found
+
+
+def write_gsd(particles: Particles, path: Path) -> None:
+    """Write one configuration in double precision."""
+    opened = gsd.fl.open(str(path), "w", APPLICATION, "hoomd", [2, 0])
+    with gsd.hoomd.HOOMDTrajectory(opened, precision="double") as trajectory:
+        trajectory.append(frame_of(particles))
