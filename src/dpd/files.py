@@ -265,6 +265,12 @@ def check_input(path):
         raise UserError(f"{path}: is not a file")
 
 
+def attributes(path):
+    """All attributes of a NetCDF file, its variables left unread."""
+    with _opened(path) as file:
+        return {name: file.getncattr(name) for name in file.ncattrs()}
+
+
 @contextmanager
 def _opened(path):
     """A NetCDF file to read from."""

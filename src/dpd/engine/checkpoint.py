@@ -94,6 +94,12 @@ def note_of(path):
     return json.loads(str(stored[NOTE])) if stored and NOTE in stored else None
 
 
+def key_of(path: str | os.PathLike[str]) -> dict[str, object]:
+    """What run a checkpoint is of; nothing where there is none, or a damaged one."""
+    stored = _whole(path) if os.path.isfile(path) else None
+    return json.loads(str(stored[MARK])) if stored else {}
+
+
 def _whole(path):
     """All arrays of a checkpoint but its checksum; None if it is damaged or none."""
     try:

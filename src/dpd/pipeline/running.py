@@ -13,14 +13,14 @@ from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
 from dpd.files import attribute, check_output
 from dpd.interrupts import asked, listening
+from dpd.pipeline.beginning import Begun, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
-from dpd.start.files import read_start, write_start
-from dpd.start.make import make_start
+from dpd.start.files import read_start
 
 BYTES_PER_BEAD = 288  # of a run, measured
 
@@ -39,7 +39,10 @@ class Order:
     start : Path or None
         First configuration; without one it is made.
     keep_start : bool
-        Make the file of the start where it is not there.
+        As for a run of one's own: make the file of the start where it is not there, and take one of
+        any origin that holds the beads of the scene. Otherwise it must be the start of this scene.
+    keep : bool
+        See `dpd.pipeline.simulate.RunSettings`.
     threads : int
     every_seconds : float
         Wall clock between checkpoints.
@@ -55,6 +58,7 @@ class Order:
     label: str
     start: Path | None = None
     keep_start: bool = False
+    keep: bool = True
     threads: int = 1
     every_seconds: float = 60.0
     inputs: tuple = ()
@@ -155,22 +159,28 @@ def _refuse_too_large(scene):
 
 
 def _run(order, checkpoint):
-    scene, begun = order.scene, time.perf_counter()
+    scene, since = order.scene, time.perf_counter()
     _refuse_too_large(scene)
-    if checkpoint.exists():
-        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
+    say_if_resumed(checkpoint)
     with _stoppable(Progress(start_work(scene), f"{order.label}: start")) as progress:
-        if order.start and order.keep_start and not order.start.exists():
-            write_start(scene, order.start, progress)
-        state = read_start(scene, order.start) if order.start else make_start(scene, progress)
+        if order.start and not order.keep_start:
+            scene, state = Begun(scene, read_start(scene, order.start))
+        else:
+            scene, state = begun(scene, order.start, progress, note)
     scene = _settled(scene, state, checkpoint)
     if scene.chosen:
         print(scene.chosen["said"])
     with Progress(sum(scene.steps), order.label) as progress:
         settings = RunSettings(
-            checkpoint, order.every_seconds, order.threads, progress, asked, say, begun
+            checkpoint, order.every_seconds, order.threads, progress, asked, say, since, order.keep
         )
         return simulate(scene, order.output, state, settings)
+
+
+def say_if_resumed(checkpoint):
+    """Tell a person that there may be a run to resume."""
+    if checkpoint.exists():
+        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
 
 
 def _settled(scene, state, checkpoint):
@@ -196,6 +206,11 @@ def _stoppable(progress):
 def _stop_if_asked(at_work):
     if asked():
         raise Stopped(f"stopped while {at_work}, as asked")
+
+
+def note(sentence):
+    """What is no cause for alarm, to the terminal."""
+    print(f"note: {sentence}", file=sys.stderr, flush=True)
 
 
 def say(sentence):

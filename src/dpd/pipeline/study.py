@@ -120,7 +120,9 @@ def read_paper(name, study, only=None):
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
     sweeps = {
-        sweep: unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep], study)
+        sweep: unfold(
+            name, sweep, given, changes.get(sweep, {}), where, axes[sweep], study, CONFIG / "papers"
+        )
         for sweep, given in paper["sweeps"].items()
         if only is None or sweep in only
     }

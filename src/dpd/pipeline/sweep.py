@@ -86,8 +86,8 @@ def described_axes(given, changes, key, study):
     return described
 
 
-def unfold(paper, name, given, changes, where, described, study):
-    """All points of a sweep."""
+def unfold(paper, name, given, changes, where, described, study, folder):
+    """All points of a sweep; paths of files to start from count from a folder."""
     changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
@@ -108,7 +108,7 @@ def unfold(paper, name, given, changes, where, described, study):
         check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
-        points.append(Point(at, labels, fixed(Scene(scene, where))))
+        points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
     derived = tuple(
         Derived(target, rule["from"], rule["quantity"])
         for target, rule in given.get("derive", {}).items()

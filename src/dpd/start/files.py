@@ -19,18 +19,18 @@ REMEDY = (
 )
 
 
-def write_start(scene, path, progress=None):
+def write_start(scene, path, progress=None, say=None):
     """Make the first configuration of a scene and write it.
 
     Parameters
     ----------
     scene : Scene
     path : path
-    progress : callable or None
+    progress, say : callable or None
         See `dpd.start.make.make_start`.
     """
     begun = time.perf_counter()
-    state, record = make_start_and_record(scene, progress)
+    state, record = make_start_and_record(scene, progress, say)
     variables = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
