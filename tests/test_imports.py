@@ -17,13 +17,13 @@ ORDER = (
     ("report", "benchmark"),
     ("pipeline",),
     ("analysis", "start", "observe"),
+    ("particles",),
     ("stages",),
     ("scene", "engine"),
     ("physics",),
     ("engine.vectors",),  # the hand-written LLVM, which terms of the physics are made of
     ("jit",),
     ("numba_settings",),
-    ("particles",),
     ("files", "interrupts", "sources"),
     ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),
 )

@@ -11,12 +11,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands import extend, figures, people, points, runs
+from dpd.commands import extend, figures, particles, people, points, runs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-GROUPS = (runs, extend, people, points, figures)  # in the order in which --help lists them
+GROUPS = (runs, extend, particles, people, points, figures)  # in the order in which --help lists them
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 

@@ -90,18 +90,23 @@ def note_of(path):
     path : path
         Of a file that may be missing, damaged, or no checkpoint.
     """
-    stored = _whole(path) if os.path.isfile(path) else None
+    stored = whole(path) if os.path.isfile(path) else None
     return json.loads(str(stored[NOTE])) if stored and NOTE in stored else None
 
 
 def key_of(path: str | os.PathLike[str]) -> dict[str, object]:
     """What run a checkpoint is of; nothing where there is none, or a damaged one."""
-    stored = _whole(path) if os.path.isfile(path) else None
+    stored = whole(path) if os.path.isfile(path) else None
     return json.loads(str(stored[MARK])) if stored else {}
 
 
-def _whole(path):
-    """All arrays of a checkpoint but its checksum; None if it is damaged or none."""
+def whole(path):
+    """All arrays of a checkpoint but its checksum; None if it is damaged or none.
+
+    Parameters
+    ----------
+    path : path
+    """
     try:
         with np.load(path) as file:
             stored = dict(file)
@@ -175,7 +180,7 @@ class Checkpoint:
         if not os.path.lexists(self.path):
             return ""
         refuse_other_file(self.path)
-        stored = _whole(self.path)
+        stored = whole(self.path)
         if stored is None:
             return f"{self.path}: a damaged checkpoint; starting anew"
         if str(stored.pop(MARK)) != self.key:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dpd import files
 from dpd.errors import UserError
-from dpd.particles.particles import Particles
+
+if TYPE_CHECKING:
+    from dpd.particles.particles import Particles
 
 GSD, DATA, NETCDF, CHECKPOINT = (".gsd",), (".data", ".lmp"), (".nc",), (".checkpoint",)
-READ = (*GSD, *DATA, *NETCDF, *CHECKPOINT)
+WRITTEN = (*GSD, *DATA, *NETCDF)
+READ = (*WRITTEN, *CHECKPOINT)
 
 
 def read(path: str | Path, frame: int = -1) -> Particles:
@@ -30,6 +34,7 @@ def read(path: str | Path, frame: int = -1) -> Particles:
         can begin with: see `dpd.particles.particles.checked`.
     """
     path = Path(path)
+    refuse_suffix(path, READ)
     files.check_input(path)
     if path.suffix in GSD:
         from dpd.particles.gsd_files import read_gsd
@@ -41,4 +46,66 @@ def read(path: str | Path, frame: int = -1) -> Particles:
         from dpd.particles.lammps_data import read_data
 
         return read_data(path)
-    raise UserError(f"{path}: not a kind of file that can be read; allowed: {', '.join(READ)}")
+    from dpd.particles.own_files import read_checkpoint, read_netcdf
+
+    return read_checkpoint(path) if path.suffix in CHECKPOINT else read_netcdf(path)
+
+
+def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
+    """Write one configuration, by the suffix of the file.
+
+    Parameters
+    ----------
+    particles : Particles
+    path : path
+        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``) or NetCDF (``.nc``).
+
+    Returns
+    -------
+    tuple of str
+        What the file cannot keep, a sentence each.
+
+    Raises
+    ------
+    UserError
+        If the suffix is another one, or the file cannot be written.
+    """
+    path = Path(path)
+    refuse_suffix(path, WRITTEN)
+    if path.suffix in GSD:
+        from dpd.particles.gsd_files import write_gsd
+
+        files.replace_whole(path, lambda draft: write_gsd(particles, draft))
+        without = "there are no velocities: programs that read GSD take them to be 0"
+        return () if particles.velocity is not None else (without,)
+    if path.suffix in DATA:
+        from dpd.particles.lammps_data import as_data
+
+        text = as_data(particles)
+        files.replace_whole(path, lambda draft: draft.write_text(text))
+        return ("names of the species are comments behind the masses, which LAMMPS does not keep",)
+    from dpd.particles.netcdf import attributes_of, variables_of
+
+    files.write(path, variables_of(particles), attributes_of(particles))
+    return ()
+
+
+def refuse_suffix(path: str | Path, allowed: tuple[str, ...]) -> None:
+    """Refuse a file whose name does not say what kind of file it is.
+
+    Parameters
+    ----------
+    path : path
+    allowed : tuple of str
+        Suffixes: `READ` or `WRITTEN`.
+
+    Raises
+    ------
+    UserError
+    """
+    path = Path(path)
+    if path.suffix not in allowed:
+        what = f"suffix {path.suffix!r}" if path.suffix else "name without a suffix"
+        raise UserError(
+            f"{path}: a {what}, which says what kind of file it is; allowed: {', '.join(allowed)}"
+        )

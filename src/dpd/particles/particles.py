@@ -51,6 +51,17 @@ class Particles(NamedTuple):
         """Number of beads."""
         return self.position.shape[1]
 
+    def __str__(self) -> str:
+        edges = " x ".join(f"{edge:g}" for edge in self.box)
+        species = ", ".join(
+            f"{(self.species == number).sum()} {name}" for number, name in enumerate(self.names)
+        )
+        velocities = "with" if self.velocity is not None else "without"
+        return (
+            f"{self.beads} beads ({species}) with {len(self.bonds)} bonds in a box of {edges}, "
+            f"{velocities} velocities, at step {self.step}"
+        )
+
 
 def checked(particles: Particles, path: object) -> Particles:
     """Particles that a simulation can begin with.

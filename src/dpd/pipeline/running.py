@@ -187,7 +187,8 @@ def _settled(scene, state, checkpoint):
     """The scene with the time step that it names, that it began with, or that is found now."""
     if not scene.is_auto:
         return scene
-    before = settled_before(scene, note_of(checkpoint))
+    note = note_of(checkpoint)
+    before = settled_before(scene, note.get("chosen") if isinstance(note, dict) else None)
     return before or settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
 
 

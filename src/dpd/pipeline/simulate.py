@@ -111,7 +111,8 @@ def simulate(scene, path, state, settings=RunSettings()):
     sources, keeper = run_sources(scene), None
     if settings.checkpoint:
         key = {"scene": scene.digest, "sources": sources, "kept": keep}
-        keeper = Checkpoint(settings.checkpoint, key, scene.chosen)
+        note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
+        keeper = Checkpoint(settings.checkpoint, key, note)
     running, lost = time.perf_counter(), -1
     try:
         done = run(

@@ -45,6 +45,7 @@ def write_start(scene, path, progress=None, say=None):
         text = "pairs of crossing bonds while the melt relaxed"
         variables["relax_crossings"] = (("look",), crossings, "1", text)
     attributes = {
+        "scene": json.dumps(scene.data),  # of one of the runs that share the start
         "start": json.dumps(start_description(scene)),
         "start_digest": start_digest(scene),
         "start_sources": start_sources(scene),

@@ -1,0 +1,36 @@
+"""Configurations of beads in files of other programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from dpd.commands.parser import Stages
+
+
+def add_to(stages: Stages) -> None:
+    """Declare the stage."""
+    convert = stages.add(
+        "convert", _convert,
+        "turn one configuration of beads into a file of another kind: GSD (.gsd), LAMMPS data "
+        "(.data, .lmp) or NetCDF (.nc); checkpoints are read as well", "source", "target",
+    )  # fmt: skip
+    convert.add_argument(
+        "--frame", type=int, default=-1, metavar="N",
+        help="of a trajectory, from 0, or from the end: -1 is the last (default)",
+    )  # fmt: skip
+
+
+def _convert(options: Namespace) -> None:
+    from dpd.files import check_output
+    from dpd.particles.formats import WRITTEN, read, refuse_suffix, write
+
+    refuse_suffix(options.target, WRITTEN)
+    check_output(options.target, inputs=[options.source])
+    particles = read(options.source, options.frame)
+    sentences = [*particles.left_out, *write(particles, options.target)]
+    print(f"{options.target}: {particles}")
+    for sentence in sentences:
+        print(sentence)

@@ -1,0 +1,101 @@
+"""Configurations in the files that this program writes: results, starts and checkpoints."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dpd import files
+from dpd.engine.checkpoint import NOTE, whole
+from dpd.errors import UserError
+from dpd.particles.netcdf import POSITION, particles_of
+from dpd.particles.particles import Particles, checked
+from dpd.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+def read_netcdf(path: Path) -> Particles:
+    """Read the configuration of a NetCDF file.
+
+    That is the last one of a result that keeps it, or what its observable ``configuration`` saw
+    last, without velocities; or a first configuration; or what `dpd.particles.formats.write` made.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read, is none of these, or holds what no simulation can begin with.
+    """
+    variables, attributes = files.read(path)
+    if POSITION in variables or "position" not in variables or "scene" not in attributes:
+        return checked(particles_of(variables, attributes, path), path)
+    scene = _scene_of(attributes["scene"], path)
+    step = sum(scene.steps) if "scene_digest" in attributes else 0
+    return _of_scene(scene, variables, step, path)
+
+
+def read_checkpoint(path: Path) -> Particles:
+    """Read the configuration of a checkpoint.
+
+    Raises
+    ------
+    UserError
+        If the file is no checkpoint, is damaged, or holds what no simulation can begin with.
+    """
+    stored = whole(path)
+    if stored is None or NOTE not in stored:
+        raise UserError(
+            f"{path}: no checkpoint, or a damaged one; allowed: what a run of this program leaves "
+            "where it is stopped"
+        )
+    note = json.loads(str(stored[NOTE]))
+    if not isinstance(note, dict) or "scene" not in note:
+        raise UserError(f"{path}: a checkpoint without its scene, of an older version; run again")
+    scene = _scene_of(note["scene"], path)
+    order = np.argsort(stored["identity"])
+    beads = {name: stored[name][:, order] for name in ("position", "velocity")}
+    return _of_scene(scene, beads, int(stored["step"]), path)
+
+
+def _scene_of(text, path):
+    """The scene that a file was made from."""
+    try:
+        data = json.loads(text)
+    except (ValueError, TypeError):
+        data = None
+    if not isinstance(data, dict):
+        raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
+    return Scene(data, str(path))
+
+
+def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> Particles:
+    """Beads in the order of identities, with names and bonds of their scene."""
+    shape = (scene.dimension, scene.beads)
+    for name in ("position", "velocity"):
+        found = beads.get(name)
+        if found is not None and (found.shape != shape or found.dtype.kind != "f"):
+            raise UserError(
+                f"{path}: {name} is {found.dtype} of shape {found.shape}, and the scene in the "
+                f"file has {shape}; make the file anew"
+            )
+    species = [
+        np.tile([scene.species.index(name) for name in kind.beads], kind.count)
+        for kind in scene.molecules
+    ]
+    return checked(
+        Particles(
+            box=scene.box,
+            position=beads["position"],
+            image=np.zeros(shape, np.int32),
+            velocity=beads.get("velocity"),
+            species=np.concatenate(species).astype(np.uint8),
+            names=scene.species,
+            bonds=scene.bonded,
+            step=step,
+        ),
+        path,
+    )
