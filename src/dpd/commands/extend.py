@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.arguments import count
+from dpd.arguments import steps
 from dpd.commands.options import add_checkpoints, add_threads
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def add_to(stages: Stages) -> None:
         "Killed or stopped, the same command goes on."
     )
     extend.add_argument(
-        "--sample", type=count, required=True, metavar="STEPS", help="steps of sampling to add"
+        "--sample", type=steps, required=True, metavar="STEPS", help="steps of sampling to add"
     )
     extend.add_argument(
         "-o", "--output", type=Path, metavar="FILE",

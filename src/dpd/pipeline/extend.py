@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from dpd.drafts import remove_drafts
 from dpd.engine.checkpoint import key_of, refuse_other_file
-from dpd.files import check_output
+from dpd.files import attributes, check_output
 from dpd.interrupts import asked, listening
-from dpd.pipeline.kept import Former, read_former
+from dpd.pipeline.kept import Former, read_former, refuse_other
 from dpd.pipeline.lock import alone
 from dpd.pipeline.running import note, say, say_if_resumed
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
@@ -73,7 +73,7 @@ def extend(extension: Extension) -> dict[str, float]:
     check_output(output, NETCDF, [] if output == run else [run])
     check_output(checkpoint, "", [run])
     refuse_other_file(checkpoint)
-    read_former(run)  # before there is a lock beside what may be no run at all
+    refuse_other(run, attributes(run))  # before there is a lock beside what is no run at all
     with alone(output, say):
         for path in (output, checkpoint):
             remove_drafts(path)

@@ -144,8 +144,8 @@ def read_former(path: str | Path) -> Former:
         If it is not the result of a run, or of one that cannot be made longer, or is damaged. All
         arrays must be such as its run could have had in the end.
     """
+    refuse_other(path, files.attributes(path))
     variables, attributes = files.read(path)
-    _refuse_other(path, attributes)
     stored = files.read_group(path, STATE)
     scene = _scene_of(path, attributes)
     if not stored:
@@ -172,8 +172,19 @@ def read_former(path: str | Path) -> Former:
     return Former(scene, put_back(arrays, observers), observers, attributes)
 
 
-def _refuse_other(path, attributes):
-    """Refuse what is no result, and that of a run which was lost."""
+def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
+    """Refuse what is no result, and that of a run which was lost.
+
+    Parameters
+    ----------
+    path : path
+    attributes : dict
+        Of that file.
+
+    Raises
+    ------
+    UserError
+    """
     if "scene" not in attributes or "scene_digest" not in attributes:
         what = "a first configuration" if "start_digest" in attributes else "some other NetCDF file"
         raise UserError(f"{path}: this is {what}, not the result of a run; name a run.nc")
