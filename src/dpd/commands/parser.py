@@ -16,7 +16,8 @@ from dpd.commands import extend, figures, particles, people, points, runs
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-GROUPS = (runs, extend, particles, people, points, figures)  # in the order in which --help lists them
+# In the order in which --help lists them.
+GROUPS = (runs, extend, particles, people, points, figures)
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 

@@ -75,8 +75,14 @@ def begun(
         if attributes.get("start_sources") == start_sources(scene):
             return Begun(scene, read_start(scene, path))
         say(f"{path}: made by other sources than today's, which may make other bits of it")
-    if changed := _changed(scene, attributes):
+    former = _scene_of(attributes)
+    if changed := [key for key in MOTION if former and former.get(key) != scene.data.get(key)]:
         say(f"{path}: made with other values of {', '.join(changed)} than this scene has")
+    if "scene_digest" in attributes and former.get("seed") == scene.data["seed"]:
+        say(
+            f"{path}: its run had the seed {scene.data['seed']} as well, so the same noise comes "
+            "again; another 'seed' makes the two independent"
+        )
     scene = scene.starting_from(path)
     return Begun(scene, make_start(scene, progress, say))
 
@@ -88,12 +94,10 @@ def _attributes(path):
     return files.attributes(path)
 
 
-def _changed(scene, attributes):
-    """Parts of the scene that the file's own scene has otherwise."""
+def _scene_of(attributes):
+    """What a file keeps of the scene that it was made from; nothing if that cannot be read."""
     try:
-        former = json.loads(attributes.get("scene", "{}"))
+        found = json.loads(attributes.get("scene", "{}"))
     except (ValueError, TypeError):
-        return []
-    if not isinstance(former, dict) or not former:
-        return []
-    return [key for key in MOTION if former.get(key) != scene.data.get(key)]
+        return {}
+    return found if isinstance(found, dict) else {}
