@@ -116,6 +116,9 @@ class Checkpoint:
         str
             Why it could not be written, or nothing.
         """
+        for observer in observers:
+            if getattr(observer, "file", None):
+                observer.file.flush()
         arrays = {MARK: np.array(self.key), NOTE: np.array(self.note)}
         arrays |= _kept(simulation.state, observers)
         arrays["checksum"] = np.array(_checksum(arrays))
@@ -160,7 +163,7 @@ class Checkpoint:
         if str(stored.pop(MARK)) != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
         stored.pop(NOTE, None)
-        wrong = _mistake(stored, simulation, observers, steps)
+        wrong = _mistake(stored, simulation, observers, steps) or _cut_files(stored, observers)
         if wrong:
             return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
         simulation.state = State(
@@ -183,6 +186,16 @@ class Checkpoint:
         if os.path.lexists(self.path):
             refuse_other_file(self.path)
             self.path.unlink(missing_ok=True)
+
+
+def _cut_files(stored, observers):
+    """Let observers with files of their own go on where they were; why one cannot, or nothing."""
+    for i, observer in enumerate(observers):
+        if getattr(observer, "file", None):
+            frames, digest = int(stored[f"{i}/taken"][0]), stored[f"{i}/digest"]
+            if wrong := observer.file.cut(frames, digest):
+                return wrong
+    return ""
 
 
 def _kept(state, observers):

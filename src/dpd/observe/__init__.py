@@ -3,6 +3,10 @@
 An observable has ``every`` (steps between its samples), ``needs_forces``,
 ``sample(simulation, sums)``, ``arrays`` (all that it keeps, so that a checkpoint can hold
 it) and ``variables()`` (name to (dimensions, array, units, long_name) for the file).
+
+One that writes a file of its own (`dpd.scene.beside`) takes its path, and has ``file_bytes``, its
+size, and ``file`` (None without a path). That goes on with what a former process has left
+(``cut``), is whole up to each checkpoint (``flush``), and takes its place in the end (``finish``).
 """
 
 from dpd.observe.bonds import BondLengths
@@ -18,6 +22,8 @@ from dpd.observe.rdf import RadialDistribution
 from dpd.observe.stretch import Stretch
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
+from dpd.observe.trajectory import Trajectory
+from dpd.scene.beside import files_beside
 
 OBSERVABLES = {
     "thermo": Thermo,
@@ -32,20 +38,27 @@ OBSERVABLES = {
     "configuration": Configuration,
     "trace": Trace,
     "configurational": Configurational,
+    "trajectory": Trajectory,
 }
 
 
-def observables(scene, system):
+def observables(scene, system, path=None):
     """The observables that a scene asks for, and the watch over its bonds.
 
     Parameters
     ----------
     scene : Scene
     system : System
+    path : path or None
+        Of the result, beside which some write files of their own; without it they do not.
 
     Returns
     -------
     list
     """
-    asked = [OBSERVABLES[name](scene, system, **s) for name, s in scene.observe.items()]
+    beside = {} if path is None else files_beside(scene, path)
+    asked = []
+    for name, settings in scene.observe.items():
+        own = {"path": beside[name]} if name in beside else {}
+        asked.append(OBSERVABLES[name](scene, system, **settings, **own))
     return asked if system.bond is None else [*asked, Stretch(scene, system)]

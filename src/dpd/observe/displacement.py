@@ -2,11 +2,8 @@
 
 import numpy as np
 
-from dpd.engine.space import nearest
-from dpd.errors import LostTrack
+from dpd.observe.following import moved_between
 from dpd.observe.multitau import MultipleTau
-
-FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
 
 class Displacement:
@@ -47,17 +44,12 @@ class Displacement:
 
     def _tracked(self, state):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box = self.arrays, np.array(self._system.box)[:, None]
+        arrays, box = self.arrays, self._system.box
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            step = nearest(position - arrays["last"], self._system.box)
-            if np.abs(step / box).max() > FARTHEST:
-                raise LostTrack(
-                    "observe.displacement.every: a bead moved more than a third of the box between "
-                    f"samples {self.every} steps apart; sample more often",
-                    state.step,
-                )
-            arrays["moved"] += step
+            arrays["moved"] += moved_between(
+                arrays["last"], position, box, state.step, "displacement", self.every
+            )
         arrays["last"][...] = position
         moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths

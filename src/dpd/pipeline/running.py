@@ -17,6 +17,7 @@ from dpd.pipeline.lock import alone
 from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
+from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
 from dpd.start.files import read_start, write_start
@@ -77,7 +78,9 @@ def run_alone(order):
         If a signal asked for it.
     """
     checkpoint = checkpoint_path(order.output)
-    check_output(checkpoint, "", order.inputs)
+    _, *beside = _results(order)
+    for path in (checkpoint, *beside):
+        check_output(path, "", order.inputs)
     refuse_other_file(checkpoint)
     if order.wait:
         _refuse_other_left(order)
@@ -85,27 +88,38 @@ def run_alone(order):
     with alone(order.output, say, order.wait) as waited:
         if order.wait and (found := _made(order, waited)):
             return found
-        for path in (order.output, checkpoint):
+        for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
         with listening():
             found = _run(order, checkpoint)
         if order.wait and _starter() != starter:
-            os.link(order.output, _left(order.output))
+            for path in _results(order):
+                os.link(path, _left(path))
     return found
 
 
-def _left(output):
+def _results(order):
+    """All files that a run leaves: its result, and what lies beside it."""
+    return [order.output, *files_beside(order.scene, order.output).values()]
+
+
+def _left(path):
     """Second name of a result that a run made after the death of the Snakemake that started it.
 
     Another Snakemake takes the result for incomplete, deletes it, and asks for it again.
     """
-    return output.with_name(f"{output.stem}.left")
+    return path.with_name(f"{path.name}.left")
 
 
 def _refuse_other_left(order):
     """Refuse to let the second name take the place of somebody's file."""
-    left = _left(order.output)
+    left, *beside = map(_left, _results(order))
     check_output(left, "", order.inputs)
+    if beside:
+        from dpd.particles.trajectory_file import refuse_other_trajectory
+
+        for path in beside:
+            refuse_other_trajectory(path)
     if not os.path.lexists(left):
         return
     try:
@@ -119,18 +133,23 @@ def _refuse_other_left(order):
 
 def _made(order, waited):
     """Summary of a result that another run has made of this scene, put in its place; or nothing."""
-    left = _left(order.output)
-    for path in (left, order.output) if waited else (left,):
+    places = _results(order)
+    second = [_left(place) for place in places]
+    found = None
+    for names in (second, places) if waited else (second,):
         try:
-            found = summary_of_file(order.scene, path)
+            found = summary_of_file(order.scene, names[0])
         except UserError:
             continue
-        os.replace(path, order.output)
-        os.utime(order.output)  # newer than what it is made from
+        if not all(map(os.path.isfile, names)):
+            found = None
+            continue
+        for name, place in zip(names, places):
+            os.replace(name, place)
+            os.utime(place)  # newer than what it is made from
         break
-    else:
-        found = None
-    left.unlink(missing_ok=True)  # of no use, or a second name still
+    for name in second:
+        name.unlink(missing_ok=True)  # of no use, or a second name still
     return found
 
 

@@ -87,7 +87,10 @@ def simulate(scene, path, state, settings=RunSettings()):
         )
     system = system_of(scene)
     simulation = Simulation(system, state, settings.threads)
-    observers = observables(scene, system)
+    observers = observables(scene, system, path)
+    own_files = [each.file for each in observers if getattr(each, "file", None)]
+    for file in own_files:
+        file.refuse_other_files()
     _check_room(path, settings.checkpoint, simulation, observers)
     sources, keeper = run_sources(scene), None
     if settings.checkpoint:
@@ -124,6 +127,8 @@ def simulate(scene, path, state, settings=RunSettings()):
         if keeper and lost < 0:
             keeper.save(simulation, observers)
         raise _with_place(problem, scene, keeper) from None
+    for file in own_files:
+        file.finish()
     if keeper:
         keeper.discard()
     return summary(scene, variables, attributes)
@@ -133,8 +138,9 @@ def _check_room(path, checkpoint, simulation, observers):
     """Refuse to begin where checkpoint and result will not fit."""
     kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
     state = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
+    beside = sum(getattr(observer, "file_bytes", 0) for observer in observers)
     for place in (path, checkpoint) if checkpoint else (path,):
-        files.check_room(place, COPIES * (kept + state))
+        files.check_room(place, COPIES * (kept + state) + beside)
 
 
 def _attributes(scene, sources):

@@ -11,7 +11,7 @@ MOST_SPECIES = 256  # a bead's species is one byte
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
-SERIES = ("thermo", "crossings", "passes", "trace")  # keep every sample
+SERIES = ("thermo", "crossings", "passes", "trace", "trajectory")  # keep every sample
 
 
 def check_beads(data, where):

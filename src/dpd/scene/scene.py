@@ -117,6 +117,15 @@ class Scene:
         """Names of the species, sorted; their places are the numbers that the engine uses."""
         return tuple(sorted({name for kind in self.molecules for name in kind.beads}))
 
+    @cached_property
+    def kinds(self):
+        """(n,) uint8 array: the number of the species of each bead."""
+        number = {name: place for place, name in enumerate(self.species)}
+        each = [
+            np.tile([number[name] for name in kind.beads], kind.count) for kind in self.molecules
+        ]
+        return np.concatenate(each).astype(np.uint8)
+
     @property
     def beads(self):
         """Number of beads."""
