@@ -8,6 +8,7 @@ results/STUDY/report.html
 from dataclasses import dataclass
 
 from dpd.digest import ROOT
+from dpd.scene.beside import SUFFIXES
 
 RESULTS = "results"
 LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
@@ -75,6 +76,11 @@ class Results:
     def run(self, paper, sweep, point):
         """The result of a run."""
         return run_file(self.runs(paper, sweep), point)
+
+    def trajectory(self, paper, sweep, point):
+        """The trajectory of a run whose scene asks for one, see `dpd.scene.beside`."""
+        run = self.run(paper, sweep, point)
+        return run.removesuffix(".nc") + SUFFIXES["trajectory"]
 
     def sweep(self, paper, sweep):
         """The runs of a sweep on its axes."""

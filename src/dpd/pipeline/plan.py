@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,8 +85,8 @@ def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
                 "rate": work.sum() / seconds.sum(),
                 "core_hours": seconds.sum() / 3600,
                 "longest": seconds.max() / 3600,
-                "memory": BASE_MEMORY + max(COPIES * state + kept for state, kept in sizes),
-                "disk": sum(state + kept for state, kept in sizes),
+                "memory": BASE_MEMORY + max(COPIES * each.state + each.kept for each in sizes),
+                "disk": sum(sum(each) for each in sizes),
                 "share": np.mean([speed.share for speed in speeds.values()]),
             })  # fmt: skip
             if progress is not None:
@@ -149,11 +150,21 @@ def _timed(simulation, advance, seconds, limit):
     return done, min(processor, wall), wall
 
 
+class Sizes(NamedTuple):
+    """MiB of a scene's state, of what its observables keep, and of files that they write."""
+
+    state: float
+    kept: float
+    beside: float
+
+
 def sizes_of(scene):
-    """MiB of a scene's state, and of what its observables keep."""
-    state = 8.0 * scene.beads * (4 * scene.dimension + 2)
-    kept = sum(a.nbytes for o in observables(scene, system_of(scene)) for a in o.arrays.values())
-    return state / 2**20, kept / 2**20
+    """The `Sizes` of a scene."""
+    observers = observables(scene, system_of(scene))
+    kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
+    beside = sum(getattr(observer, "file_bytes", 0) for observer in observers)
+    state = 8 * scene.beads * (4 * scene.dimension + 2)
+    return Sizes(*(size / 2**20 for size in (state, kept, beside)))
 
 
 HEADER = (

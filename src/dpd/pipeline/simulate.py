@@ -16,6 +16,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
+from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -207,7 +208,7 @@ def summary_of_file(scene, path):
 
 def is_made(scene, path):
     """Whether a result is there that belongs to a scene and to the sources as they are."""
-    if not Path(path).is_file():
+    if not all(each.is_file() for each in (Path(path), *files_beside(scene, path).values())):
         return False
     try:
         made = [files.attribute(path, name) for name in ("scene_digest", "sources")]
