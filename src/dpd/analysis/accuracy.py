@@ -1,6 +1,8 @@
 """Errors of integration schemes: how far from the limit of small steps, at what cost."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,6 +18,9 @@ from dpd.analysis.statistics import (
     over_replicas,
 )
 from dpd.analysis.structure import blocks_of
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterable, Sequence
 
 # Second order in dt for what depends on positions, and so what the limit dt -> 0 is taken from.
 SECOND_ORDER = ("shardlow", "aboba")
@@ -35,7 +40,7 @@ LABELS = {
 }
 
 
-def quantities(runs):
+def quantities(runs: xr.Dataset) -> xr.Dataset:
     """What schemes are judged by, at every point of a sweep.
 
     Parameters
@@ -106,7 +111,7 @@ def _units(runs, name):
     return {"bond": "r_c", "diffusion": "r_c^2 / tau"}.get(name, "kT")
 
 
-def limit(data, name, along="gamma"):
+def limit(data: xr.Dataset, name: str, along: str = "gamma") -> tuple[float, float]:
     """A quantity for dt -> 0: one value that the `SECOND_ORDER` schemes share.
 
     q(dt) = q_0 + c dt^2 with a c for each of them, and each value of ``along`` (friction does
@@ -130,15 +135,18 @@ def limit(data, name, along="gamma"):
         value += list(at[name].values[seen])
         error += list(at[f"{name}_error"].values[seen])
         kind += [group] * int(seen.sum())
-    dt, kind = np.array(dt), np.array(kind)
-    basis = [np.ones_like(dt), *(dt**2 * (kind == group) for group in np.unique(kind))]
+    dt, kind = np.array(dt), np.array(kind)  # type: ignore[assignment]  # were lists
+    basis = [
+        np.ones_like(dt),
+        *(dt**2 * (kind == group) for group in np.unique(kind)),  # type: ignore[operator]
+    ]
     if len(dt) < len(basis):
         return np.nan, np.nan
     fit = linear_fit(np.array(basis), np.array(value), np.array(error))
     return float(fit.values[0]), float(fit.errors[0])
 
 
-def deviations(runs):
+def deviations(runs: xr.Dataset) -> xr.Dataset:
     """Relative errors of every quantity at every point.
 
     Temperatures are held against kT = 1, all else against the `limit`; diffusion against that
@@ -178,7 +186,9 @@ def deviations(runs):
     return found
 
 
-def rdf_deviation(runs, seen):
+def rdf_deviation(
+    runs: xr.Dataset, seen: xr.DataArray
+) -> tuple[xr.DataArray, tuple[tuple[Hashable, ...], np.ndarray]]:
     """Largest deviation of g(r) from that of the best runs, and its standard error.
 
     Of many bins the one that noise moves most would be found, so what counts is the largest
@@ -194,27 +204,32 @@ def rdf_deviation(runs, seen):
     best = [
         place for place in mean if place[-1] == 0 and runs.scheme.values[place[0]] in SECOND_ORDER
     ]
-    reference = np.mean([mean[place] for place in best], axis=0)
-    spread = np.sqrt(np.sum([error[place] ** 2 for place in best], axis=0)) / len(best)
+    reference = np.mean([mean[place] for place in best], axis=0)  # type: ignore[arg-type]  # of many bins
+    spread = np.sqrt(
+        np.sum([error[place] ** 2 for place in best], axis=0)  # type: ignore[arg-type]
+    ) / len(best)
     value, sigma = np.full(seen.shape, np.nan), np.full(seen.shape, np.nan)
     for place, g in mean.items():
         if place in best:
             continue
         apart, noise = g - reference, np.hypot(error[place], spread)
         at = int(np.argmax(np.abs(apart)))
-        excess = apart[at] ** 2 - 2 * np.log(len(g)) * noise[at] ** 2
+        excess = apart[at] ** 2 - 2 * np.log(len(g)) * noise[at] ** 2  # type: ignore[arg-type]
         value[place] = np.sqrt(np.maximum(0.0, excess)) / reference.max()
         sigma[place] = noise[at] / reference.max()
     attrs = {"units": "1", "long_name": f"relative error of {LABELS['rdf']}"}
     return xr.DataArray(value, seen.coords, dims, attrs=attrs), (dims, sigma)
 
 
-def bound(data, name):
+def bound(data: xr.Dataset, name: str) -> xr.DataArray:
     """The error that a scheme has at most, with 97.5 % confidence."""
-    return np.abs(data[name]) + COVERAGE * data[f"{name}_error"]
+    # NumPy's hints know no other arrays than its own.
+    return np.abs(data[name]) + COVERAGE * data[f"{name}_error"]  # type: ignore[return-value]
 
 
-def cheapest(data, seconds, names, tolerance):
+def cheapest(
+    data: xr.Dataset, seconds: xr.DataArray, names: Iterable[str], tolerance: float
+) -> tuple[str, float, float] | None:
     """The scheme and step of least run time whose errors are surely within a tolerance.
 
     Parameters
@@ -239,7 +254,7 @@ def cheapest(data, seconds, names, tolerance):
         return None
     at = good.stack(point=("scheme", "dt")).dropna("point")
     best = at.isel(point=int(np.argmin(at.values)))
-    return str(best.scheme.values), float(best.dt), float(best)
+    return str(best.scheme.values), float(best.dt), float(best)  # type: ignore[arg-type]  # the step, not xarray's dates
 
 
 class Choice(NamedTuple):
@@ -264,7 +279,7 @@ class Choice(NamedTuple):
     deviations: dict | None = None
 
 
-def choices(data, names=JUDGED):
+def choices(data: xr.Dataset, names: Sequence[str] = JUDGED) -> list[Choice]:
     """For each friction and tolerance the cheapest scheme.
 
     Parameters
@@ -294,7 +309,7 @@ def choices(data, names=JUDGED):
     return found
 
 
-def front(seconds, error):
+def front(seconds: np.ndarray, error: np.ndarray) -> list[int]:
     """Places of points to which no other is both faster and more accurate, by run time."""
     order = np.argsort(seconds)
     best, places = np.inf, []

@@ -1,6 +1,8 @@
 """Compositions of coexisting phases, and the chi parameter that they stand for."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,6 +12,9 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import jackknife, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
+
+if TYPE_CHECKING:
+    from dpd.analysis.interfaces import Slabs
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
 TAIL = 2.0  # r_c from either interface beyond which its tail is an exponential
@@ -48,13 +53,13 @@ class Composition(NamedTuple):
     counted: float
 
     @property
-    def settled(self):
+    def settled(self) -> bool:
         """Whether the run was in equilibrium and long enough to give chi an error."""
         steady = abs(self.drift) <= STEADY and self.samples >= ENOUGH
         return steady and self.error < PRECISE * self.fraction
 
 
-def composition(seen, slice_volume):
+def composition(seen: Slabs, slice_volume: float) -> Composition:
     """Minority fraction far from the interfaces, both phases taken together.
 
     Interfaces between chains reach far: where a tail is left in the middle of the slabs,
@@ -95,12 +100,12 @@ def composition(seen, slice_volume):
     return Composition(fraction, error, drift, samples, counted)
 
 
-def in_bulk(distance):
+def in_bulk(distance: np.ndarray) -> np.ndarray:
     """Mask of the distances from an interface at which the bulk is taken to begin."""
     return distance >= min(CLEAR, 0.8 * distance[-1])
 
 
-def bulk_fraction(profile, distance, widest):
+def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> float:
     """Minority fraction far from interfaces, their tails fitted and taken off.
 
     Parameters
@@ -133,7 +138,7 @@ def bulk_fraction(profile, distance, widest):
     return max(0.0, float(fit(best)[0][0]))
 
 
-def chi_and_error(fraction, error, length=1):
+def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
     """chi by Groot and Warren 1997, Eq. 18, with the error of the fraction carried over.
 
     Returns
@@ -144,10 +149,10 @@ def chi_and_error(fraction, error, length=1):
     if not 0 < fraction < 0.5:
         return np.nan, np.nan
     chi = float(chi_of_composition(fraction, length))
-    return chi, float(abs(chi_slope(fraction, length)) * error)
+    return chi, float(abs(chi_slope(fraction, length)) * error)  # type: ignore[operator]  # numbers
 
 
-def sweep_chi(sweep, axis):
+def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """chi of every point of a sweep of slabs, replicas taken together.
 
     Parameters

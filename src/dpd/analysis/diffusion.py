@@ -1,16 +1,23 @@
 """Mean-square displacements over time: local slopes, exponents, diffusion constants."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.resampling import resampled
 
+if TYPE_CHECKING:
+    from dpd.analysis.resampling import Resampled
+
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
 
 
-def displacements(runs, kind):
+def displacements(runs: xr.Dataset, kind: str) -> Resampled:
     """Displacements of the replicas of one point, taken together.
 
     Parameters
@@ -31,7 +38,7 @@ def displacements(runs, kind):
     )
 
 
-def local_slope(time, value):
+def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
     """d ln g / d ln t at each time: a straight line over a factor `SLOPE_OVER` about it.
 
     NaN where the data do not reach half that factor to both sides.
@@ -57,14 +64,16 @@ def local_slope(time, value):
     return slope
 
 
-def exponent(x, y):
+def exponent(x: np.ndarray, y: np.ndarray) -> float:
     """Slope of a straight line, every stretch of x with the weight of its length."""
     weight = np.gradient(x) if len(x) > 1 else np.ones(1)
     x, y = x - np.average(x, weights=weight), y - np.average(y, weights=weight)
     return float((weight * x * y).sum() / (weight * x * x).sum())
 
 
-def exponent_between(found, low, high):
+def exponent_between(
+    found: Resampled, low: float, high: float
+) -> tuple[float, float, float, float]:
     """Exponent of g ~ t^x where g lies between two values.
 
     Parameters
@@ -88,7 +97,7 @@ def exponent_between(found, low, high):
     return value, float(error), float(found.time[inside][0]), float(found.time[inside][-1])
 
 
-def lowest_slope(found):
+def lowest_slope(found: Resampled) -> tuple[float, float, float, float]:
     """Smallest local slope, if the slope rises again within the times that there are.
 
     Returns
@@ -107,7 +116,7 @@ def lowest_slope(found):
     return slope[at], float(error), found.time[at], found.value[at]
 
 
-def diffusion_constant(found, dimension, after):
+def diffusion_constant(found: Resampled, dimension: int, after: float) -> tuple[float, float]:
     """D from the slope of g = 2 d D t + c beyond a time.
 
     Returns
@@ -127,7 +136,7 @@ def diffusion_constant(found, dimension, after):
     return float(value), float(error)
 
 
-def subdiffusion(sweep, axis):
+def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """Displacements, local slopes and exponents of the points of a sweep of chains.
 
     The subdiffusive window is where a bead has moved more than two bonds and less than the
@@ -165,26 +174,30 @@ def subdiffusion(sweep, axis):
         rows.append((
             *exponents, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
         ))  # fmt: skip
-        slope, slope_error = inner.derived(lambda g, time=inner.time: local_slope(time, g))
+        slope, slope_error = inner.derived(
+            lambda g, time=inner.time: local_slope(time, g)  # type: ignore[misc]
+        )
         curves.append(np.array([
             inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
             slope_error,
         ]))  # fmt: skip
-    curves = np.stack(padded(curves), axis=1)
+    curves = np.stack(padded(curves), axis=1)  # type: ignore[assignment]  # was a list
     names = (
         "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
     )  # fmt: skip
     units = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
     # Numbered lags: sweeps of other lengths have others, and are filled up where they are joined.
-    data = xr.Dataset(coords={axis: sweep[axis], "lag": np.arange(curves.shape[-1])})
+    data = xr.Dataset(
+        coords={axis: sweep[axis], "lag": np.arange(curves.shape[-1])}  # type: ignore[attr-defined]
+    )
     for name, unit, table in zip(names, units, curves):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
-    names = (
+    names = (  # type: ignore[assignment]  # more than above
         "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",
         "diffusion_error", "lowest", "lowest_error", "lowest_time", "lowest_square", "duration",
         "box_edge",
     )  # fmt: skip
-    units = (
+    units = (  # type: ignore[assignment]
         "1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau", "1", "1", "tau",
         "r_c^2", "tau", "r_c",
     )  # fmt: skip

@@ -1,16 +1,23 @@
 """Relaxation of chains: end-to-end correlation, relaxation times, diffusion, exponents."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.resampling import part_length, resampled
 
+if TYPE_CHECKING:
+    from dpd.analysis.resampling import Resampled
+
 TAIL = (0.15, 0.6)  # of C(t) / C(0), where its slowest mode alone is left
 TEN = 10.0  # relaxation times that a run has to last
 
 
-def end_to_end(runs):
+def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
     """<R(t) . R(0)> of the replicas of one point.
 
     Parameters
@@ -31,7 +38,7 @@ def end_to_end(runs):
     return found, float(runs.end_square.mean())
 
 
-def in_tail(share):
+def in_tail(share: np.ndarray) -> np.ndarray:
     """Whether each lag lies in the tail, given C(t) / C(0) by increasing lag."""
     inside = (share < TAIL[1]) & (share > TAIL[0])
     # The first lag below the tail ends it, whatever noise does later.
@@ -41,7 +48,7 @@ def in_tail(share):
     return inside
 
 
-def relaxation_time(found, square):
+def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
     """tau of exp(-t / tau) from the straight part of ln C(t).
 
     Parameters
@@ -66,7 +73,7 @@ def relaxation_time(found, square):
     return float(value), float(error)
 
 
-def chain_dynamics(sweep):
+def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     """Relaxation times and diffusion constants over chain length.
 
     Parameters
