@@ -125,25 +125,23 @@ def limit(data: xr.Dataset, name: str, along: str = "gamma") -> tuple[float, flo
     """
     small = data.isel(dt=slice(0, max(2, int(np.ceil(HALF * data.sizes["dt"])))))
     small = small.sel(scheme=[name for name in SECOND_ORDER if name in data.scheme.values])
-    dt, value, error, kind = [], [], [], []
+    dts, values, errors, kinds = [], [], [], []
     groups = small[name].stack(group=("scheme", along)).group.size
     flat = small[[name, f"{name}_error"]].stack(group=("scheme", along))
     for group in range(groups):
         at = flat.isel(group=group)
         seen = np.isfinite(at[name].values) & (at[f"{name}_error"].values > 0)
-        dt += list(at.dt.values[seen])
-        value += list(at[name].values[seen])
-        error += list(at[f"{name}_error"].values[seen])
-        kind += [group] * int(seen.sum())
-    dt, kind = np.array(dt), np.array(kind)  # type: ignore[assignment]  # were lists
-    basis = [
-        np.ones_like(dt),
-        *(dt**2 * (kind == group) for group in np.unique(kind)),  # type: ignore[operator]
-    ]
+        dts += list(at.dt.values[seen])
+        values += list(at[name].values[seen])
+        errors += list(at[f"{name}_error"].values[seen])
+        kinds += [group] * int(seen.sum())
+    dt, kind = np.array(dts), np.array(kinds)
+    basis = [np.ones_like(dt), *(dt**2 * (kind == group) for group in np.unique(kind))]
     if len(dt) < len(basis):
         return np.nan, np.nan
-    fit = linear_fit(np.array(basis), np.array(value), np.array(error))
-    return float(fit.values[0]), float(fit.errors[0])
+    fit = linear_fit(np.array(basis), np.array(values), np.array(errors))
+    (shared, *_), (shared_error, *_) = fit.values, fit.errors
+    return float(shared), float(shared_error)
 
 
 def deviations(runs: xr.Dataset) -> xr.Dataset:
@@ -196,25 +194,24 @@ def rdf_deviation(
     run is too short for an error there.
     """
     dims = runs.kT.dims[:-1]
-    mean, error = {}, {}
+    mean: dict[tuple[int, ...], np.ndarray] = {}
+    error: dict[tuple[int, ...], np.ndarray] = {}
     for place in np.ndindex(tuple(runs.sizes[name] for name in dims)):
         if seen.values[place]:
             blocks = blocks_of(runs.rdf.isel(dict(zip(dims, place))))
-            mean[place], error[place] = block_mean_and_error(blocks)
+            mean[place], error[place] = block_mean_and_error(blocks)  # type: ignore[assignment]  # many bins
     best = [
         place for place in mean if place[-1] == 0 and runs.scheme.values[place[0]] in SECOND_ORDER
     ]
-    reference = np.mean([mean[place] for place in best], axis=0)  # type: ignore[arg-type]  # of many bins
-    spread = np.sqrt(
-        np.sum([error[place] ** 2 for place in best], axis=0)  # type: ignore[arg-type]
-    ) / len(best)
+    reference = np.mean([mean[place] for place in best], axis=0)
+    spread = np.sqrt(np.sum([error[place] ** 2 for place in best], axis=0)) / len(best)
     value, sigma = np.full(seen.shape, np.nan), np.full(seen.shape, np.nan)
     for place, g in mean.items():
         if place in best:
             continue
         apart, noise = g - reference, np.hypot(error[place], spread)
         at = int(np.argmax(np.abs(apart)))
-        excess = apart[at] ** 2 - 2 * np.log(len(g)) * noise[at] ** 2  # type: ignore[arg-type]
+        excess = apart[at] ** 2 - 2 * np.log(len(g)) * noise[at] ** 2
         value[place] = np.sqrt(np.maximum(0.0, excess)) / reference.max()
         sigma[place] = noise[at] / reference.max()
     attrs = {"units": "1", "long_name": f"relative error of {LABELS['rdf']}"}
@@ -227,9 +224,17 @@ def bound(data: xr.Dataset, name: str) -> xr.DataArray:
     return np.abs(data[name]) + COVERAGE * data[f"{name}_error"]  # type: ignore[return-value]
 
 
+class Cheapest(NamedTuple):
+    """A scheme, its time step in tau, and its run time in seconds per tau."""
+
+    scheme: str
+    dt: float
+    seconds: float
+
+
 def cheapest(
     data: xr.Dataset, seconds: xr.DataArray, names: Iterable[str], tolerance: float
-) -> tuple[str, float, float] | None:
+) -> Cheapest | None:
     """The scheme and step of least run time whose errors are surely within a tolerance.
 
     Parameters
@@ -244,8 +249,8 @@ def cheapest(
 
     Returns
     -------
-    (str, float, float) or None
-        Scheme, dt, seconds per tau; None if no run is good enough.
+    Cheapest or None
+        None if no run is good enough.
     """
     good = seconds
     for name in names:
@@ -254,7 +259,8 @@ def cheapest(
         return None
     at = good.stack(point=("scheme", "dt")).dropna("point")
     best = at.isel(point=int(np.argmin(at.values)))
-    return str(best.scheme.values), float(best.dt), float(best)  # type: ignore[arg-type]  # the step, not xarray's dates
+    # By name: ``best.dt`` is the step only because it is no date, which xarray tries first.
+    return Cheapest(str(best.scheme.values), float(best["dt"]), float(best))
 
 
 class Choice(NamedTuple):
@@ -301,11 +307,10 @@ def choices(data: xr.Dataset, names: Sequence[str] = JUDGED) -> list[Choice]:
             if best is None:
                 found.append(Choice(float(gamma), tolerance))
                 continue
-            scheme, dt, seconds = best
-            chosen = at.sel(scheme=scheme, dt=dt)
+            chosen = at.sel(scheme=best.scheme, dt=best.dt)
             errors = {name: (float(chosen[name]), float(chosen[f"{name}_error"]))
                       for name in JUDGED}  # fmt: skip
-            found.append(Choice(float(gamma), tolerance, scheme, dt, seconds, errors))
+            found.append(Choice(float(gamma), tolerance, *best, errors))
     return found
 
 

@@ -109,10 +109,11 @@ def power(
     x, y, spread = np.log(length[use] / about), np.log(value[use]), error[use] / value[use]
     if exponent is not None:
         fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
-        return Power(exponent, 0.0, float(fit.values[0]), float(fit.errors[0]))
+        (height,), (height_error,) = fit.values, fit.errors
+        return Power(exponent, 0.0, float(height), float(height_error))
     fit = linear_fit([np.ones_like(x), x], y, spread)
-    height, free = fit.values
-    return Power(float(free), float(fit.errors[1]), float(height), float(fit.errors[0]))
+    (height, free), (height_error, free_error) = fit.values, fit.errors
+    return Power(float(free), float(free_error), float(height), float(height_error))
 
 
 def meeting(

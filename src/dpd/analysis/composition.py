@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
 TAIL = 2.0  # r_c from either interface beyond which its tail is an exponential
-DECAY = (0.1, 1.5)  # r_c, shortest and longest decay length that any tail may have
+SHORTEST, LONGEST = 0.1, 1.5  # r_c, the decay lengths between which that of any tail lies
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
@@ -84,8 +84,8 @@ def composition(seen: Slabs, slice_volume: float) -> Composition:
     minority = seen.density[:, 0, bulk].sum(axis=1)
     series = minority / seen.total[:, bulk].sum(axis=1)
     mean, error, tau = mean_and_error(series)
-    width = interface_width(seen)[0]
-    widest = DECAY[1] if np.isnan(width) else np.clip(width / 2, 2 * DECAY[0], DECAY[1])
+    width, _ = interface_width(seen)
+    widest = LONGEST if np.isnan(width) else np.clip(width / 2, 2 * SHORTEST, LONGEST)
     fraction, fitted = jackknife(
         seen.density, lambda mean: bulk_fraction(mean, seen.distance, widest)
     )
@@ -133,9 +133,13 @@ def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> f
             coefficients = np.array([y.mean(), 0.0])
         return coefficients, np.sum((y - coefficients @ basis) ** 2)
 
-    bounds = (DECAY[0], widest)
-    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=bounds, method="bounded").x
-    return max(0.0, float(fit(best)[0][0]))
+    def misfit(decay):
+        _, squares = fit(decay)
+        return squares
+
+    best = minimize_scalar(misfit, bounds=(SHORTEST, widest), method="bounded").x
+    (bulk, _), _ = fit(best)
+    return max(0.0, float(bulk))
 
 
 def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
@@ -149,7 +153,7 @@ def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float
     if not 0 < fraction < 0.5:
         return np.nan, np.nan
     chi = float(chi_of_composition(fraction, length))
-    return chi, float(abs(chi_slope(fraction, length)) * error)  # type: ignore[operator]  # numbers
+    return chi, abs(float(chi_slope(fraction, length))) * error
 
 
 def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:

@@ -76,7 +76,7 @@ def coverage(
     likely = (held + 2) / (count + 4)
     width = np.median(error[known]) / np.sqrt((apart**2).mean())
     return Coverage(
-        held / count, np.sqrt(likely * (1 - likely) / (count + 4)), 1 - count / len(mean),  # type: ignore[arg-type]  # means of columns
+        held / count, np.sqrt(likely * (1 - likely) / (count + 4)), 1 - count / len(known),
         float(width), count,
     )  # fmt: skip
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -71,9 +72,19 @@ def exponent(x: np.ndarray, y: np.ndarray) -> float:
     return float((weight * x * y).sum() / (weight * x * x).sum())
 
 
-def exponent_between(
-    found: Resampled, low: float, high: float
-) -> tuple[float, float, float, float]:
+class Exponent(NamedTuple):
+    """An exponent with its standard error, and the times between which the line was laid.
+
+    All are NaN where there are fewer than four lags.
+    """
+
+    value: float
+    error: float
+    first: float
+    last: float
+
+
+def exponent_between(found: Resampled, low: float, high: float) -> Exponent:
     """Exponent of g ~ t^x where g lies between two values.
 
     Parameters
@@ -84,36 +95,42 @@ def exponent_between(
 
     Returns
     -------
-    value, error : float
-        NaN with fewer than four lags there.
-    first, last : float
-        Times between which the line was laid.
+    Exponent
     """
     inside = (found.value >= low) & (found.value <= high)
     if inside.sum() < 4:
-        return np.nan, np.nan, np.nan, np.nan
+        return Exponent(*(np.nan,) * 4)
     x = np.log(found.time[inside])
     value, error = found.derived(lambda g: exponent(x, np.log(g[inside])))
-    return value, float(error), float(found.time[inside][0]), float(found.time[inside][-1])
+    first, *_, last = found.time[inside]
+    return Exponent(value, float(error), float(first), float(last))
 
 
-def lowest_slope(found: Resampled) -> tuple[float, float, float, float]:
+class LowestSlope(NamedTuple):
+    """The smallest local slope with its standard error, its time, and the displacement then."""
+
+    value: float
+    error: float
+    time: float
+    square: float
+
+
+def lowest_slope(found: Resampled) -> LowestSlope:
     """Smallest local slope, if the slope rises again within the times that there are.
 
     Returns
     -------
-    value, error : float
-    time, square : float
-        Where it is, and the displacement there; all NaN if the slope falls to the end.
+    LowestSlope
+        All NaN if the slope falls to the end.
     """
     slope = local_slope(found.time, found.value)
     if not np.isfinite(slope).any():
-        return (np.nan,) * 4
+        return LowestSlope(*(np.nan,) * 4)
     at, last = int(np.nanargmin(slope)), int(np.flatnonzero(np.isfinite(slope))[-1])
     if found.time[at] > 0.5 * found.time[last]:
-        return (np.nan,) * 4
-    error = found.derived(lambda g: local_slope(found.time, g)[at])[1]
-    return slope[at], float(error), found.time[at], found.value[at]
+        return LowestSlope(*(np.nan,) * 4)
+    value, error = found.derived(lambda g: local_slope(found.time, g)[at])
+    return LowestSlope(value, float(error), found.time[at], found.value[at])
 
 
 def diffusion_constant(found: Resampled, dimension: int, after: float) -> tuple[float, float]:
@@ -166,38 +183,34 @@ def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
         inner, centre = displacements(at, "inner"), displacements(at, "centre")
         low = TWO_BONDS * float(at.bond_mean_square.mean())
         high = float(at.gyration_square.mean())
-        exponents = exponent_between(inner, low, high)
-        after = exponents[3] if np.isfinite(exponents[3]) else inner.time[-1]
+        window = exponent_between(inner, low, high)
+        after = window.last if np.isfinite(window.last) else inner.time[-1]
         constant = diffusion_constant(centre, at.sizes["axis"], after)
         scene = first_scene(at)
         time = scene.steps.sample * scene.data["integrator"]["dt"]
         rows.append((
-            *exponents, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
+            *window, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
         ))  # fmt: skip
-        slope, slope_error = inner.derived(
-            lambda g, time=inner.time: local_slope(time, g)  # type: ignore[misc]
-        )
+        slope, slope_error = inner.derived(partial(local_slope, inner.time))
         curves.append(np.array([
             inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
             slope_error,
         ]))  # fmt: skip
-    curves = np.stack(padded(curves), axis=1)  # type: ignore[assignment]  # was a list
-    names = (
+    tables = np.stack(padded(curves), axis=1)
+    of_lags = (
         "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
     )  # fmt: skip
-    units = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
+    units_of_lags = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
     # Numbered lags: sweeps of other lengths have others, and are filled up where they are joined.
-    data = xr.Dataset(
-        coords={axis: sweep[axis], "lag": np.arange(curves.shape[-1])}  # type: ignore[attr-defined]
-    )
-    for name, unit, table in zip(names, units, curves):
+    data = xr.Dataset(coords={axis: sweep[axis], "lag": np.arange(tables.shape[-1])})
+    for name, unit, table in zip(of_lags, units_of_lags, tables):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
-    names = (  # type: ignore[assignment]  # more than above
+    names = (
         "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",
         "diffusion_error", "lowest", "lowest_error", "lowest_time", "lowest_square", "duration",
         "box_edge",
     )  # fmt: skip
-    units = (  # type: ignore[assignment]
+    units = (
         "1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau", "1", "1", "tau",
         "r_c^2", "tau", "r_c",
     )  # fmt: skip

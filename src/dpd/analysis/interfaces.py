@@ -13,7 +13,8 @@ from scipy.optimize import curve_fit
 from dpd.analysis.statistics import jackknife
 
 FARTHEST = 1 / 8  # of the box that an interface may be away from where it began
-START = (2.0, 0.95, 0.05)  # width in r_c, and fraction of A in both slabs, to begin a fit
+WIDTH = 2.0  # r_c, of an interface, to begin a fit
+START = (WIDTH, 0.95, 0.05)  # and with it the fraction of A in both slabs
 
 
 class Slabs(NamedTuple):
@@ -182,7 +183,7 @@ def interface_width(seen: Slabs) -> tuple[float, float]:
         try:
             _, xi = curve_fit(
                 lambda d, m, xi: m * np.tanh(2 * d / xi),
-                seen.distance, majority - minority, p0=(depth, START[0]),
+                seen.distance, majority - minority, p0=(depth, WIDTH),
             )[0]  # fmt: skip
         except RuntimeError:
             return np.nan

@@ -90,7 +90,8 @@ def compressibility(data: xr.Dataset, density: float, reach: float = 1.0) -> tup
     away = near.density.values - density
     terms = [away**power for power in range(min(4, len(away)))]
     fit = linear_fit(terms, near.density + near.excess.values, near.excess_error.values)
-    return float(fit.values[1]), float(fit.errors[1])
+    (_, slope, *_), (_, slope_error, *_) = fit.values, fit.errors
+    return float(slope), float(slope_error)
 
 
 def exponent(data: xr.Dataset, above: float = 2.0) -> tuple[float, float]:
@@ -109,7 +110,8 @@ def exponent(data: xr.Dataset, above: float = 2.0) -> tuple[float, float]:
         return np.nan, np.nan
     constants = [(density[use] == rho).astype(float) for rho in shared]
     fit = linear_fit([np.log(a[use]), *constants], np.log(excess[use]))
-    return float(fit.values[0]), float(fit.errors[0])
+    (power, *_), (power_error, *_) = fit.values, fit.errors
+    return float(power), float(power_error)
 
 
 def from_rdf(runs: xr.Dataset) -> tuple[float, float]:

@@ -186,9 +186,10 @@ def power_law(x: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike) -> Power
         return NO_POWER
     log_x = np.log(x[use])
     fit = linear_fit([np.ones_like(log_x), log_x], np.log(y[use]), error[use])
+    (height, slope), (_, slope_error) = fit.values, fit.errors
     low, high = x[use].min(), x[use].max()
     return Power(
-        float(np.exp(fit.values[0])), float(fit.values[1]), float(fit.errors[1]), fit.p_value,
+        float(np.exp(height)), float(slope), float(slope_error), fit.p_value,
         float(low), float(high), int(use.sum()),
     )  # fmt: skip
 

@@ -61,9 +61,9 @@ class Spread(NamedTuple):
         slow part below noise decides, of their averages, which show that part's own time.
     """
 
-    variance: np.ndarray
-    degrees: np.ndarray
-    times: np.ndarray
+    variance: Values
+    degrees: Values
+    times: Values
 
 
 def by_window(x: np.ndarray) -> Spread:
@@ -308,10 +308,10 @@ def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
 
     Returns
     -------
-    (...) array, or number
-        As from `block_mean_and_error`.
+    (...) array, or number, as from `block_mean_and_error`
     """
-    return block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))[1]
+    _, error = block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))
+    return error
 
 
 def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
@@ -323,11 +323,11 @@ def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
 
     Returns
     -------
-    (...) array, or number
-        As from `independent_mean_and_error`.
+    (...) array, or number, as from `independent_mean_and_error`
     """
     values = -(len(left_out) - 1) * np.asarray(left_out)
-    return independent_mean_and_error(np.moveaxis(values, 0, -1))[1]
+    _, error = independent_mean_and_error(np.moveaxis(values, 0, -1))
+    return error
 
 
 def over_replicas(values: np.ndarray, errors: np.ndarray, axis: int) -> tuple[Values, Values]:

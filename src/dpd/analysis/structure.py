@@ -239,7 +239,15 @@ def bond_statistics(at: xr.Dataset) -> tuple[tuple[Values, Values], tuple[Values
     return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)
 
 
-def radial_distribution(runs: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+class RadialDistribution(NamedTuple):
+    """g(r) over the bins, its standard error, and its (blocks, bins) blocks."""
+
+    g: np.ndarray
+    error: np.ndarray
+    blocks: np.ndarray
+
+
+def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
     """g(r) of the replicas of one point, its standard error, and its blocks.
 
     Parameters
@@ -248,7 +256,8 @@ def radial_distribution(runs: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nd
         One point of a collected sweep, with the dimension ``replica``.
     """
     blocks = blocks_of(runs.rdf)
-    return (*block_mean_and_error(blocks), blocks)  # type: ignore[return-value]  # of many bins
+    g, error = block_mean_and_error(blocks)
+    return RadialDistribution(g, error, blocks)  # type: ignore[arg-type]  # of many bins
 
 
 def blocks_of(variable: xr.DataArray) -> np.ndarray:
