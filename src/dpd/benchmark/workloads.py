@@ -1,5 +1,9 @@
 """The four systems that speed is measured on."""
 
+from __future__ import annotations
+
+from typing import Any
+
 from dpd.scene.scene import Scene
 
 FLUID = {
@@ -58,7 +62,7 @@ WORKLOADS = {
 MEMORY = {"W1": 1.0, "W2": 20.0, "W2, dpd-vv": 20.0, "W3": 2.0, "W4": 5.0}
 
 
-def workload(name, **changes):
+def workload(name: str, **changes: Any) -> Scene:
     """Scene of a workload, with some keys changed.
 
     Parameters

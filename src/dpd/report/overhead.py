@@ -1,3 +1,4 @@
+# mypy: allow-redefinition
 """What a workflow cost beside the simulations that it is for."""
 
 import glob
@@ -8,7 +9,7 @@ from dpd.files import attribute
 from dpd.pipeline.paths import Results
 
 
-def overhead(results, begun, cores):
+def overhead(results: str | Path, begun: float, cores: int) -> str:
     """One sentence on the wall clock of a workflow and the work of its simulations.
 
     Parameters

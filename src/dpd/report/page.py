@@ -1,9 +1,13 @@
+# mypy: allow-redefinition
 """The report: one self-contained page."""
+
+from __future__ import annotations
 
 import base64
 import io
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -31,12 +35,20 @@ from dpd.report.sampling import not_said, reached, shorter_points
 from dpd.scene.start import start_digest, start_is_shared
 from dpd.stages import stage_digest
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dpd.pipeline.study import Paper
+
 TEMPLATE = "page.html"
 DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report's digest
 PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
 
 
-def write_page(study, description, papers, results, path, overhead="", archived=None):
+def write_page(
+    study: str, description: str, papers: Sequence[Paper], results: str | Path, path: str | Path,
+    overhead: str = "", archived: str | Path | None = None,
+) -> None:  # fmt: skip
     """Write the report of a study.
 
     Parameters
@@ -51,12 +63,12 @@ def write_page(study, description, papers, results, path, overhead="", archived=
     archived : path or None
         Verdict table in the archive of a long study, whose values stand beside those of this one.
     """
-    results = Results(results)
+    results = Results(results)  # type: ignore[arg-type]  # only written into other names
     table = joined_verdicts(
         [results.figure(paper.name, figure, "csv") for paper in papers for figure in paper.figures]
     )
     rows = judged_rows(table, None if archived is None else read_table(Path(archived)))
-    long_study = Path(archived).parent.name if any(row.archived for row in rows) else ""
+    long_study = Path(archived).parent.name if any(row.archived for row in rows) else ""  # type: ignore[arg-type]
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
     environment = Environment(
