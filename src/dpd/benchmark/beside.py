@@ -74,7 +74,7 @@ def _rates(races, scenes):
     table = pd.concat(races)
     variables = {
         "workload": (("workload",), list(scenes), "1", "workload"),
-        "system": (("workload",), [WORKLOADS[name][0] for name in scenes], "1", "system"),
+        "system": (("workload",), [WORKLOADS[name].system for name in scenes], "1", "system"),
     }
     for code, label in zip(CODES, ("this engine", "LAMMPS")):
         rates = table[code].to_numpy().reshape(len(scenes), -1)
@@ -187,7 +187,7 @@ def seen(
             observer.sample(SimpleNamespace(state=now), None)  # type: ignore[arg-type]
     values = {}  # type: dict[str, np.ndarray]
     for observer in observers:
-        values |= {name: variable[1] for name, variable in observer.variables().items()}
+        values |= {name: array for name, (_, array, _, _) in observer.variables().items()}
     none = np.full(snapshots, np.nan)
     return {
         "r": values["r"], "rdf": values["rdf"], "kT": values["kT"], "pressure": pressure,

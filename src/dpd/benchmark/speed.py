@@ -87,7 +87,8 @@ def against_lammps(say: Callable[[str], None]) -> pd.DataFrame:
     tables = []
     for name, scene in scenes.items():
         say(f"{name}: measuring speed")
-        tables.append(race(name, scene, starts[name])[0])
+        table, _ = race(name, scene, starts[name])
+        tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
 
@@ -104,7 +105,7 @@ def as_text(table: pd.DataFrame) -> str:
     """Medians and ratios as lines of text."""
     lines = []
     for name, rows in table.groupby("workload", sort=False):
-        lines.append(f"{name}  {WORKLOADS[name][0]}")
+        lines.append(f"{name}  {WORKLOADS[name].system}")
         for code in ("own", "lammps"):
             if rows[code].notna().all():
                 low, middle, high = rows[code].min(), rows[code].median(), rows[code].max()

@@ -313,9 +313,8 @@ def _thermostat(scenes):
 
 def _sampling(scenes, sweep):
     """Steps, equilibration, replicas."""
-    equilibration, sampled = (
-        span([scene.steps[part] for scene in scenes], counted=False) for part in (0, 1)
-    )
+    equilibration = span([scene.steps.equilibrate for scene in scenes], counted=False)
+    sampled = span([scene.steps.sample for scene in scenes], counted=False)
     replicas = sweep.sizes["replica"]
     each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
     before = "without" if equilibration == "0" else f"after {equilibration} of"
