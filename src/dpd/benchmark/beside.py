@@ -185,7 +185,7 @@ def seen(
         now = State(position, velocity, None, identity, None, k)  # type: ignore[arg-type]
         for observer in observers:
             observer.sample(SimpleNamespace(state=now), None)  # type: ignore[arg-type]
-    values = {}  # type: dict[str, np.ndarray]
+    values: dict[str, np.ndarray] = {}
     for observer in observers:
         values |= {name: array for name, (_, array, _, _) in observer.variables().items()}
     none = np.full(snapshots, np.nan)

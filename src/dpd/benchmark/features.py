@@ -89,9 +89,9 @@ def features(
     }
     starts = starts_of(scenes, say)
     still = simulation_of(bare, starts[BARE])
-    pairs = {
+    pairs: dict[str, tuple[Advance, Advance]] = {
         name: (still.advance, simulation_of(scenes[name], starts[name]).advance) for name in NAMED
-    }  # type: dict[str, tuple[Advance, Advance]]
+    }
     pairs[VIRIAL] = one_by_one(still, False), one_by_one(still, True)
     for name, observed in watched.items():
         seen = Scene(bare.data | {"observe": [observed]} | _length(turns, steps), bare.where)

@@ -67,10 +67,11 @@ class Lammps:
 
     def configuration(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities, (dimension, n), in the order of identities."""
-        return tuple(  # type: ignore[return-value]  # two of them
+        position, velocity = (
             np.array(self._code.gather_atoms(name, 1, 3)).reshape(-1, 3).T[: self.scene.dimension]
             for name in ("x", "v")
         )
+        return position, velocity
 
     def pressure(self) -> float:
         """From the virial of all forces and the kinetic energy."""

@@ -21,13 +21,15 @@ from dpd.stages import stage_digest
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import xarray as xr
+
 # The names that config/schema/paper.yaml allows.
-MEASUREMENTS = {
+MEASUREMENTS: dict[str, Callable[..., xr.Dataset]] = {
     "lammps": beside_lammps,
     "scaling": scaling,
     "schemes": schemes,
     "features": features,
-}  # type: dict[str, Callable[..., Any]]
+}
 
 
 def measure(name: str, path: str | Path, say: Callable[[str], None] = print, **sizes: Any) -> None:

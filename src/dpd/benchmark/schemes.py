@@ -24,7 +24,7 @@ SHARE = 0.25  # of a workload's steps, in one turn
 
 def labelled_schemes() -> dict[str, dict[str, Any]]:
     """Name to what a scene says of it, for every scheme; gw-vv once for each lambda."""
-    found = {}  # type: dict[str, dict[str, Any]]
+    found: dict[str, dict[str, Any]] = {}
     for scheme in SCHEMES:
         if scheme == "gw-vv":
             found |= {f"gw-vv-{p:g}": {"scheme": scheme, "lambda": p} for p in PREDICTIONS}

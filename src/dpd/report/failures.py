@@ -22,7 +22,7 @@ def failures(logs: str | Path, begun: float) -> list[str]:
     -------
     list of str
     """
-    found = {}  # type: dict[str, dict[Path, None]]
+    found: dict[str, dict[Path, None]] = {}
     for path in sorted(Path(logs).rglob("*.log")):
         if path.stat().st_mtime < begun:
             continue

@@ -75,7 +75,8 @@ def load_module(paper: str, figure: str) -> ModuleType:
         # First, as the folder that the command is given in may be another copy of the repository.
         sys.path.insert(0, str(ROOT))
     spec = importlib.util.spec_from_file_location(f"paper_figures.{paper}.{figure}", path)
-    module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]  # not None here
+    # A file whose name ends in .py has a spec, and that has a loader.
+    module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
     with blamed_on(module, "the file, while it is read,"):
         spec.loader.exec_module(module)  # type: ignore[union-attr]
     for name, meaning in (FUNCTIONS | TEXTS).items():
@@ -93,7 +94,7 @@ def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
 
     Where the fault lies in what figures of the paper share, that file is named.
     """
-    path = module.__file__
+    path = str(module.__file__)
     try:
         yield
     except UserError:
@@ -105,11 +106,11 @@ def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
     except Exception as fault:
         said = f"{part} raised {type(fault).__name__}: {fault}"
         frames = traceback.extract_tb(fault.__traceback__)
-        own = [frame for frame in frames if Path(frame.filename).parent == Path(path).parent]  # type: ignore[arg-type]
+        own = [frame for frame in frames if Path(frame.filename).parent == Path(path).parent]
         if not own:
             raise BrokenFigure(f"{_short(path)}: {said}") from fault
         place = own[-1]
-        code = _code(linecache.getline(place.filename, place.lineno))  # type: ignore[arg-type]
+        code = _code(linecache.getline(place.filename, place.lineno or 0))
         where = f"{_short(place.filename)}: line {place.lineno}"
         raise BrokenFigure(f"{where}: {said}{code}") from fault
 

@@ -163,7 +163,8 @@ def judged_rows(table: pd.DataFrame, archived: pd.DataFrame | None = None) -> li
     -------
     list of Row
     """
-    rows, seen = [], {}  # type: list[Row], dict[str, int]
+    rows: list[Row] = []
+    seen: dict[str, int] = {}
     long_runs = {} if archived is None else {_key(e): e for e in archived.to_dict("records")}
     for entry in table.to_dict("records"):
         figure = figure_id(entry["paper"], entry["figure"])

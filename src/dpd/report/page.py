@@ -1,4 +1,3 @@
-# mypy: allow-redefinition
 """The report: one self-contained page."""
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inc
 
 
 def write_page(
-    study: str, description: str, papers: Sequence[Paper], results: str | Path, path: str | Path,
+    study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
     overhead: str = "", archived: str | Path | None = None,
 ) -> None:  # fmt: skip
     """Write the report of a study.
@@ -55,20 +54,22 @@ def write_page(
     ----------
     study, description : str
     papers : list of dpd.pipeline.study.Paper
-    results : path
-        Folder of the study's results.
+    folder : path
+        Of the study's results.
     path : path
     overhead : str
         What the workflow cost beside its simulations, see `dpd.report.overhead`.
     archived : path or None
         Verdict table in the archive of a long study, whose values stand beside those of this one.
     """
-    results = Results(results)  # type: ignore[arg-type]  # only written into other names
+    results = Results(str(folder))
     table = joined_verdicts(
         [results.figure(paper.name, figure, "csv") for paper in papers for figure in paper.figures]
     )
-    rows = judged_rows(table, None if archived is None else read_table(Path(archived)))
-    long_study = Path(archived).parent.name if any(row.archived for row in rows) else ""  # type: ignore[arg-type]
+    rows = judged_rows(table, None if archived is None else read_table(archived))
+    long_study = ""
+    if archived is not None and any(row.archived for row in rows):
+        long_study = Path(archived).parent.name
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
     environment = Environment(
