@@ -1,5 +1,9 @@
 """All pages of the repository that are written by a program, wholly or in part."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dpd.digest import ROOT
 from dpd.files import replace_whole
 from dpd.report.archive import FIGURES
@@ -7,8 +11,11 @@ from dpd.report.document import config_readme
 from dpd.report.paper_page import paper_page, papers_with_pages
 from dpd.report.readme import filled
 
+if TYPE_CHECKING:
+    from pathlib import Path
 
-def pages():
+
+def pages() -> dict[Path, str]:
     """Path to text of every such page, as it should be now."""
     readme = ROOT / "README.md"
     made = {readme: filled(readme.read_text()), ROOT / "config" / "README.md": config_readme()}
@@ -16,7 +23,7 @@ def pages():
     return made
 
 
-def write_pages():
+def write_pages() -> list[Path]:
     """Write the pages that are not as they should be.
 
     Returns
