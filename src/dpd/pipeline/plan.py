@@ -1,7 +1,10 @@
 """What a study will cost, before anything of it runs."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +15,12 @@ from dpd.errors import LostTrack
 from dpd.observe import observables
 from dpd.start.make import make_start, system_of
 from dpd.start.quick import random_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from dpd.pipeline.study import Paper
+    from dpd.scene.scene import Scene
 
 WARM = 50  # steps before the clock starts, in which kernels compile
 LEAST_SECONDS = 1.0  # that a rate is measured over
@@ -37,13 +46,17 @@ class Speed:
     sampling: float
     share: float
 
-    def seconds(self, scene):
+    def seconds(self, scene: Scene) -> float:
         """Of processor time that a run of a scene of this kind takes."""
         equilibrate, sample = scene.steps
         return scene.beads * (equilibrate / self.equilibrating + sample / self.sampling)
 
 
-def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
+def plan(
+    papers: Iterable[Paper],
+    measure_seconds: float = LEAST_SECONDS,
+    progress: Callable[[int], None] | None = None,
+) -> list[dict[str, Any]]:
     """Cost of every sweep of some papers.
 
     A sweep's speed is measured here and now on its middle point, from random positions, with one
@@ -149,7 +162,7 @@ def _timed(simulation, advance, seconds, limit):
     return done, min(processor, wall), wall
 
 
-def sizes_of(scene):
+def sizes_of(scene: Scene) -> tuple[float, float]:
     """MiB of a scene's state, and of what its observables keep."""
     state = 8.0 * scene.beads * (4 * scene.dimension + 2)
     kept = sum(a.nbytes for o in observables(scene, system_of(scene)) for a in o.arrays.values())
@@ -162,7 +175,7 @@ HEADER = (
 )
 
 
-def as_text(rows, cores):
+def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     """The plan as a table with a sum.
 
     Parameters

@@ -6,8 +6,10 @@ pressure, are then within the tolerance with confidence; otherwise it is made sh
 scene and sources lead to the same choice.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,6 +23,9 @@ from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from dpd.start.make import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 SURE = 3.0  # standard errors: all looks together are right with 95 % confidence or more
 SHRINK = 0.4, 0.8  # of the step, the least and the most from one try to the next
@@ -44,15 +49,15 @@ class Bounds(NamedTuple):
     pressure_unsure: float
 
     @property
-    def most(self):
+    def most(self) -> tuple[float, float]:
         """Largest errors of kT and pressure that are not ruled out."""
         return self.kT + self.kT_unsure, self.pressure + self.pressure_unsure
 
-    def within(self, tolerance):
+    def within(self, tolerance: float) -> bool:
         """Whether both are within a tolerance for sure."""
         return max(self.most) <= tolerance
 
-    def beyond(self, tolerance):
+    def beyond(self, tolerance: float) -> bool:
         """Whether one is not for sure, or so near to it that a shorter step is found sooner."""
         return any(
             found - unsure > tolerance or (found > tolerance / 2 and unsure < tolerance / 2)
@@ -80,7 +85,7 @@ class Probe:
         self._look = look or _do_not_look
         self.dt, self.kT, self.excess = dt, [], []
 
-    def run(self, time):
+    def run(self, time: float) -> None:
         """Go on for a time in tau."""
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
@@ -89,7 +94,7 @@ class Probe:
             excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
             self.excess.append(float(excess))
 
-    def means(self, settling):
+    def means(self, settling: float) -> list[tuple[float, float]]:
         """(mean, error) of kT and of the excess pressure, after a time to settle."""
         first = round(settling / (self.dt * self._every))
         return [_mean(np.array(series)[first:]) for series in (self.kT, self.excess)]
@@ -113,7 +118,7 @@ def _copy(state):
     )  # fmt: skip
 
 
-def thermostat_time(scene, pushes):
+def thermostat_time(scene: Scene, pushes: float) -> float:
     """Time in tau in which the thermostat corrects kT: d / (4 gamma <sum of w^2> per bead).
 
     Friction takes 2 gamma w^2 kT from each pair (Groot and Warren 1997, Eq. 4), of a kinetic
@@ -128,7 +133,7 @@ def thermostat_time(scene, pushes):
     return scene.dimension / (4 * scene.data["thermostat"]["gamma"] * max(pushes, 1e-9))
 
 
-def settle(scene, state, look=None):
+def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -> Scene:
     """The scene with a scheme and a step that were tried on it.
 
     Parameters
@@ -270,7 +275,7 @@ def _chosen(scene, dt, bounds):
     return _with_choice(scene, {"asked": _asked(scene), "integrator": integrator, "said": said})
 
 
-def settled_before(scene, choice):
+def settled_before(scene: Scene, choice: object) -> Scene | None:
     """The scene with a choice that was kept; None if it is not one of this scene and these sources.
 
     Parameters

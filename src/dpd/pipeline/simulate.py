@@ -1,11 +1,14 @@
 """A run: from a scene and its first configuration to run.nc."""
 
+from __future__ import annotations
+
 import json
 import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +21,11 @@ from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.stages import run_sources
 from dpd.start.make import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from dpd.scene.scene import Scene
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
@@ -161,7 +169,9 @@ def _with_place(problem, scene, keeper):
     return kind(f"{scene.where}: {str(problem).rstrip('.')}{last}")
 
 
-def summary(scene, variables, attributes):
+def summary(
+    scene: Scene, variables: Mapping[str, tuple], attributes: Mapping[str, Any]
+) -> dict[str, float]:
     """Means of the measured series, for a person at a terminal.
 
     Both pressures have the kinetic part that was measured, as ``pressure`` and
@@ -184,7 +194,7 @@ def summary(scene, variables, attributes):
     return found
 
 
-def summary_of_file(scene, path):
+def summary_of_file(scene: Scene, path: str | Path) -> dict[str, float]:
     """The same of a result on the disk.
 
     Raises
@@ -198,7 +208,7 @@ def summary_of_file(scene, path):
     return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
 
 
-def is_made(scene, path):
+def is_made(scene: Scene, path: str | Path) -> bool:
     """Whether a result is there that belongs to a scene and to the sources as they are."""
     if not Path(path).is_file():
         return False
@@ -209,7 +219,7 @@ def is_made(scene, path):
     return made == [scene.digest, run_sources(scene)]
 
 
-def temperature_warning(scene, variables):
+def temperature_warning(scene: Scene, variables: Mapping[str, tuple]) -> str:
     """A sentence if a run was not at its temperature; nothing if it was.
 
     It looks at the second half of the samples, so that a start that is hotter or colder may
@@ -232,14 +242,14 @@ def temperature_warning(scene, variables):
     )
 
 
-def versions():
+def versions() -> dict[str, str]:
     """Of what computes, for a file."""
     import numba
 
     return {"numpy": np.__version__, "numba": numba.__version__}
 
 
-def checkpoint_path(path):
+def checkpoint_path(path: str | Path) -> Path:
     """Where the checkpoint of a result lies: beside it, under a name that no rule declares."""
     path = Path(path)
     return path.with_name(path.stem + ".checkpoint")
