@@ -210,7 +210,7 @@ def _is_ours(folder):
 
 
 @cache
-def source_of(path):
+def source_of(path: Path) -> Source:
     """The `Source` of a file."""
     text = path.read_bytes()
     with _no_collection():
@@ -222,7 +222,7 @@ def source_of(path):
     for name in constant(tree, DATA, ()):
         digest.update(hashlib.sha256((path.parent / name).read_bytes()).digest())
     files = {file for node in imports for file in _imported(node, path)}
-    return Source(digest.hexdigest(), files.union(_files(path)))
+    return Source(digest.hexdigest(), frozenset(files.union(_files(path))))
 
 
 @contextmanager

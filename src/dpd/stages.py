@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dpd.digest import text_digest
 from dpd.physics.schemes import scheme_named
@@ -166,15 +166,16 @@ def unused_modules(terms: frozenset[str], observables: frozenset[str]) -> frozen
 
 
 @cache
-def observable_modules():
+def observable_modules() -> dict[str, str]:
     """The module of each observable by name, as the registry lists them; nothing is imported."""
-    tree = ast.parse(file_of(OBSERVE).read_bytes())
+    tree = ast.parse(file_of(OBSERVE).read_bytes())  # type: ignore[union-attr]  # it is there
     module_of = {
         alias.asname or alias.name: node.module
         for node in tree.body
-        if isinstance(node, ast.ImportFrom)
+        if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
     }
+    registry: Any  # the node of a dict, of text to names
     (registry,) = (
         node.value
         for node in tree.body

@@ -3,18 +3,23 @@
 What a command prints is not its result. It goes on in silence.
 """
 
+from __future__ import annotations
+
 import os
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from io import TextIOWrapper
 
 
 class Steady:
     """A text stream that is silent from the moment when it cannot be written."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: TextIOWrapper) -> None:
         stream.reconfigure(errors="backslashreplace")  # names of files need not be UTF-8
         self._stream = stream
-        self.problem = None  # the OSError that silenced it
+        self.problem: OSError | None = None  # the OSError that silenced it
 
     def write(self, text: str) -> int:
         """As of any text stream."""

@@ -11,12 +11,12 @@ from dpd.start.make import system_of
 from dpd.start.quick import compile_start
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from dpd.scene.scene import Scene
 
 
-def compile_for(scenes):
+def compile_for(scenes: Iterable[Scene]) -> list[str]:
     """Compile every variant of the kernels that some scenes need, into the disk cache.
 
     All in one process: most of what a variant is made of is that of others, and what a process
@@ -31,7 +31,7 @@ def compile_for(scenes):
     list of str
         One line per variant.
     """
-    smallest = {}
+    smallest: dict[tuple[str, ...], Scene] = {}
     for scene in scenes:
         variant = (*_kernels(scene), *scene.observe)
         if scene.beads < smallest.setdefault(variant, scene).beads:

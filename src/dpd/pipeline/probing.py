@@ -77,13 +77,17 @@ class Probe:
         See `settle`.
     """
 
-    def __init__(self, scene, state, dt, look=None):
+    def __init__(
+        self, scene: Scene, state: State, dt: float, look: Callable[[], None] | None = None
+    ) -> None:
         system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
         self._simulation = Simulation(system, _copy(state))
         self._every = max(1, round(SAMPLE / dt))
         self._volume, self._dimension = system.volume, system.dimension
         self._look = look or _do_not_look
-        self.dt, self.kT, self.excess = dt, [], []
+        self.dt = dt
+        self.kT: list[float] = []
+        self.excess: list[float] = []
 
     def run(self, time: float) -> None:
         """Go on for a time in tau."""

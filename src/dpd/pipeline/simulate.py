@@ -25,6 +25,7 @@ from dpd.start.make import system_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from dpd.engine.state import State
     from dpd.scene.scene import Scene
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
@@ -64,7 +65,9 @@ class RunSettings:
     begun: float | None = None
 
 
-def simulate(scene, path, state, settings=RunSettings()):
+def simulate(
+    scene: Scene, path: str | Path, state: State, settings: RunSettings = RunSettings()
+) -> dict[str, float]:
     """Run a scene and write what it observed.
 
     Parameters
@@ -107,13 +110,14 @@ def simulate(scene, path, state, settings=RunSettings()):
             simulation, scene.steps, observers, keeper, settings.progress, settings.every_seconds,
             settings.stopping, settings.say,
         )  # fmt: skip
-    except UserError as problem:
-        recorded = isinstance(problem, Unstable | LostTrack) and scene.data["unstable"] == "record"
-        if not recorded:
+    except (Unstable, LostTrack) as problem:
+        if scene.data["unstable"] != "record":
             raise _with_place(problem, scene, keeper) from None
         done = lost = problem.step
+    except UserError as problem:
+        raise _with_place(problem, scene, keeper) from None
     now = time.perf_counter()
-    variables = {}
+    variables: dict[str, files.Variable] = {}
     for observer in observers:
         variables |= observer.variables()
     attributes = _attributes(scene, sources) | {

@@ -158,7 +158,7 @@ def _changes(rule, label, key):
     return change
 
 
-def merge(base, change, where="scene", inside=()):
+def merge(base: Any, change: Any, where: str = "scene", inside: tuple[str, ...] = ()) -> Any:
     """``base`` with ``change`` put in: dicts key by key, list items by number.
 
     Neither is altered; the result shares with them what it takes over whole.
@@ -172,15 +172,15 @@ def merge(base, change, where="scene", inside=()):
     if not isinstance(change, dict):
         return change
     if isinstance(base, list):
-        merged = list(base)
+        items = list(base)
         for place, value in change.items():
-            if not str(place).isdigit() or int(place) >= len(merged):
+            if not str(place).isdigit() or int(place) >= len(items):
                 raise UserError(
                     f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
-                    f"{len(merged)}; they count from 0"
+                    f"{len(items)}; they count from 0"
                 )
-            merged[int(place)] = merge(merged[int(place)], value, where, (*inside, str(place)))
-        return merged
+            items[int(place)] = merge(items[int(place)], value, where, (*inside, str(place)))
+        return items
     if not isinstance(base, dict):
         key = ".".join((*inside, *map(str, list(change)[:1])))
         raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
