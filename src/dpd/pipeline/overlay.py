@@ -214,9 +214,12 @@ def sweep_in_force(study: str, paper: str, name: str) -> str:
     factor = changes.get(name, {}).get("sampling", 1)
     if factor != 1:
         rows.append(("sampling", f"steps and duration times {factor:g}", study_file(study)))
-    widths = [max(len(row[i]) for row in rows) for i in (0, 1)]
+    longest_key = max(len(key) for key, _, _ in rows)
+    longest_value = max(len(value) for _, value, _ in rows)
     lines = [f"{name} of {paper} in the {study} study: {len(sweep.points)} runs"]
-    lines += [f"  {key:{widths[0]}s}  {value:{widths[1]}s}  {f}" for key, value, f in rows]
+    lines += [
+        f"  {key:{longest_key}s}  {value:{longest_value}s}  {file}" for key, value, file in rows
+    ]
     if axes:
         lines.append("What an axis sets counts more than the scene. Points:")
     return "\n".join([*lines, *(f"  {point.name}" for point in sweep.points)])

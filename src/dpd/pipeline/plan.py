@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -50,6 +50,18 @@ class Speed:
         """Of processor time that a run of a scene of this kind takes."""
         equilibrate, sample = scene.steps
         return scene.beads * (equilibrate / self.equilibrating + sample / self.sampling)
+
+
+class _Timing(NamedTuple):
+    """Steps that were done, their processor time and their wall clock in seconds."""
+
+    steps: int
+    processor: float
+    wall: float
+
+    def rate(self, beads: int) -> float:
+        """Bead-steps per second of processor time; NaN if no step was done."""
+        return beads * self.steps / self.processor if self.steps else np.nan
 
 
 def plan(
@@ -121,7 +133,7 @@ def _watched(scene):
     return value_digest(scene.data["observe"])
 
 
-def measured_speed(scene, seconds):
+def measured_speed(scene: Scene, seconds: float) -> Speed:
     """The `Speed` of a scene, measured for some seconds without its observables and with them."""
     simulation = Simulation(system_of(scene), make_start(random_start(scene)))
     system, most = system_of(scene), scene.steps.sample
@@ -132,17 +144,16 @@ def measured_speed(scene, seconds):
     def watched(steps):
         run(simulation, (begun, min(simulation.state.step - begun + steps, most)), observers)
 
-    clocks = []
-    for advance, limit in ((simulation.advance, np.inf), (watched, most)):
-        begun = simulation.state.step
-        clocks.append(_timed(simulation, advance, seconds, limit))
-    rates = [scene.beads * steps / processor if steps else np.nan for steps, processor, _ in clocks]
-    processor, wall = (sum(clock[i] for clock in clocks) for i in (1, 2))
-    return Speed(*rates, processor / wall if wall else 1.0)
+    bare = _timed(simulation, simulation.advance, seconds, np.inf)
+    begun = simulation.state.step
+    sampled = _timed(simulation, watched, seconds, most)
+    wall = bare.wall + sampled.wall
+    share = (bare.processor + sampled.processor) / wall if wall else 1.0
+    return Speed(bare.rate(scene.beads), sampled.rate(scene.beads), share)
 
 
 def _timed(simulation, advance, seconds, limit):
-    """Steps that were done within some seconds, their processor time and wall clock.
+    """The `_Timing` of what is done within some seconds.
 
     As many steps as the sampling of a run at most; none if the run blows up at once.
     """
@@ -159,7 +170,7 @@ def _timed(simulation, advance, seconds, limit):
             steps = min(4 * steps, 2000)
     except (Unstable, LostTrack):  # as a stability map's runs may
         pass
-    return done, min(processor, wall), wall
+    return _Timing(done, min(processor, wall), wall)
 
 
 def sizes_of(scene: Scene) -> tuple[float, float]:

@@ -224,35 +224,37 @@ class _Trial:
     def __init__(self, scene, state, dt, memory, look):
         self._scene, self._settling = scene, SETTLING * memory
         self._length = self._settling + max(100 * SAMPLE, LENGTH * memory)
-        self._probes = [Probe(scene, state, step, look) for step in (dt, dt / 2)]
+        self._whole = Probe(scene, state, dt, look)
+        self._half = Probe(scene, state, dt / 2, look)
         self.spent = 0.0
 
     def look(self, tolerance, budget):
         """`Bounds`, as good as the budget in bead-steps allows; infinite if a step blows up."""
         bounds, time, half_too = UNKNOWN, self._length, True
         while not (bounds.within(tolerance) or bounds.beyond(tolerance)):
-            cost = time / self._probes[0].dt * self._scene.beads * (3 if half_too else 1)
+            cost = time / self._whole.dt * self._scene.beads * (3 if half_too else 1)
             if self.spent + cost > budget:
                 self.spent = budget  # a shorter step would tell even less
                 return bounds
             self.spent += cost
             try:
-                for probe in self._probes if half_too else self._probes[:1]:
-                    probe.run(time)
+                self._whole.run(time)
+                if half_too:
+                    self._half.run(time)
             except Unstable:
                 return UNKNOWN._replace(kT=np.inf)
             bounds = self._bounds()
             known = bounds.pressure_unsure < bounds.kT_unsure + tolerance / 4
             half_too = not known or np.isinf(bounds.pressure_unsure)
-            time = len(self._probes[0].kT) * SAMPLE  # twice as long in all
+            time = len(self._whole.kT) * SAMPLE  # twice as long in all
         return bounds
 
     def _bounds(self):
         """What both say of the longer step."""
-        scene, (one, half) = self._scene, self._probes
+        scene, settling = self._scene, self._settling
         asked = scene.data["thermostat"]["kT"]
-        (kT, kT_error), (excess, error) = one.means(self._settling)
-        excess_half, error_half = half.means(self._settling)[1]
+        (kT, kT_error), (excess, error) = self._whole.means(settling)
+        _, (excess_half, error_half) = self._half.means(settling)
         found, unsure = abs(kT / asked - 1), SURE * kT_error / asked
         ideal = scene.density * asked
         pressure = max(abs(ideal + excess), ideal)

@@ -120,12 +120,13 @@ def simulate(
     variables: dict[str, files.Variable] = {}
     for observer in observers:
         variables |= observer.variables()
+    values = {name: np.asarray(array) for name, (_, array, _, _) in variables.items()}
     attributes = _attributes(scene, sources) | {
         "lost_step": lost,
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
     }
-    if warning := temperature_warning(scene, variables):
+    if warning := temperature_warning(scene, values):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
@@ -137,7 +138,7 @@ def simulate(
         raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
-    return summary(scene, variables, attributes)
+    return summary(scene, values, attributes)
 
 
 def _check_room(path, checkpoint, simulation, observers):
@@ -174,12 +175,20 @@ def _with_place(problem, scene, keeper):
 
 
 def summary(
-    scene: Scene, variables: Mapping[str, tuple], attributes: Mapping[str, Any]
+    scene: Scene, values: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
 ) -> dict[str, float]:
     """Means of the measured series, for a person at a terminal.
 
     Both pressures have the kinetic part that was measured, as ``pressure`` and
     ``pressure_tensor_all`` in the file.
+
+    Parameters
+    ----------
+    scene : Scene
+    values : dict of str to array
+        Variables of the file by name.
+    attributes : dict
+        Of the file.
     """
     found = {
         "beads": attributes["beads"],
@@ -187,14 +196,14 @@ def summary(
         "seconds": attributes["seconds"],
         "bead-steps per second": attributes["bead_steps_per_second"],
     }
-    if "kT" in variables:
-        found["kT"] = float(np.mean(variables["kT"][1]))
-    if "pressure" in variables:
-        found["pressure (conservative virial)"] = float(np.mean(variables["pressure"][1]))
-        diagonal = np.trace(variables["pressure_tensor_all"][1], axis1=1, axis2=2)
+    if "kT" in values:
+        found["kT"] = float(np.mean(values["kT"]))
+    if "pressure" in values:
+        found["pressure (conservative virial)"] = float(np.mean(values["pressure"]))
+        diagonal = np.trace(values["pressure_tensor_all"], axis1=1, axis2=2)
         found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
-    if "bond_mean" in variables:
-        found["mean bond length"] = float(np.mean(variables["bond_mean"][1]))
+    if "bond_mean" in values:
+        found["mean bond length"] = float(np.mean(values["bond_mean"]))
     return found
 
 
@@ -206,10 +215,10 @@ def summary_of_file(scene: Scene, path: str | Path) -> dict[str, float]:
     UserError
         If it is not there, or of another scene or other sources.
     """
-    variables, attributes = files.read(path)
+    values, attributes = files.read(path)
     files.check_digest(path, attributes, "sources", run_sources(scene), REMEDY)
     files.check_digest(path, attributes, "scene_digest", scene.digest, REMEDY)
-    return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
+    return summary(scene, values, attributes)
 
 
 def is_made(scene: Scene, path: str | Path) -> bool:
@@ -223,13 +232,13 @@ def is_made(scene: Scene, path: str | Path) -> bool:
     return made == [scene.digest, run_sources(scene)]
 
 
-def temperature_warning(scene: Scene, variables: Mapping[str, tuple]) -> str:
+def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if a run was not at its temperature; nothing if it was.
 
     It looks at the second half of the samples, so that a start that is hotter or colder may
     settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors.
     """
-    kT = variables["kT"][1] if "kT" in variables else np.empty(0)
+    kT = values.get("kT", np.empty(0))
     kT = kT[len(kT) // 2 :]
     if len(kT) < FEWEST or not np.isfinite(kT).all():
         return ""
