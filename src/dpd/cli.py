@@ -14,7 +14,7 @@ LITTLE = 2**20  # bytes of a result whose size is not known before
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> int:
     """Run one stage; return the exit code.
 
     That is 0 once the result is there, whether or not its summary could be printed; 1 for what
