@@ -1,5 +1,9 @@
 """Bonds that pass through each other in three dimensions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.neighbours.cells import grid
@@ -11,10 +15,15 @@ from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel, part
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 HALVINGS = 30  # of the time at which two bonds lie in one plane
 
 
-def passed_bonds(before, after, members, box):
+def passed_bonds(
+    before: np.ndarray, after: np.ndarray, members: np.ndarray, box: Sequence[float]
+) -> np.ndarray:
     """Pairs of bonds that went through each other while beads moved in straight lines.
 
     Two bonds AB and CD lie in one plane where (C - A) . (AB x CD) = 0. They pass through

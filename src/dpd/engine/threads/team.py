@@ -41,7 +41,7 @@ class Share(NamedTuple):
     end: int
 
 
-def new_team(size):
+def new_team(size: int) -> list[Team]:
     """One `Team` per thread."""
     counters = np.zeros((1 + size) * LINE, np.int64)
     return [Team(rank, size, counters) for rank in range(size)]
