@@ -104,7 +104,8 @@ def make_start(scene: Scene, progress: Callable[[int], None] | None = None) -> S
     State
         In the order of identities, with no force yet and step 0.
     """
-    return make_start_and_record(scene, progress)[0]
+    state, _ = make_start_and_record(scene, progress)
+    return state
 
 
 def make_start_and_record(
