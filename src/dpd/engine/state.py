@@ -133,8 +133,10 @@ class State:
 
     Attributes
     ----------
-    position, velocity, force : (dimension, n) arrays
+    position, velocity : (dimension, n) arrays
         After an advance, views of the rows that the kernels work on.
+    force : (dimension, n) array or None
+        The same; None where it is yet to be evaluated.
     identity : (n,) uint32 array
         Number of the bead in each slot.
     species : (n,) uint8 array or None
@@ -146,7 +148,7 @@ class State:
 
     position: np.ndarray
     velocity: np.ndarray
-    force: np.ndarray
+    force: np.ndarray | None
     identity: np.ndarray
     species: np.ndarray | None
     step: int

@@ -90,7 +90,7 @@ def read_start(scene: Scene, path: str | Path) -> State:
     if species is not None and species.max() >= len(scene.species):
         raise UserError(f"{path}: has beads of a species that the scene has not; {REMEDY}")
     identity = np.arange(scene.beads, dtype=np.uint32)
-    return State(variables["position"], variables["velocity"], None, identity, species, 0)  # type: ignore[arg-type]
+    return State(variables["position"], variables["velocity"], None, identity, species, 0)
 
 
 def _check_origin(scene, path, attributes):

@@ -205,7 +205,7 @@ def polymerize(
     n, box = len(growth.chain), system.box
     position = rng.random((2, n)) * np.array(box)[:, None]
     velocity = rng.normal(scale=np.sqrt(kT), size=position.shape)
-    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), None, 0)  # type: ignore[arg-type]
+    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), None, 0)
     state.species = growth.species if len(scene.species) > 1 else None
     stretch = max(1, round(settings["interval"] / system.dt))
     settle = max(1, round(SETTLE / system.dt))
