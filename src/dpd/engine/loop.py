@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 def run(
     simulation: Simulation, steps: tuple[int, int], observers: Sequence[Observer],
-    checkpoint: Checkpoint | None = None, progress: Callable[[int], None] | None = None,
+    checkpoint: Checkpoint | None = None, progress: Callable[[int], object] | None = None,
     every_seconds: float = 60.0, stopping: Callable[[], bool] | None = None,
-    say: Callable[[str], None] | None = None,
+    say: Callable[[str], object] | None = None,
 ) -> int:  # fmt: skip
     """Equilibrate, then sample.
 
@@ -99,7 +99,7 @@ def run(
 
 
 def advance_looking(
-    simulation: Simulation, steps: int, look: Callable[[], None], measure: bool = False
+    simulation: Simulation, steps: int, look: Callable[[], object], measure: bool = False
 ) -> Sums:
     """Advance by some steps, to the same bits, with a look now and then.
 

@@ -29,7 +29,7 @@ REMEDY = (
 
 
 def write_start(
-    scene: Scene, path: str | Path, progress: Callable[[int], None] | None = None
+    scene: Scene, path: str | Path, progress: Callable[[int], object] | None = None
 ) -> None:
     """Make the first configuration of a scene and write it.
 

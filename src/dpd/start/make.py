@@ -90,7 +90,7 @@ def _start_system(scene, dt):
     )
 
 
-def make_start(scene: Scene, progress: Callable[[int], None] | None = None) -> State:
+def make_start(scene: Scene, progress: Callable[[int], object] | None = None) -> State:
     """Build, and where the scene asks for it relax, the first configuration.
 
     Parameters
@@ -109,7 +109,7 @@ def make_start(scene: Scene, progress: Callable[[int], None] | None = None) -> S
 
 
 def make_start_and_record(
-    scene: Scene, progress: Callable[[int], None] | None = None
+    scene: Scene, progress: Callable[[int], object] | None = None
 ) -> tuple[State, dict[str, np.ndarray]]:
     """As `make_start`, with how it came about.
 

@@ -170,7 +170,7 @@ def _cells(position, members, box, radius):
 
 def polymerize(
     scene: Scene, settings: dict[str, Any], system: System, seed: int, kT: float,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], object] | None = None,
 ) -> tuple[State, dict[str, np.ndarray]]:  # fmt: skip
     """Grow the molecules of a scene from free monomers.
 
