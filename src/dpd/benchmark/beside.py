@@ -182,7 +182,7 @@ def seen(
         position, velocity, pressure[k] = look()
         position = np.ascontiguousarray(wrapped(position, scene.box))
         # Observables of positions and velocities need neither forces nor a simulation.
-        now = State(position, velocity, None, identity, None, k)  # type: ignore[arg-type]
+        now = State(position, velocity, None, identity, None, k)
         for observer in observers:
             observer.sample(SimpleNamespace(state=now), None)  # type: ignore[arg-type]
     values: dict[str, np.ndarray] = {}

@@ -36,7 +36,7 @@ TWO = {
     "repulsion": {"A A": 25, "B B": 25, "A B": 25},
 }
 # What a scene names for each feature.
-NAMED = {
+NAMED: dict[str, dict[str, Any]] = {
     "bonds (dimers)": DIMERS,
     "two species": TWO,
     "rigid core": {"core": {"radius": 0.1, "force": 25}},

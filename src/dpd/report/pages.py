@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
+from pathlib import Path
 
 from dpd.digest import ROOT
 from dpd.files import replace_whole
@@ -10,9 +11,6 @@ from dpd.report.archive import FIGURES
 from dpd.report.document import config_readme
 from dpd.report.paper_page import paper_page, papers_with_pages
 from dpd.report.readme import filled
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def pages() -> dict[Path, str]:
@@ -34,6 +32,6 @@ def write_pages() -> list[Path]:
     written = []
     for path, text in pages().items():
         if not path.is_file() or path.read_text() != text:
-            replace_whole(path, lambda draft, text=text: draft.write_text(text))
+            replace_whole(path, partial(Path.write_text, data=text))
             written.append(path)
     return written

@@ -6,6 +6,7 @@ import hashlib
 import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -118,7 +119,7 @@ def archive_whole(
     _check_size(target, contents)
     _remove_others(target, contents)
     for name, data in contents.items():
-        replace_whole(target / name, lambda draft, data=data: draft.write_bytes(data))
+        replace_whole(target / name, partial(Path.write_bytes, data=data))
     return [target / name for name in contents]
 
 
