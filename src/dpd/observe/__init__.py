@@ -9,6 +9,10 @@ size, and ``file`` (None without a path). That goes on with what a former proces
 (``cut``), is whole up to each checkpoint (``flush``), and takes its place in the end (``finish``).
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
 from dpd.observe.bonds import BondLengths
 from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
@@ -24,6 +28,35 @@ from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
 from dpd.observe.trajectory import Trajectory
 from dpd.scene.beside import files_beside
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.scene.scene import Scene
+
+    # Name to (dimensions, array, units, long_name).
+    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
+
+    class BondedSystem(System):
+        """A system with bonds."""
+
+        members: np.ndarray
+
+    class Observable(Protocol):
+        """What an observable has, as said above."""
+
+        every: int
+        needs_forces: bool
+        arrays: dict[str, np.ndarray]
+
+        def sample(self, simulation: Simulation, sums: Sums) -> None: ...
+
+        def variables(self) -> Variables: ...
+
 
 OBSERVABLES = {
     "thermo": Thermo,
@@ -42,7 +75,7 @@ OBSERVABLES = {
 }
 
 
-def observables(scene, system, path=None):
+def observables(scene: Scene, system: System, path: str | Path | None = None) -> list[Observable]:
     """The observables that a scene asks for, and the watch over its bonds.
 
     Parameters
@@ -54,11 +87,12 @@ def observables(scene, system, path=None):
 
     Returns
     -------
-    list
+    list of Observable
     """
     beside = {} if path is None else files_beside(scene, path)
-    asked = []
+    asked: list[Observable] = []
     for name, settings in scene.observe.items():
         own = {"path": beside[name]} if name in beside else {}
         asked.append(OBSERVABLES[name](scene, system, **settings, **own))
-    return asked if system.bond is None else [*asked, Stretch(scene, system)]
+    # A checker does not know that a system with a law of bonds has bonds.
+    return asked if system.bond is None else [*asked, Stretch(scene, system)]  # type: ignore[arg-type]

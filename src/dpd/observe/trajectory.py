@@ -41,7 +41,7 @@ class Trajectory:
         self.every = every
         self._scene = scene
         shape = (system.dimension, scene.beads)
-        self.arrays = {
+        self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
             "last": np.zeros(shape),
             "image": np.zeros(shape, np.int32),

@@ -62,7 +62,7 @@ class Order:
     wait: bool = False
 
 
-def run_alone(order):
+def run_alone(order: Order) -> dict[str, float]:
     """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
 
     Returns
@@ -218,7 +218,7 @@ def _stop_if_asked(at_work):
         raise Stopped(f"stopped while {at_work}, as asked")
 
 
-def say(sentence):
+def say(sentence: str) -> None:
     """A warning to the terminal; nothing for an empty one."""
     if sentence:
         print(f"warning: {sentence}", file=sys.stderr, flush=True)
