@@ -19,6 +19,28 @@ def kernels_for(paper):
     return {kernels_name(each): each for each in terms}
 
 
+def trajectories():
+    """Paper, sweep and point of all runs that write a trajectory."""
+    return [
+        (paper, sweep.name, point.name)
+        for paper, plan in PAPERS.items()
+        for sweep in plan.sweeps.values()
+        for point in sweep.points
+        if "trajectory" in point.scene.observe
+    ]
+
+
+def only_before(runs):
+    """A pattern for the wildcard {paper} that fits in the paths of some runs alone.
+
+    A pattern constrains one wildcard, and these runs are told by three: it looks ahead, over the rest of
+    the path.
+    """
+    rests = [OUT.run(*run).removeprefix(f"{OUT.folder}/").rpartition("/")[0] for run in runs]
+    return rf"(?=(?:{'|'.join(map(re.escape, rests))})/[^/]+$)[^/]+"
+
+
+WITH_TRAJECTORY = trajectories()
 KERNELS = {name: kernels_for(paper) for name, paper in PAPERS.items()}
 WAITING = {name: waiting_for_starts(paper) for name, paper in PAPERS.items()}
 

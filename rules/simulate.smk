@@ -10,7 +10,7 @@ rule simulate:
         start=start_of,
         derived=derived_of,
     output:
-        update(OUT.run("{paper}", "{sweep}", "{point}")),
+        result=update(OUT.run("{paper}", "{sweep}", "{point}")),
     log:
         OUT.log("{paper}", "runs", "{sweep}", "{point}"),
     params:
@@ -24,4 +24,18 @@ rule simulate:
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " {wildcards.point:q} {params.start:q} {params.derived:q} --threads {threads}"
-        " -o {output:q} 2>&1 | tee -i {log:q}"
+        " -o {output.result:q} 2>&1 | tee -i {log:q}"
+
+
+# Runs whose scenes ask for a trajectory make that file too. Snakemake has no rule whose outputs depend
+# on wildcards: this one is for those runs alone, and comes first.
+if WITH_TRAJECTORY:
+
+    use rule simulate as simulate_with_trajectory with:
+        output:
+            result=update(OUT.run("{paper}", "{sweep}", "{point}")),
+            trajectory=update(OUT.trajectory("{paper}", "{sweep}", "{point}")),
+        wildcard_constraints:
+            paper=only_before(WITH_TRAJECTORY),
+
+    ruleorder: simulate_with_trajectory > simulate

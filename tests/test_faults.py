@@ -101,10 +101,10 @@ STAGES = {
 }
 # The same for the one that gives its result a second name where its Snakemake is no more.
 SECOND = {
-    "second name is a text": (lambda: Path("run.left").write_text("mine"), "run.nc"),
-    "second name is no result": (lambda: netCDF4.Dataset("run.left", "w").close(), "run.nc"),
-    "second name is a folder": (lambda: os.mkdir("run.left"), "run.nc"),
-    "second name leads nowhere": (lambda: os.symlink("gone", "run.left"), "run.nc"),
+    "second name is a text": (lambda: Path("run.nc.left").write_text("mine"), "run.nc"),
+    "second name is no result": (lambda: netCDF4.Dataset("run.nc.left", "w").close(), "run.nc"),
+    "second name is a folder": (lambda: os.mkdir("run.nc.left"), "run.nc"),
+    "second name leads nowhere": (lambda: os.symlink("gone", "run.nc.left"), "run.nc"),
 }
 BAD_OUTPUTS = [
     *itertools.product(STAGES, OUTPUTS),

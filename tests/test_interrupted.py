@@ -344,7 +344,7 @@ def test_what_was_made_for_a_dead_snakemake_is_taken(here):
     parent.kill()
     parent.wait()
     wait_for(lambda: Path("run.nc").exists() and not at_work())
-    assert made() == ["run.left", "run.nc"]
+    assert made() == ["run.nc", "run.nc.left"]
     first = read("run.nc")[1]["seconds"]
     os.remove("run.nc")  # as Snakemake does with what it calls incomplete
     code, output, errors = dpd("simulate", *POINT, "-o", "run.nc")

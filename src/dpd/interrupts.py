@@ -6,14 +6,20 @@ thread, which comes back from a kernel seconds later, and a KeyboardInterrupt th
 comes out of it as another error.
 """
 
+from __future__ import annotations
+
 import os
 import select
 import signal
 import threading
 import time
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from dpd.drafts import remove_temporary
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
@@ -28,7 +34,7 @@ class _Asked:
     at = 0.0
 
 
-def watch():
+def watch() -> None:
     """From now on attend to signals, but for those that the caller has ignored (as nohup does)."""
     read, write = os.pipe()
     os.set_blocking(write, False)
@@ -40,7 +46,7 @@ def watch():
 
 
 @contextmanager
-def listening():
+def listening() -> Iterator[None]:
     """While a run looks whether it is `asked` to stop."""
     _Asked.listening = True
     try:
@@ -49,7 +55,7 @@ def listening():
         _Asked.listening = False
 
 
-def asked():
+def asked() -> int:
     """The number of the signal that asks to stop, or 0."""
     return _Asked.number
 

@@ -1,5 +1,7 @@
 """Progress of long work: a bar at a terminal, plain lines in a log."""
 
+from __future__ import annotations
+
 import sys
 import time
 
@@ -16,7 +18,7 @@ class Progress:
     label : str
     """
 
-    def __init__(self, total, label):
+    def __init__(self, total: int, label: str) -> None:
         self._total, self._label = total, label
         self._bar = None
         if total and sys.stderr.isatty():
@@ -25,7 +27,7 @@ class Progress:
             self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
 
-    def __call__(self, done):
+    def __call__(self, done: int) -> None:
         if self._bar is not None:
             self._bar.update(done - self._bar.n)
         elif time.monotonic() - self._last >= LINE_EVERY:
@@ -33,9 +35,9 @@ class Progress:
             share = done / self._total
             print(f"{self._label}: step {done} of {self._total} ({share:.0%})", file=sys.stderr)
 
-    def __enter__(self):
+    def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         if self._bar is not None:
             self._bar.close()

@@ -91,6 +91,7 @@ def _simulate(options: Namespace) -> None:
     from dpd.files import check_output
     from dpd.pipeline.running import Order, run_alone
     from dpd.pipeline.simulate import is_made
+    from dpd.scene.beside import files_beside
 
     inputs = (options.start,) if options.start else ()
     check_output(options.output, ".nc", inputs)
@@ -98,7 +99,8 @@ def _simulate(options: Namespace) -> None:
     scene = sweep.point(options.point).scene
     # Snakemake cannot know that what was measured anew came out as before.
     if sweep.derived and is_made(scene, options.output):
-        options.output.touch()
+        for path in (options.output, *files_beside(scene, options.output).values()):
+            path.touch()
         print(f"{options.output}: is there already, of the same scene and the same sources")
         return
     found = run_alone(

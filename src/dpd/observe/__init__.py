@@ -3,7 +3,15 @@
 An observable has ``every`` (steps between its samples), ``needs_forces``,
 ``sample(simulation, sums)``, ``arrays`` (all that it keeps, so that a checkpoint can hold
 it) and ``variables()`` (name to (dimensions, array, units, long_name) for the file).
+
+One that writes a file of its own (`dpd.scene.beside`) takes its path, and has ``file_bytes``, its
+size, and ``file`` (None without a path). That goes on with what a former process has left
+(``cut``), is whole up to each checkpoint (``flush``), and takes its place in the end (``finish``).
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
 
 from dpd.observe.bonds import BondLengths
 from dpd.observe.chains import Chains
@@ -18,6 +26,37 @@ from dpd.observe.rdf import RadialDistribution
 from dpd.observe.stretch import Stretch
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
+from dpd.observe.trajectory import Trajectory
+from dpd.scene.beside import files_beside
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.scene.scene import Scene
+
+    # Name to (dimensions, array, units, long_name).
+    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
+
+    class BondedSystem(System):
+        """A system with bonds."""
+
+        members: np.ndarray
+
+    class Observable(Protocol):
+        """What an observable has, as said above."""
+
+        every: int
+        needs_forces: bool
+        arrays: dict[str, np.ndarray]
+
+        def sample(self, simulation: Simulation, sums: Sums) -> None: ...
+
+        def variables(self) -> Variables: ...
+
 
 OBSERVABLES = {
     "thermo": Thermo,
@@ -32,20 +71,28 @@ OBSERVABLES = {
     "configuration": Configuration,
     "trace": Trace,
     "configurational": Configurational,
+    "trajectory": Trajectory,
 }
 
 
-def observables(scene, system):
+def observables(scene: Scene, system: System, path: str | Path | None = None) -> list[Observable]:
     """The observables that a scene asks for, and the watch over its bonds.
 
     Parameters
     ----------
     scene : Scene
     system : System
+    path : path or None
+        Of the result, beside which some write files of their own; without it they do not.
 
     Returns
     -------
-    list
+    list of Observable
     """
-    asked = [OBSERVABLES[name](scene, system, **s) for name, s in scene.observe.items()]
-    return asked if system.bond is None else [*asked, Stretch(scene, system)]
+    beside = {} if path is None else files_beside(scene, path)
+    asked: list[Observable] = []
+    for name, settings in scene.observe.items():
+        own = {"path": beside[name]} if name in beside else {}
+        asked.append(OBSERVABLES[name](scene, system, **settings, **own))
+    # A checker does not know that a system with a law of bonds has bonds.
+    return asked if system.bond is None else [*asked, Stretch(scene, system)]  # type: ignore[arg-type]

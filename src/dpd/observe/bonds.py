@@ -1,9 +1,19 @@
 """Bond lengths."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.observe.blocks import BlockSums
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+    from dpd.observe import BondedSystem, Variables
+    from dpd.scene.scene import Scene
 
 LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
 
@@ -23,7 +33,7 @@ class BondLengths:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every, bin):
+    def __init__(self, scene: Scene, system: BondedSystem, every: int, bin: float) -> None:
         self.every = every
         self._system = system
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
@@ -32,7 +42,7 @@ class BondLengths:
         self.averages = BlockSums((len(self._edges) + 1,), samples)
         self.arrays = self.averages.arrays | {"longest": np.full(samples, np.nan)}
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
@@ -42,7 +52,7 @@ class BondLengths:
         self.arrays["longest"][self.averages.taken] = length.max()
         self.averages.add(np.concatenate([[length.mean(), (length**2).mean()], density]))
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Bond lengths in blocks for the file."""
         means = self.averages.means()
         middle = 0.5 * (self._edges[1:] + self._edges[:-1])

@@ -1,12 +1,19 @@
 """Mean-square displacements by multiple-tau correlation."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from dpd.engine.space import nearest
-from dpd.errors import LostTrack
+from dpd.observe.following import moved_between
 from dpd.observe.multitau import MultipleTau
 
-FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class Displacement:
@@ -27,7 +34,7 @@ class Displacement:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
         lengths = scene.lengths
@@ -41,29 +48,24 @@ class Displacement:
             "moved": np.zeros((d, scene.beads)),
         }
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         self.averages.add(self._tracked(simulation.state), squares)
 
     def _tracked(self, state):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box = self.arrays, np.array(self._system.box)[:, None]
+        arrays, box = self.arrays, self._system.box
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            step = nearest(position - arrays["last"], self._system.box)
-            if np.abs(step / box).max() > FARTHEST:
-                raise LostTrack(
-                    "observe.displacement.every: a bead moved more than a third of the box between "
-                    f"samples {self.every} steps apart; sample more often",
-                    state.step,
-                )
-            arrays["moved"] += step
+            arrays["moved"] += moved_between(
+                arrays["last"], position, box, state.step, "displacement", self.every
+            )
         arrays["last"][...] = position
         moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
         return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Displacements of each molecule, and sums in parts of the run, by increasing lag."""
         lag, means, counts, sums = self.averages.results()
         along = ("lag", "molecule")
@@ -84,7 +86,7 @@ class Displacement:
         }  # fmt: skip
 
 
-def squares(now, then):
+def squares(now: np.ndarray, then: np.ndarray) -> np.ndarray:
     """Squared displacements: mean of the two innermost beads, and centre of mass."""
     found = ((now - then) ** 2).sum(axis=0)
     return np.stack([0.5 * (found[0] + found[1]), found[2]])

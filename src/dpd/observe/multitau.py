@@ -75,7 +75,9 @@ class MultipleTau:
         self.arrays = self._zeros(levels)
         self.arrays[EACH] = np.zeros((_rows(self._samples), KEPT, self._quantities))
 
-    def add(self, sample: np.ndarray, compare: Callable) -> None:
+    def add(
+        self, sample: np.ndarray, compare: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    ) -> None:
         """Compare a sample with those before it.
 
         Parameters

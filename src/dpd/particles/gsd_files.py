@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
+SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
 FLAT = 1e-4  # r_c that a bead of two dimensions may be away from z = 0
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
@@ -218,6 +219,7 @@ def _columns(array, kind):
 
 def write_gsd(particles: Particles, path: Path) -> None:
     """Write one configuration in double precision."""
-    opened = gsd.fl.open(str(path), "w", APPLICATION, "hoomd", [2, 0])
+    path.touch()  # with the rights of any new file; the library would take some away
+    opened = gsd.fl.open(str(path), "w", APPLICATION, "hoomd", SCHEMA)
     with gsd.hoomd.HOOMDTrajectory(opened, precision="double") as trajectory:
         trajectory.append(frame_of(particles))

@@ -82,17 +82,13 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
                 f"{path}: {name} is {found.dtype} of shape {found.shape}, and the scene in the "
                 f"file has {shape}; make the file anew"
             )
-    species = [
-        np.tile([scene.species.index(name) for name in kind.beads], kind.count)
-        for kind in scene.molecules
-    ]
     return checked(
         Particles(
             box=scene.box,
             position=beads["position"],
             image=np.zeros(shape, np.int32),
             velocity=beads.get("velocity"),
-            species=np.concatenate(species).astype(np.uint8),
+            species=scene.kinds,
             names=scene.species,
             bonds=scene.bonded,
             step=step,

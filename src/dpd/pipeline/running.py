@@ -18,6 +18,7 @@ from dpd.pipeline.lock import alone
 from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
+from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
 from dpd.start.files import read_start
@@ -65,7 +66,7 @@ class Order:
     wait: bool = False
 
 
-def run_alone(order):
+def run_alone(order: Order) -> dict[str, float]:
     """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
 
     Returns
@@ -81,7 +82,9 @@ def run_alone(order):
         If a signal asked for it.
     """
     checkpoint = checkpoint_path(order.output)
-    check_output(checkpoint, "", order.inputs)
+    _, *beside = _results(order)
+    for path in (checkpoint, *beside):
+        check_output(path, "", order.inputs)
     refuse_other_file(checkpoint)
     if order.wait:
         _refuse_other_left(order)
@@ -89,27 +92,38 @@ def run_alone(order):
     with alone(order.output, say, order.wait) as waited:
         if order.wait and (found := _made(order, waited)):
             return found
-        for path in (order.output, checkpoint):
+        for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
         with listening():
             found = _run(order, checkpoint)
         if order.wait and _starter() != starter:
-            os.link(order.output, _left(order.output))
+            for path in _results(order):
+                os.link(path, _left(path))
     return found
 
 
-def _left(output):
+def _results(order):
+    """All files that a run leaves: its result, and what lies beside it."""
+    return [order.output, *files_beside(order.scene, order.output).values()]
+
+
+def _left(path):
     """Second name of a result that a run made after the death of the Snakemake that started it.
 
     Another Snakemake takes the result for incomplete, deletes it, and asks for it again.
     """
-    return output.with_name(f"{output.stem}.left")
+    return path.with_name(f"{path.name}.left")
 
 
 def _refuse_other_left(order):
     """Refuse to let the second name take the place of somebody's file."""
-    left = _left(order.output)
+    left, *beside = map(_left, _results(order))
     check_output(left, "", order.inputs)
+    if beside:
+        from dpd.particles.trajectory_file import refuse_other_trajectory
+
+        for path in beside:
+            refuse_other_trajectory(path)
     if not os.path.lexists(left):
         return
     try:
@@ -123,18 +137,23 @@ def _refuse_other_left(order):
 
 def _made(order, waited):
     """Summary of a result that another run has made of this scene, put in its place; or nothing."""
-    left = _left(order.output)
-    for path in (left, order.output) if waited else (left,):
+    places = _results(order)
+    second = [_left(place) for place in places]
+    found = None
+    for names in (second, places) if waited else (second,):
         try:
-            found = summary_of_file(order.scene, path)
+            found = summary_of_file(order.scene, names[0])
         except UserError:
             continue
-        os.replace(path, order.output)
-        os.utime(order.output)  # newer than what it is made from
+        if not all(map(os.path.isfile, names)):
+            found = None
+            continue
+        for name, place in zip(names, places):
+            os.replace(name, place)
+            os.utime(place)  # newer than what it is made from
         break
-    else:
-        found = None
-    left.unlink(missing_ok=True)  # of no use, or a second name still
+    for name in second:
+        name.unlink(missing_ok=True)  # of no use, or a second name still
     return found
 
 
@@ -209,12 +228,12 @@ def _stop_if_asked(at_work):
         raise Stopped(f"stopped while {at_work}, as asked")
 
 
-def note(sentence):
+def note(sentence: str) -> None:
     """What is no cause for alarm, to the terminal."""
     print(f"note: {sentence}", file=sys.stderr, flush=True)
 
 
-def say(sentence):
+def say(sentence: str) -> None:
     """A warning to the terminal; nothing for an empty one."""
     if sentence:
         print(f"warning: {sentence}", file=sys.stderr, flush=True)

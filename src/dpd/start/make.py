@@ -23,12 +23,14 @@ from dpd.start.polymerize import LOOK, polymerize
 from dpd.start.velocities import thermal_velocities
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from dpd.scene.scene import Scene
 
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
 
 
-def system_of(scene):
+def system_of(scene: Scene) -> System:
     """The engine's view of a scene.
 
     Parameters
@@ -90,7 +92,11 @@ def _start_system(scene, dt):
     )
 
 
-def make_start(scene, progress=None, say=None):
+def make_start(
+    scene: Scene,
+    progress: Callable[[int], object] | None = None,
+    say: Callable[[str], object] | None = None,
+) -> State:
     """Build or read, and where the scene asks for it relax, the first configuration.
 
     Parameters
@@ -106,10 +112,15 @@ def make_start(scene, progress=None, say=None):
     State
         In the order of identities, with no force yet and step 0.
     """
-    return make_start_and_record(scene, progress, say)[0]
+    state, _ = make_start_and_record(scene, progress, say)
+    return state
 
 
-def make_start_and_record(scene, progress=None, say=None):
+def make_start_and_record(
+    scene: Scene,
+    progress: Callable[[int], object] | None = None,
+    say: Callable[[str], object] | None = None,
+) -> tuple[State, dict[str, np.ndarray]]:
     """As `make_start`, with how it came about.
 
     Returns
