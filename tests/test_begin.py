@@ -159,7 +159,7 @@ DIFFERENT = {
     "names the other way round": (
         lambda p: p._replace(names=("B", "A")), ["0 molecules A 2 B for the 20"],
     ),
-    "one bead less": (lambda p: without(p, 62), ["12 molecules B for the 13", "45 A, 42 B"]),
+    "one bead less": (lambda p: without(p, 62), ["12 molecules B for the 13", "50 A, 37 B"]),
     "one chain less": (
         lambda p: without(without(without(p, 2), 1), 0), ["19 molecules A 2 B for the 20"],
     ),
@@ -184,9 +184,6 @@ def test_another_system_is_refused(melt, tmp_path, name):
     with pytest.raises(UserError) as caught:
         make_start(Scene(from_file(path), "scene.yaml"))
     said = str(caught.value)
-    if name == "one bead less":
-        words[0] = "12 molecules B for the 9"  # never: what is lacking is named by its kind
-        words = ["molecules B", "42 B"]
     assert said.startswith(str(path)) and all(word in said for word in words), said
 
 
@@ -194,8 +191,14 @@ def test_more_than_the_scene_has(melt, tmp_path):
     """Also of a kind that it has."""
     write(melt[1], tmp_path / "melt.nc")
     for molecules, word in (
-        ([*MELT["molecules"][:3], {"architecture": "B", "count": 3}], "molecule B"),
-        ([*MELT["molecules"][:2], *MELT["molecules"][3:]], "molecule A B A"),
+        (
+            [*MELT["molecules"][:3], {"architecture": "B", "count": 3}],
+            "1 molecules more than scene; the first is B with",
+        ),
+        (
+            [*MELT["molecules"][:2], *MELT["molecules"][3:]],
+            "5 molecules more than scene; the first is A B A",
+        ),
     ):
         with pytest.raises(UserError, match=word):
             make_start(Scene(from_file(tmp_path / "melt.nc") | {"molecules": molecules}))
@@ -232,7 +235,7 @@ def test_the_content_counts(melt, tmp_path):
     write(melt[1]._replace(position=melt[1].position[:, ::-1]), tmp_path / "two.nc")
     edited = Scene(from_file(tmp_path / "two.nc"))
     assert edited.digest != one.digest and start_digest(edited) != start_digest(one)
-    with pytest.raises(UserError, match="not that of start.sha256"):
+    with pytest.raises(UserError, match=r"not that of start\.sha256"):
         make_start(two)  # which was read before the edit
     first = Scene(from_file(tmp_path / "one.nc", frame=0))
     assert first.digest != one.digest and start_digest(first) != start_digest(one)
@@ -251,7 +254,7 @@ def test_where_a_path_counts_from(melt, tmp_path, monkeypatch):
     path.write_text(yaml.safe_dump(from_file("melt.nc")))
     assert Scene.read(path).data["start"]["path"] == str(tmp_path / "scenes" / "melt.nc")
     assert Scene.read("../scenes/scene.yaml").digest == Scene.read(path).digest
-    with pytest.raises(UserError, match="start.path: .*work/melt.nc: there is no such file"):
+    with pytest.raises(UserError, match=r"start\.path: .*work/melt\.nc: there is no such file"):
         Scene(from_file("melt.nc"))
     assert Scene(from_file("../scenes/melt.nc")).digest == Scene.read(path).digest
     given = {"scene": from_file("melt.nc"), "axes": {}}
@@ -363,7 +366,11 @@ def test_a_start_of_other_sources(work, dpd):
     fewer = [{"architecture": "A 2 B", "count": 20}, {"architecture": "A B A", "count": 5}]
     Path("melt.yaml").write_text(yaml.safe_dump(MELT | {"molecules": fewer}))
     code, said = dpd("run", "melt.yaml", "--start", "start.nc", "-o", "three.nc")
-    assert code == 1 and "molecule B" in said and not Path("three.nc").exists()
+    assert (
+        code == 1
+        and "13 molecules more than melt.yaml; the first is B" in said
+        and not Path("three.nc").exists()
+    )
 
 
 def test_a_name_that_is_not_there(work, dpd):
@@ -402,8 +409,8 @@ def test_what_is_no_file(work, dpd):
     Path("melt.gsd").mkdir()
     Path("melt.txt").write_text("A 0 0 0")
     for name, words in (
-        ("melt.gsd", "is not a file"), ("/dev/zero", "is not a file"), ("melt.txt", "suffix '.txt'"),
-        ("scene.yaml", "suffix '.yaml'"),
+        ("melt.gsd", "is not a file"), ("/dev/zero", "is not a file"),
+        ("melt.txt", "suffix '.txt'"), ("scene.yaml", "suffix '.yaml'"),
     ):  # fmt: skip
         code, said = dpd("run", "melt.yaml", "--start", name, "-o", "out.nc")
         assert code == 1 and words in said and said.count("\n") == 1, said

@@ -16,6 +16,7 @@ import yaml
 
 from dpd import files
 from dpd.digest import ROOT
+from dpd.errors import UserError
 from dpd.observe import OBSERVABLES, observables
 from dpd.observe.blocks import BlockSums
 from dpd.observe.longer import bytes_to_remember, go_on_from
@@ -44,13 +45,22 @@ CHAINS = {
         {"configurational": {"every": 50}},
     ],
 }  # fmt: skip
-IN_PLANE = CHAINS | {"observe": [*CHAINS["observe"], {"crossings": {"every": 6}}]}
+IN_PLANE = CHAINS | {
+    "observe": [*CHAINS["observe"], {"crossings": {"every": 6}}, {"trajectory": {"every": 50}}]
+}
 IN_SPACE = CHAINS | {
     "dimension": 3,
     "box": [4, 4.5, 5],
-    "observe": [*CHAINS["observe"], {"passes": {"every": 6}}],
+    "observe": [*CHAINS["observe"], {"passes": {"every": 6}}, {"trajectory": {"every": 50}}],
     "integrator": {"scheme": "dpd-vv", "dt": 0.02},
 }
+# Looking as often as is usual, which in a short run is once, in its end.
+USUAL = IN_PLANE | {
+    "observe": [
+        next(iter(item)) if isinstance(item, dict) else item for item in IN_PLANE["observe"]
+    ],
+    "box": 8, "molecules": [{"architecture": "A 2 B", "count": 40}],
+}  # fmt: skip
 FLUID = {
     "dimension": 3,
     "box": 4,
@@ -72,8 +82,9 @@ LANGEVIN = {"thermostat": {"kind": "langevin"}}
 CASES = {
     "2D, chains, a list": (IN_PLANE, 333, 1),
     "2D, chains, threads": (IN_PLANE, 501, 2),
-    "2D, before most have looked": (IN_PLANE, 9, 1),
-    "2D, one step": (IN_PLANE, 1, 1),
+    "2D, before most have looked": (USUAL, 9, 1),
+    "2D, one step": (USUAL, 1, 1),
+    "2D, as often as usual": (USUAL, 463, 1),
     "2D, one step is missing": (IN_PLANE, 699, 1),
     "2D, cells": (merge(IN_PLANE, {"pairs": {"search": "cells"}}), 333, 1),
     "3D, chains": (IN_SPACE, 345, 1),
@@ -94,7 +105,7 @@ CASES = {
 def test_all_observables_are_in_the_cases():
     """One that is new has to be put into one of them."""
     seen = {name for data, _, _ in CASES.values() for name in Scene(data).observe}
-    assert seen == set(OBSERVABLES) - {"trajectory"}
+    assert seen == set(OBSERVABLES)
 
 
 def sampled(data, sample):
@@ -112,11 +123,15 @@ def run(data, path, **settings):
 def assert_same(one, other):
     """All variables of two results, the last configuration, and the state for longer ones."""
     (first, told), (second, also) = files.read(one), files.read(other)
-    for mine, its in ((first, second), (files.read_group(one, STATE), files.read_group(other, STATE))):
+    groups = files.read_group(one, STATE), files.read_group(other, STATE)
+    for mine, its in ((first, second), groups):
         assert mine.keys() == its.keys() and mine
         for name, values in mine.items():
             assert values.dtype == its[name].dtype, name
             np.testing.assert_array_equal(values, its[name], err_msg=name)
+    beside = [Path(path).with_suffix(".gsd") for path in (one, other)]
+    if beside[0].exists() or beside[1].exists():
+        assert beside[0].read_bytes() == beside[1].read_bytes()
     for name in ("steps", "scene_digest", "sources", "last_step", "state_checksum", "lost_step"):
         assert told[name] == also[name], name
 
@@ -140,7 +155,30 @@ def test_longer_again_and_again(tmp_path):
     for more in (1, 99, 37, 463):
         extend(Extension(part, more, part))
     assert_same(whole, part)
-    assert [path.name for path in sorted(tmp_path.iterdir())] == ["part.nc", "whole.nc"]
+    names = ["part.gsd", "part.nc", "whole.gsd", "whole.nc"]
+    assert [path.name for path in sorted(tmp_path.iterdir())] == names
+
+
+def test_a_trajectory_that_is_gone(tmp_path):
+    """Or another one: said, and nothing is lost."""
+    part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
+    trajectory = tmp_path / "part.gsd"
+    before, frames = part.read_bytes(), trajectory.read_bytes()
+    other = run(sampled(IN_PLANE | {"seed": 2}, 100), tmp_path / "other.nc")
+    for change, words in (
+        (trajectory.unlink, "there is no such file"),
+        (lambda: trajectory.write_bytes(frames[:-1000]), r"part\.gsd"),
+        (lambda: shutil.copy(other.with_suffix(".gsd"), trajectory), "not those that the run has"),
+    ):
+        change()
+        with pytest.raises(UserError, match=words):
+            extend(Extension(part, 100, tmp_path / "longer.nc"))
+        assert part.read_bytes() == before and not (tmp_path / "longer.nc").exists()
+    trajectory.write_bytes(frames)
+    for path in (tmp_path / "longer.nc", part):
+        extend(Extension(part, 600, path))
+    assert_same(run(IN_PLANE, tmp_path / "whole.nc"), tmp_path / "longer.nc")
+    assert_same(tmp_path / "whole.nc", part)
 
 
 @pytest.mark.parametrize("samples", [(1, 2), (5, 700), (17, 160), (159, 161), (640, 3000)])
@@ -304,9 +342,11 @@ def test_the_command(finished, dpd):
     assert sorted(os.listdir()) == ["longer.nc", "run.nc", "scene.yaml", "whole.nc"]
 
 
-LONG = merge(FLUID, {"steps": {"sample": 30_000}, "box": 3.2, "observe": None}) | {
-    "observe": [{"thermo": {"every": 10}}, {"displacement": {"every": 20}}]
-}
+LONG = merge(FLUID, {"steps": {"sample": 30_000}}) | {
+    "observe": [
+        {"thermo": {"every": 10}}, {"displacement": {"every": 5}}, {"trajectory": {"every": 300}}
+    ]
+}  # fmt: skip
 
 
 def started(*arguments):
@@ -322,7 +362,7 @@ def started(*arguments):
 def test_killed_and_gone_on(folder, dpd, number, place):
     """As often as it happens; the old result is there until the new one is whole."""
     run(sampled(LONG, 1003), "run.nc")
-    before = Path("run.nc").read_bytes()
+    before, frames = Path("run.nc").read_bytes(), Path("run.gsd").read_bytes()
     command = (
         "extend", "run.nc", "--sample", 28_997, "-o", place, "--checkpoint-every", 0,
     )  # fmt: skip
@@ -337,7 +377,9 @@ def test_killed_and_gone_on(folder, dpd, number, place):
                 break
             time.sleep(0.001)
         process.communicate()
-        assert Path("run.nc").read_bytes() == before or process.returncode == 0
+        if process.returncode != 0:
+            assert Path("run.nc").read_bytes() == before
+            assert Path("run.gsd").read_bytes() == frames
     assert kills > 0
     if checkpoint.exists():
         code, said = dpd(*command)
@@ -381,7 +423,7 @@ def refused(dpd, *words, more=10):
     """What the command says of run.nc, with all files left as they are."""
     before = {path: path.read_bytes() for path in Path().iterdir() if path.is_file()}
     code, said = dpd("extend", "run.nc", "--sample", more)
-    assert code == 1 and said.startswith("error: run.nc") and said.count("\n") == 1, said
+    assert code == 1 and said.startswith("error: run.") and said.count("\n") == 1, said
     assert all(word in said for word in words), said
     assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
 

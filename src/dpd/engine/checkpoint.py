@@ -20,7 +20,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError, reason
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from dpd.engine.loop import Observer
     from dpd.engine.simulation import Simulation
@@ -42,7 +42,7 @@ def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
     return equilibrate + (_taken(observer, now, equilibrate) + 1) * observer.every
 
 
-def next_look(now, observers, equilibrate, beads):
+def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
     """The next step at which the clock is looked at.
 
     They follow the last sample at equal distances, whether a run began before that or goes on from
@@ -114,7 +114,7 @@ def key_of(path: str | os.PathLike[str]) -> dict[str, object]:
     return json.loads(str(stored[MARK])) if stored else {}
 
 
-def whole(path):
+def whole(path: str | os.PathLike[str]) -> dict[str, np.ndarray] | None:
     """All arrays of a checkpoint but its checksum; None if it is damaged or none.
 
     Parameters
@@ -251,7 +251,7 @@ def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
     return arrays
 
 
-def put_back(stored, observers):
+def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> State:
     """What `arrays_of` took apart: the state, and observers filled with what they had.
 
     Parameters
@@ -274,7 +274,7 @@ def put_back(stored, observers):
     )  # fmt: skip
 
 
-def checksum_of(arrays):
+def checksum_of(arrays: Mapping[str, np.ndarray]) -> str:
     """Digest of names, types, shapes and values.
 
     Parameters
@@ -293,7 +293,13 @@ def checksum_of(arrays):
     return total.hexdigest()
 
 
-def mistake_in(stored, state, box, observers, steps):
+def mistake_in(
+    stored: Mapping[str, np.ndarray],
+    state: State,
+    box: tuple[float, ...],
+    observers: Sequence[Any],
+    steps: tuple[int, int],
+) -> str:
     """What in some arrays cannot be of a run, or nothing.
 
     Parameters

@@ -38,7 +38,7 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
     observer : observable
         Of the longer run, before its first sample.
     former : observable
-        The same of the shorter run, at its end, with what it remembered.
+        The same of the shorter run, at its end, with what it remembered, and its own file.
     step : int
         Steps of sampling that the shorter run has taken.
 
@@ -54,6 +54,9 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
     averages = getattr(observer, "averages", None)
     if averages is not None:
         averages.go_on_from(former.arrays)
+    file = getattr(observer, "file", None)
+    if file is not None:
+        file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digest"])
     own = averages.arrays if averages is not None else {}
     for name, array in observer.arrays.items():
         if name not in own:

@@ -34,8 +34,8 @@ class Begun(NamedTuple):
 def begun(
     scene: Scene,
     path: Path | None,
-    progress: Callable[[int], None] | None,
-    say: Callable[[str], None],
+    progress: Callable[[int], object] | None,
+    say: Callable[[str], object],
 ) -> Begun:
     """Begin a run of one's own.
 

@@ -12,7 +12,7 @@ from dpd.files import attributes, check_output
 from dpd.interrupts import asked, listening
 from dpd.pipeline.kept import Former, read_former, refuse_other
 from dpd.pipeline.lock import alone
-from dpd.pipeline.running import note, say, say_if_resumed
+from dpd.pipeline.running import say, say_if_resumed
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
 from dpd.scene.scene import Scene
@@ -105,17 +105,13 @@ def _go_on(former: Former, extension: Extension, checkpoint: Path) -> dict[str, 
             f"{extension.run}: made by other sources than today's, so its last bits may differ "
             "from those of a run that was made today"
         )
-    for name, settings in scene.observe.items():
-        if settings["every"] == former.scene.observe[name]["every"]:
-            continue
-        note(f"observe.{name}: every {settings['every']} steps, as suits the longer run")
     say_if_resumed(checkpoint)
     with Progress(sum(scene.steps), f"{extension.run}: longer") as progress:
-        settings = RunSettings(
+        how = RunSettings(
             checkpoint, extension.every_seconds, extension.threads, progress, asked, say, begun,
             keep=True, former=former.observers,
         )  # fmt: skip
-        return simulate(scene, extension.output, former.state, settings)
+        return simulate(scene, extension.output, former.state, how)
 
 
 def longer(scene: Scene, sample: int) -> Scene:

@@ -31,7 +31,7 @@ from dpd.scene.scene import Scene
 from dpd.start.make import species_of, system_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
 STATE = "state"  # name of the group
@@ -46,6 +46,9 @@ class Kept(NamedTuple):
     variables: dict[str, tuple]
     attributes: dict[str, Any]
     groups: dict[str, dict[str, np.ndarray]]
+
+
+NOTHING = Kept({}, {}, {})
 
 
 class Former(NamedTuple):
@@ -67,8 +70,14 @@ class Former(NamedTuple):
     attributes: dict[str, Any]
 
 
-def remember_if_small(observers: list[Any]) -> str:
+def remember_if_small(observers: list[Any], say: Callable[[str], object] | None) -> str:
     """Let observables keep what a longer run needs, if that is not too much.
+
+    Parameters
+    ----------
+    observers : list
+    say : callable or None
+        Called with what is returned.
 
     Returns
     -------
@@ -79,11 +88,14 @@ def remember_if_small(observers: list[Any]) -> str:
     if size <= MOST_REMEMBERED:
         remember(observers)
         return ""
-    return (
+    why = (
         f"`dpd extend` cannot make this run longer: the samples that it needs would take "
         f"{size / 2**20:.0f} MiB of memory and disk, and a run keeps up to "
         f"{MOST_REMEMBERED / 2**20:.0f}; a larger 'every' of its observables makes them fewer"
     )
+    if say:
+        say(why)
+    return why
 
 
 def last_configuration(scene: Scene, state: State) -> Particles:
@@ -155,7 +167,7 @@ def read_former(path: str | Path) -> Former:
         )
         raise UserError(f"{path}: {why}")
     last = particles_of(variables, attributes, path)
-    observers = observables(scene, system_of(scene))
+    observers: list[Any] = list(observables(scene, system_of(scene), path))
     remember(observers)
     blank = _blank_state(scene)
     arrays = _as_checkpoint(stored, last, blank)

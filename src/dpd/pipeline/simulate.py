@@ -20,7 +20,7 @@ from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.observe.longer import go_on_from
-from dpd.pipeline.kept import kept_of, remember_if_small
+from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
 from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
 from dpd.start.make import system_of
@@ -111,21 +111,17 @@ def simulate(
     system = system_of(scene)
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system, path)
-    keep, not_kept = scene.data.get("keep_state", settings.keep), ""
-    if keep:
-        not_kept = remember_if_small(observers)
-        if not_kept and settings.say:
-            settings.say(not_kept)
-    first = state.step
+    keeps = scene.data.get("keep_state", settings.keep)
+    not_kept = remember_if_small(observers, settings.say) if keeps else ""
     for observer, former in zip(observers, settings.former or ()):
-        go_on_from(observer, former, first - scene.steps.equilibrate)
+        go_on_from(observer, former, state.step - scene.steps.equilibrate)
     own_files = list(filter(None, map(file_of, observers)))
     for file in own_files:
         file.refuse_other_files()
     _check_room(path, settings.checkpoint, simulation, observers)
     sources, keeper = run_sources(scene), None
     if settings.checkpoint:
-        key = {"scene": scene.digest, "sources": sources, "kept": keep}
+        key = {"scene": scene.digest, "sources": sources, "kept": keeps}
         note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
         keeper = Checkpoint(settings.checkpoint, key, note)
     running, lost = time.perf_counter(), -1
@@ -150,25 +146,23 @@ def simulate(
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
     }
-    if first:
-        attributes["extended_from_step"] = first
+    if settings.former:
+        attributes["extended_from_step"] = state.step
     if warning := temperature_warning(scene, values):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
-    groups = {}
-    if keep and lost < 0:
+    kept = NOTHING
+    if keeps and lost < 0:
         kept = kept_of(scene, simulation.state, observers, not_kept)
-        variables, attributes = variables | kept.variables, attributes | kept.attributes
-        groups = kept.groups
     try:
-        files.write(path, variables, attributes, groups)
+        for file in own_files:
+            file.finish()  # before the result, which says that all is there
+        files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:
         if keeper and lost < 0:
             keeper.save(simulation, observers)
         raise _with_place(problem, scene, keeper) from None
-    for file in own_files:
-        file.finish()
     if keeper:
         keeper.discard()
     return summary(scene, values, attributes)

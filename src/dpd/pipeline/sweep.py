@@ -2,6 +2,7 @@
 
 from dataclasses import astuple, dataclass
 from itertools import product
+from pathlib import Path
 from typing import Any
 from zlib import crc32
 

@@ -58,9 +58,7 @@ class Scene:
         If anything in it is not allowed, or does not fit together.
     """
 
-    def __init__(
-        self, data: dict[str, Any], where: str = "scene", folder: str | Path = ""
-    ) -> None:
+    def __init__(self, data: dict[str, Any], where: str = "scene", folder: str | Path = "") -> None:
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
         check_beads(self.data, where)

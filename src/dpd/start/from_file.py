@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-def state_from_file(scene: Scene, species: np.ndarray | None, say: Callable[[str], None]) -> State:
+def state_from_file(
+    scene: Scene, species: np.ndarray | None, say: Callable[[str], object]
+) -> State:
     """Read the first configuration that a scene names.
 
     Beads are renumbered where the file has the molecules in another order. Velocities are drawn at

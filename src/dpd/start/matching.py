@@ -45,16 +45,18 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     number = _numbers_of_species(scene, particles, path)
     chains = chains_of(particles.bonds, particles.position.shape[1], path)
     order = []
-    for kind in scene.molecules:
+    for place, kind in enumerate(scene.molecules):
         wanted = np.array([scene.species.index(name) for name in kind.beads])
         there = chains.get(len(wanted), np.zeros((0, len(wanted)), np.int64))
         forward = (number[there] == wanted).all(axis=1)
         backward = (number[there[:, ::-1]] == wanted).all(axis=1)
         found = np.where(forward[:, None], there, there[:, ::-1])[forward | backward]
-        if len(found) < kind.count:
+        needed = sum(other.count for other in scene.molecules[place:] if other.beads == kind.beads)
+        if len(found) < needed:
             raise UserError(
-                f"{path}: it has {len(found)} molecules {_formula(kind.beads)} for the {kind.count}"
-                f" of {scene.where}{_elsewhere(scene, number)}"
+                f"{path}: it has {len(found)} molecules {_formula(kind.beads)} for the {needed} of "
+                f"{scene.where} (beads in the file: {_count(scene, number)}; in the scene "
+                f"{scene.beads} in all); take another file, or change 'molecules'"
             )
         taken = np.argsort(found.min(axis=1), kind="stable")[: kind.count]
         order.append(found[taken].ravel())
@@ -100,14 +102,13 @@ def _formula(names):
         if place == len(names) or names[place] != names[first]:
             words += [names[first], str(place - first)] if place - first > 1 else [names[first]]
             first = place
-    return shown(" ".join(words))
+    return shown(" ".join(words), str)
 
 
-def _elsewhere(scene, number):
-    """What else differs, for a message: how many beads of each species the file has."""
+def _count(scene, number):
+    """How many beads of each species a file has, in words."""
     there = np.bincount(number, minlength=len(scene.species))
-    count = ", ".join(f"{n} {name}" for n, name in zip(there, scene.species))
-    return f" (beads in the file: {count}; in the scene {scene.beads} in all)"
+    return ", ".join(f"{n} {name}" for n, name in zip(there, scene.species))
 
 
 def _refuse_more(scene, chains, number, path):
@@ -118,8 +119,9 @@ def _refuse_more(scene, chains, number, path):
         names = [scene.species[k] for k in number[chain]]
         more = sum(len(table) for table in chains.values())
         raise UserError(
-            f"{path}: bead {min(chain)} is of a molecule {_formula(names)} that {scene.where} does "
-            f"not have, or has fewer of ({more} such molecules in all); add it to 'molecules'"
+            f"{path}: it has {more} molecules more than {scene.where}; the first is "
+            f"{_formula(names)} with bead {min(chain)}; add them to 'molecules', or take another "
+            "file"
         )
 
 
