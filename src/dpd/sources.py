@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
 # Modules that decide no number and no picture, whoever imports them. They check input and word
 # messages, and what they fill in stands in a scene's own digest (defaults, a scheme chosen); or
-# they show progress, tidy up, and make these digests. `dpd` itself only hands on what others make.
+# they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
+# `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
-    "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts", "dpd.progress",
+    "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
+    "dpd.pipeline.kept", "dpd.progress",
     "dpd.scene.automatic", "dpd.scene.limits", "dpd.scene.plain_yaml", "dpd.scene.schema",
     "dpd.sources", "dpd.stages", "dpd.streams",
 )  # fmt: skip
