@@ -15,7 +15,7 @@ from dpd.pipeline.simulate import versions
 from dpd.scene.schema import suggestion
 from dpd.stages import stage_digest
 
-# The names that config/schema/paper.yaml allows.
+# The names that src/dpd/schemas/paper.yaml allows.
 MEASUREMENTS = {
     "lammps": beside_lammps,
     "scaling": scaling,

@@ -27,7 +27,7 @@ def check_axes(described, replicas, key):
     Parameters
     ----------
     described : dict
-        Axes by name, as config/schema/paper.yaml has them.
+        Axes by name, as src/dpd/schemas/paper.yaml has them.
     replicas : int
     key : str
         File and key to name in messages.
