@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -23,6 +24,12 @@ from dpd.start.files import read_start, write_start
 from dpd.start.make import make_start
 
 BYTES_PER_BEAD = 288  # of a run, measured
+
+
+def say(sentence: str) -> None:
+    """A warning to the terminal; nothing for an empty one."""
+    if sentence:
+        print(f"warning: {sentence}", file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,12 @@ class Order:
     wait : bool
         As Snakemake does: wait for another run on the same output, and take a result that was
         made for a Snakemake that is no more.
+    stopping : callable or None
+        Whether to stop; signals ask for it if there is none.
+    say, tell : callable
+        Called with a warning, and with a sentence on what is done.
+    progress : callable
+        Makes a `dpd.progress.Progress` from a number of steps and a label.
     """
 
     scene: Scene
@@ -59,6 +72,15 @@ class Order:
     every_seconds: float = 60.0
     inputs: tuple = ()
     wait: bool = False
+    stopping: Callable[[], int] | None = None
+    say: Callable[[str], None] = say
+    tell: Callable[[str], None] = print
+    progress: Callable[[int, str], Progress] = Progress
+
+    def stop_if_asked(self, at_work: str) -> None:
+        """Raise `Stopped` where nothing is kept of what is at work."""
+        if (self.stopping or asked)():
+            raise Stopped(f"stopped while {at_work}, as asked")
 
 
 def run_alone(order):
@@ -82,7 +104,7 @@ def run_alone(order):
     if order.wait:
         _refuse_other_left(order)
     starter = _starter()
-    with alone(order.output, say, order.wait) as waited:
+    with alone(order.output, order.say, order.wait) as waited:
         if order.wait and (found := _made(order, waited)):
             return found
         for path in (order.output, checkpoint):
@@ -159,46 +181,37 @@ def _run(order, checkpoint):
     _refuse_too_large(scene)
     if checkpoint.exists():
         print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
-    with _stoppable(Progress(start_work(scene), f"{order.label}: start")) as progress:
+    with _stoppable(order, order.progress(start_work(scene), f"{order.label}: start")) as progress:
         if order.start and order.keep_start and not order.start.exists():
             write_start(scene, order.start, progress)
         state = read_start(scene, order.start) if order.start else make_start(scene, progress)
-    scene = _settled(scene, state, checkpoint)
+    scene = _settled(scene, state, checkpoint, order)
     if scene.chosen:
-        print(scene.chosen["said"])
-    with Progress(sum(scene.steps), order.label) as progress:
+        order.tell(scene.chosen["said"])
+    with order.progress(sum(scene.steps), order.label) as progress:
         settings = RunSettings(
-            checkpoint, order.every_seconds, order.threads, progress, asked, say, begun
-        )
+            checkpoint, order.every_seconds, order.threads, progress, order.stopping or asked,
+            order.say, begun,
+        )  # fmt: skip
         return simulate(scene, order.output, state, settings)
 
 
-def _settled(scene, state, checkpoint):
+def _settled(scene, state, checkpoint, order):
     """The scene with the time step that it names, that it began with, or that is found now."""
     if not scene.is_auto:
         return scene
     before = settled_before(scene, note_of(checkpoint))
-    return before or settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
+    look = partial(order.stop_if_asked, "a time step was looked for")
+    return before or settle(scene, state, look)
 
 
 @contextmanager
-def _stoppable(progress):
+def _stoppable(order, progress):
     """Progress of work that keeps no state: it ends where a run would be stopped."""
 
     def step(done):
-        _stop_if_asked("the first configuration was made")
+        order.stop_if_asked("the first configuration was made")
         progress(done)
 
     with progress:
         yield step
-
-
-def _stop_if_asked(at_work):
-    if asked():
-        raise Stopped(f"stopped while {at_work}, as asked")
-
-
-def say(sentence):
-    """A warning to the terminal; nothing for an empty one."""
-    if sentence:
-        print(f"warning: {sentence}", file=sys.stderr, flush=True)

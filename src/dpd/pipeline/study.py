@@ -31,7 +31,7 @@ class Paper:
     sweeps: dict
     measurements: tuple
     figures: dict
-    sampling: tuple = ()  # what the paper says of its own, see config/schema/paper.yaml
+    sampling: tuple = ()  # what the paper says of its own, see src/dpd/schemas/paper.yaml
 
 
 def read_config(overrides=None):
@@ -47,8 +47,8 @@ def read_config(overrides=None):
     dict
         ``study``: a name, ``papers``: names.
     """
-    path = CONFIG / "config.yaml"
-    config = read_yaml(path) | (overrides or {})
+    _check_folder()
+    config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
     validate(config, "config", "config/config.yaml")
     _known("study", config["study"], "studies")
     for name in config["papers"]:
@@ -119,11 +119,11 @@ def read_paper(name, study, only=None):
     }
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
-    sweeps = {
-        sweep: unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep], study)
-        for sweep, given in paper["sweeps"].items()
-        if only is None or sweep in only
-    }
+    sweeps = {}
+    for sweep, given in paper["sweeps"].items():
+        if only is None or sweep in only:
+            change, key = changes.get(sweep, {}), f"{where}: sweeps.{sweep}"
+            sweeps[sweep] = unfold(name, sweep, given, change, key, axes[sweep], study)
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
     return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures, sampling)
@@ -171,7 +171,17 @@ def _feeds(given, sweeps, measurements, key):
     return Figure(**named)
 
 
+def _check_folder():
+    """Refuse to go on without the project's repository, where its papers and studies are."""
+    if not (CONFIG / "config.yaml").is_file():
+        raise UserError(
+            f"{CONFIG}: there is no config.yaml, and papers and studies are wanted, which only the "
+            "project's repository holds; change to the folder of a clone and try again there"
+        )
+
+
 def _known(key, name, folder):
+    _check_folder()
     _check_name(key, name)
     names = sorted(path.stem for path in (CONFIG / folder).glob("*.yaml"))
     if name not in names:

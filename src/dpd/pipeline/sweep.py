@@ -86,12 +86,11 @@ def described_axes(given, changes, key, study):
     return described
 
 
-def unfold(paper, name, given, changes, where, described, study):
+def unfold(paper, name, given, changes, key, described, study):
     """All points of a sweep."""
     changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
-    key = f"{where}: sweeps.{name}"
     base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
     check_axes(described, replicas, key)
