@@ -76,16 +76,16 @@ def test_a_good_run_says_nothing(tmp_path, change):
 def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
     """Of independent samples."""
     kT = mean + spread * np.random.default_rng(1).normal(size=800)
-    assert bool(temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})) == warned
+    assert bool(temperature_warning(Scene(FLUID), {"kT": kT})) == warned
     kT[-1] = np.nan
-    assert not temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
+    assert not temperature_warning(Scene(FLUID), {"kT": kT})
 
 
 def test_a_warning_without_an_error_says_so(monkeypatch):
     """Where the samples are too few, or too much alike, to know it."""
     kT = np.full(2 * FEWEST, 1.27)
     monkeypatch.setattr("dpd.pipeline.simulate.mean_and_error", lambda kT: (kT.mean(), np.nan, 0.5))
-    said = temperature_warning(Scene(FLUID), {"kT": (("sample",), kT)})
+    said = temperature_warning(Scene(FLUID), {"kT": kT})
     assert "kT is 1.27" in said and "too short a run to know its error" in said
     assert "nan" not in said
 

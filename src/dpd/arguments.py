@@ -7,7 +7,7 @@ import os
 THREADS_PER_CORE = 4  # more only wait for each other
 
 
-def count(text):
+def count(text: str) -> int:
     """A number of threads."""
     cores = len(os.sched_getaffinity(0))
     most = THREADS_PER_CORE * cores
@@ -19,7 +19,7 @@ def count(text):
     return int(text)
 
 
-def seconds(text):
+def seconds(text: str) -> float:
     """A time that is no less than zero."""
     try:
         found = float(text)

@@ -23,7 +23,7 @@ def _repository() -> Path:
 ROOT = _repository()
 
 
-def cache_folder(name):
+def cache_folder(name: str) -> Path:
     """Folder for what can be had again: ``~/.cache/dpd-papers/<name>``, if not elsewhere."""
     try:
         home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -32,11 +32,11 @@ def cache_folder(name):
     return Path(home) / "dpd-papers" / name
 
 
-def value_digest(value):
+def value_digest(value: object) -> str:
     """Digest of a value made of plain dicts, lists, strings and numbers."""
     return text_digest(json.dumps(value, sort_keys=True))
 
 
-def text_digest(text):
+def text_digest(text: str) -> str:
     """Twelve hexadecimal digits that differ where texts differ."""
     return hashlib.sha256(text.encode()).hexdigest()[:12]

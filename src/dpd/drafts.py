@@ -1,14 +1,21 @@
 """Files that are no use to anybody once their process has ended: drafts, and locks."""
 
+from __future__ import annotations
+
 import os
 import re
 from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
 
-TEMPORARY: set[str] = set()  # paths of this process's
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+TEMPORARY: set[Path] = set()  # paths of this process's
 
 
 @contextmanager
-def draft_of(path):
+def draft_of(path: Path) -> Iterator[Path]:
     """A name beside a file for what is to take its place; removed in the end if still there.
 
     It is this process's own, so that two that write the same file do not spoil each other's.
@@ -23,7 +30,7 @@ def draft_of(path):
         TEMPORARY.discard(draft)
 
 
-def remove_drafts(path):
+def remove_drafts(path: Path) -> None:
     """Remove what processes left that were killed while they wrote a file.
 
     For the one process that is at work on that file, see `dpd.pipeline.lock`.
@@ -35,7 +42,7 @@ def remove_drafts(path):
                 other.unlink(missing_ok=True)
 
 
-def remove_temporary():
+def remove_temporary() -> None:
     """Remove the drafts and locks of this process, which is about to end."""
     for path in list(TEMPORARY):
         with suppress(OSError):

@@ -1,6 +1,13 @@
 """Exceptions that reach a user as a plain sentence, and how that shows a value."""
 
+from __future__ import annotations
+
 import errno
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
 
 LONGEST_SHOWN = 100  # characters of a value
 
@@ -19,23 +26,23 @@ class Stopped(UserError):
 class LostTrack(UserError):
     """Beads moved too far between two samples to be followed, at a ``step`` of the run."""
 
-    def __init__(self, text, step):
+    def __init__(self, text: str, step: int) -> None:
         super().__init__(text)
         self.step = step
 
 
-def reason(problem):
+def reason(problem: BaseException) -> str:
     """Why the system refused something, in few words."""
     return getattr(problem, "strerror", None) or str(problem)
 
 
-def remedy(problem, folder):
+def remedy(problem: BaseException, folder: str | Path) -> str:
     """What to do where the system did not let us write into a folder."""
     full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
     return f"{'make room there' if full else f'make {folder} writable'} or choose another place"
 
 
-def shown(value, form=repr):
+def shown(value: object, form: Callable[[object], str] = repr) -> str:
     """A value as a message shows it: on one line, and not at any length."""
     text = " ".join(form(value).split())
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."

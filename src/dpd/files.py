@@ -1,10 +1,13 @@
 """NetCDF files that are whole or not there, and say what made them."""
 
+from __future__ import annotations
+
 import os
 import shutil
 import stat
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
@@ -12,10 +15,20 @@ import numpy as np
 from dpd.drafts import draft_of
 from dpd.errors import UserError, reason, remedy
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    import numpy.typing as npt
+
+    # Dimensions, values, units, long_name.
+    Variable = tuple[Sequence[str], npt.ArrayLike, str, str]
+
 OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
-def write(path, variables, attributes):
+def write(
+    path: str | Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any]
+) -> None:
     """Write a NetCDF file; a kill while writing leaves nothing under its name.
 
     Parameters
@@ -29,7 +42,7 @@ def write(path, variables, attributes):
     replace_whole(path, lambda draft: _fill(draft, variables, attributes))
 
 
-def replace_whole(path, make):
+def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     """Let ``make(draft)`` write a draft beside ``path``, then put it in its place.
 
     A failure removes the draft; a kill leaves it, but nothing under the name asked for. The draft
@@ -51,7 +64,7 @@ def replace_whole(path, make):
         raise UserError(f"{path}: cannot be written ({reason(problem)})") from None
 
 
-def check_output(path, suffix="", inputs=()):
+def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
     """Refuse a place where a result would do harm, before anything is written.
 
     Parameters
@@ -108,7 +121,7 @@ def _same(one, other):
     return one and other and os.path.samestat(one, other)
 
 
-def check_room(path, size):
+def check_room(path: str | Path, size: int) -> None:
     """Refuse a place where a file of some bytes cannot be written, before it is needed.
 
     Parameters
@@ -148,7 +161,7 @@ def _amount(size):
 
 
 @contextmanager
-def asking_system(draft, size):
+def asking_system(draft: str | Path, size: int) -> Iterator[None]:
     """Let the system say why a file of some bytes cannot be written.
 
     For a full disk the NetCDF library has "HDF error", or "Permission denied".
@@ -181,7 +194,7 @@ def _put(file, variables, attributes):
     file.setncatts(attributes)
 
 
-def read(path):
+def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Read a NetCDF file that `write` made.
 
     Returns
@@ -200,7 +213,7 @@ def read(path):
         return variables, {name: file.getncattr(name) for name in file.ncattrs()}
 
 
-def attribute(path, name):
+def attribute(path: str | Path, name: str) -> Any:
     """One attribute of a NetCDF file, its variables left unread."""
     with _opened(path) as file:
         return file.getncattr(name)
@@ -227,12 +240,14 @@ def _opened(path):
         ) from None
 
 
-def is_of_system(problem):
+def is_of_system(problem: BaseException) -> bool:
     """Whether the system refused a file; what the NetCDF library finds in one is below zero."""
     return (getattr(problem, "errno", None) or 0) > 0
 
 
-def check_digest(path, attributes, name, expected, remedy):
+def check_digest(
+    path: str | Path, attributes: Mapping[str, Any], name: str, expected: str, remedy: str
+) -> None:
     """Refuse a file that other sources made.
 
     Raises

@@ -34,7 +34,7 @@ class _Asked:
     at = 0.0
 
 
-def watch():
+def watch() -> None:
     """From now on attend to signals, but for those that the caller has ignored (as nohup does)."""
     read, write = os.pipe()
     os.set_blocking(write, False)
@@ -46,7 +46,7 @@ def watch():
 
 
 @contextmanager
-def listening():
+def listening() -> Iterator[None]:
     """While a run looks whether it is `asked` to stop."""
     _Asked.listening = True
     try:
@@ -55,7 +55,7 @@ def listening():
         _Asked.listening = False
 
 
-def asked():
+def asked() -> int:
     """The number of the signal that asks to stop, or 0."""
     return _Asked.number
 

@@ -7,17 +7,25 @@ its last bits. Nor is anything compiled for parts that only Python would need, a
 the time that a kernel takes.
 """
 
+from __future__ import annotations
+
 import os
 import sys
 import warnings
 from functools import cache, partial
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from numba import njit
 from numba.core.caching import NullCache
 from numba.extending import overload, register_jitable
 
 from dpd.errors import reason
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numba.core.dispatcher import Dispatcher
 
 
 def _without_blas():
@@ -43,7 +51,7 @@ OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "a
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 
-def kernel():
+def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
     """Decorator of what Python calls: compiled at its first call, and kept on the disk.
 
     A disk that is full or may not be written is no reason not to run.
@@ -95,7 +103,7 @@ part = partial(register_jitable, **PART)
 exact_part = partial(part, fastmath=False)
 
 
-def method(name):
+def method(name: str) -> Callable[..., Any]:
     """A function that calls the method of that name of its first argument, a NamedTuple.
 
     In a kernel the class is known when it is compiled, and the method becomes a part of it.
@@ -104,7 +112,8 @@ def method(name):
     def call(record, *arguments):
         return getattr(record, name)(*arguments)
 
-    @overload(call, strict=False, jit_options=PART)
+    # Numba's hints do not know all options of PART.
+    @overload(call, strict=False, jit_options=PART)  # type: ignore[arg-type]
     def of_class(record, *arguments):
         return getattr(record.instance_class, name)
 

@@ -21,7 +21,7 @@ class Progress:
         Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere lines.
     """
 
-    def __init__(self, total: int, label: str, bar: bool | None = None):
+    def __init__(self, total: int, label: str, bar: bool | None = None) -> None:
         self._total, self._label = total, label
         self._bar = None
         self._silent = bar is False
@@ -29,7 +29,7 @@ class Progress:
             self._bar = _bar(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
 
-    def __call__(self, done):
+    def __call__(self, done: int) -> None:
         if self._bar is not None:
             self._bar.update(done - self._bar.n)
         elif not self._silent and time.monotonic() - self._last >= LINE_EVERY:
@@ -37,10 +37,10 @@ class Progress:
             share = done / self._total
             print(f"{self._label}: step {done} of {self._total} ({share:.0%})", file=sys.stderr)
 
-    def __enter__(self):
+    def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         if self._bar is not None:
             self._bar.close()
 

@@ -6,6 +6,8 @@ changes no digest. The folder of Numba's compiled kernels is named after such a 
 from the same tree it compiles the same code.
 """
 
+from __future__ import annotations
+
 import ast
 import gc
 import hashlib
@@ -14,9 +16,12 @@ import shutil
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
 
 # The packages that are followed: `dpd` itself, and the figures of papers.
 HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
@@ -56,7 +61,7 @@ class Source(NamedTuple):
     imports: frozenset
 
 
-def sources_digest(*modules, without=()):
+def sources_digest(*modules: str | Path, without: Collection[str] = ()) -> str:
     """Digest of the sources of some modules and of all that they import.
 
     Parameters
@@ -93,7 +98,7 @@ def _place(path):
 
 
 @cache
-def kernel_digest():
+def kernel_digest() -> str:
     """Digest of all that decides what Numba compiles: modules with kernels, and their imports."""
 
     def find():
@@ -107,7 +112,7 @@ def kernel_digest():
     return kept("kernels", find)
 
 
-def kept(question, find):
+def kept(question: str, find: Callable[[], str]) -> str:
     """What another process has found for the same sources; otherwise find it, and keep it.
 
     To parse all sources takes a tenth of a second, which each of a study's hundreds of jobs would
@@ -159,7 +164,9 @@ def _state():
 
 
 @cache
-def reachable(modules, without=frozenset()):
+def reachable(
+    modules: tuple[str | Path, ...], without: frozenset[str] = frozenset()
+) -> frozenset[Path]:
     """Files of some modules, of all that they import, and of the packages that these are in.
 
     Parameters
@@ -184,7 +191,7 @@ def reachable(modules, without=frozenset()):
 
 
 @cache
-def file_of(name):
+def file_of(name: str) -> Path | None:
     """The file of a module of ours; None for other modules, and for folders that are no package."""
     first, *rest = name.split(".")
     return _file_in(HOMES[first], rest) if first in HOMES else None
@@ -213,7 +220,7 @@ def _is_ours(folder):
 
 
 @cache
-def source_of(path):
+def source_of(path: Path) -> Source:
     """The `Source` of a file."""
     text = path.read_bytes()
     with _no_collection():
@@ -225,7 +232,7 @@ def source_of(path):
     for name in constant(tree, DATA, ()):
         digest.update(hashlib.sha256((path.parent / name).read_bytes()).digest())
     files = {file for node in imports for file in _imported(node, path)}
-    return Source(digest.hexdigest(), files.union(_files(path)))
+    return Source(digest.hexdigest(), frozenset(files.union(_files(path))))
 
 
 @contextmanager
@@ -295,7 +302,7 @@ def _imported(node, path):
                 yield from _files(file)
 
 
-def constant(tree, name, default=None):
+def constant(tree: ast.Module, name: str, default: Any = None) -> Any:
     """The value of a plain constant at the top of a module."""
     for node in tree.body:
         if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", None) == name:

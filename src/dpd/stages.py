@@ -5,13 +5,21 @@ Snakemake compares rules, not the code that they call. A digest of the sources i
 keep it as well, so that a stage that is called by hand refuses what other sources made.
 """
 
+from __future__ import annotations
+
 import ast
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from dpd.digest import text_digest
 from dpd.physics.schemes import scheme_named
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dpd.scene.scene import Scene
 
 # The modules with which each stage begins; what they import is found from there.
 STAGES = {
@@ -37,7 +45,7 @@ OBSERVE = "dpd.observe"  # the package whose OBSERVABLES lists all observables
 
 
 @cache
-def stage_digest(stage):
+def stage_digest(stage: str) -> str:
     """Digest of the sources that decide what a stage computes, for any scene.
 
     Parameters
@@ -53,7 +61,7 @@ def stage_digest(stage):
     return sources_digest(*STAGES[stage], without=NOT_IN_RUNS if stage == "simulate" else ())
 
 
-def run_sources(scene):
+def run_sources(scene: Scene) -> str:
     """Digest of the sources of a run, less those of what its scene does without.
 
     Those are observables that it does not name, and terms of the physics that it lacks.
@@ -80,7 +88,7 @@ def _run_sources(terms, observables):
     )
 
 
-def start_sources(scene):
+def start_sources(scene: Scene) -> str:
     """Digest of the sources that decide a scene's first configuration.
 
     It is the same for all scenes that share a start.
@@ -88,7 +96,7 @@ def start_sources(scene):
     return _sources_with("start", start_terms(scene))
 
 
-def kernels_name(terms):
+def kernels_name(terms: frozenset[str]) -> str:
     """A name for the kernels of all scenes in which just these terms act, by their sources.
 
     Where it changes, `run_sources` and `start_sources` of those scenes change as well.
@@ -109,7 +117,7 @@ def _sources_with(stage, terms):
     )
 
 
-def figure_sources(path):
+def figure_sources(path: Path) -> str:
     """Digest of the sources of a figure: of its file, and of the stage that draws it.
 
     Parameters
@@ -120,7 +128,7 @@ def figure_sources(path):
     return sources_digest(*STAGES["figure"], path)
 
 
-def terms_of(scene):
+def terms_of(scene: Scene) -> frozenset[str]:
     """Names in `TERMS` of what acts in a scene."""
     acting = {
         "bond": "bond" in scene.data,
@@ -131,12 +139,12 @@ def terms_of(scene):
     return frozenset(name for name, acts in acting.items() if acts)
 
 
-def start_terms(scene):
+def start_terms(scene: Scene) -> frozenset[str]:
     """The same of what acts while its first configuration grows and relaxes."""
     return frozenset(start_description(scene).get("forces", {})).intersection(TERMS)
 
 
-def unused_modules(terms, observables):
+def unused_modules(terms: frozenset[str], observables: frozenset[str]) -> frozenset[str]:
     """Modules of the terms and observables that are not named, nor imported by one that is.
 
     Parameters
@@ -158,15 +166,16 @@ def unused_modules(terms, observables):
 
 
 @cache
-def observable_modules():
+def observable_modules() -> dict[str, str]:
     """The module of each observable by name, as the registry lists them; nothing is imported."""
-    tree = ast.parse(file_of(OBSERVE).read_bytes())
+    tree = ast.parse(file_of(OBSERVE).read_bytes())  # type: ignore[union-attr]  # it is there
     module_of = {
         alias.asname or alias.name: node.module
         for node in tree.body
-        if isinstance(node, ast.ImportFrom)
+        if isinstance(node, ast.ImportFrom) and node.module
         for alias in node.names
     }
+    registry: Any  # the node of a dict, of text to names
     (registry,) = (
         node.value
         for node in tree.body

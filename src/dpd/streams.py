@@ -3,23 +3,29 @@
 What a command prints is not its result. It goes on in silence.
 """
 
+from __future__ import annotations
+
 import os
 import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from io import TextIOWrapper
 
 
 class Steady:
     """A text stream that is silent from the moment when it cannot be written."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: TextIOWrapper) -> None:
         stream.reconfigure(errors="backslashreplace")  # names of files need not be UTF-8
         self._stream = stream
-        self.problem = None  # the OSError that silenced it
+        self.problem: OSError | None = None  # the OSError that silenced it
 
-    def write(self, text):
+    def write(self, text: str) -> int:
         """As of any text stream."""
         return self._try(self._stream.write, text) or 0
 
-    def flush(self):
+    def flush(self) -> None:
         """As of any text stream."""
         self._try(self._stream.flush)
 
@@ -30,7 +36,7 @@ class Steady:
             self.problem = self.problem or problem
             _point_nowhere(self._stream.fileno())  # what is left in its buffer goes there too
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
 
@@ -41,7 +47,7 @@ def _point_nowhere(number):
         os.close(nowhere)
 
 
-def make_steady():
+def make_steady() -> None:
     """Let no print of this process fail; to be called before it opens any file.
 
     The first file that is opened would otherwise take the place of a stream that is closed.
@@ -56,7 +62,7 @@ def make_steady():
         setattr(sys, name, Steady(stream))
 
 
-def unprinted():
+def unprinted() -> OSError | None:
     """Why standard output was not written in full, or None; a reader who has left is no reason."""
     sys.stdout.flush()
     problem = getattr(sys.stdout, "problem", None)

@@ -1,6 +1,8 @@
 """Errors of integration schemes: how far from the limit of small steps, at what cost."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,6 +18,9 @@ from dpd.analysis.statistics import (
     over_replicas,
 )
 from dpd.analysis.structure import blocks_of
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterable, Sequence
 
 # Second order in dt for what depends on positions, and so what the limit dt -> 0 is taken from.
 SECOND_ORDER = ("shardlow", "aboba")
@@ -35,7 +40,7 @@ LABELS = {
 }
 
 
-def quantities(runs):
+def quantities(runs: xr.Dataset) -> xr.Dataset:
     """What schemes are judged by, at every point of a sweep.
 
     Parameters
@@ -106,7 +111,7 @@ def _units(runs, name):
     return {"bond": "r_c", "diffusion": "r_c^2 / tau"}.get(name, "kT")
 
 
-def limit(data, name, along="gamma"):
+def limit(data: xr.Dataset, name: str, along: str = "gamma") -> tuple[float, float]:
     """A quantity for dt -> 0: one value that the `SECOND_ORDER` schemes share.
 
     q(dt) = q_0 + c dt^2 with a c for each of them, and each value of ``along`` (friction does
@@ -120,25 +125,26 @@ def limit(data, name, along="gamma"):
     """
     small = data.isel(dt=slice(0, max(2, int(np.ceil(HALF * data.sizes["dt"])))))
     small = small.sel(scheme=[name for name in SECOND_ORDER if name in data.scheme.values])
-    dt, value, error, kind = [], [], [], []
+    dts, values, errors, kinds = [], [], [], []
     groups = small[name].stack(group=("scheme", along)).group.size
     flat = small[[name, f"{name}_error"]].stack(group=("scheme", along))
     for group in range(groups):
         at = flat.isel(group=group)
         seen = np.isfinite(at[name].values) & (at[f"{name}_error"].values > 0)
-        dt += list(at.dt.values[seen])
-        value += list(at[name].values[seen])
-        error += list(at[f"{name}_error"].values[seen])
-        kind += [group] * int(seen.sum())
-    dt, kind = np.array(dt), np.array(kind)
+        dts += list(at.dt.values[seen])
+        values += list(at[name].values[seen])
+        errors += list(at[f"{name}_error"].values[seen])
+        kinds += [group] * int(seen.sum())
+    dt, kind = np.array(dts), np.array(kinds)
     basis = [np.ones_like(dt), *(dt**2 * (kind == group) for group in np.unique(kind))]
     if len(dt) < len(basis):
         return np.nan, np.nan
-    fit = linear_fit(np.array(basis), np.array(value), np.array(error))
-    return float(fit.values[0]), float(fit.errors[0])
+    fit = linear_fit(np.array(basis), np.array(values), np.array(errors))
+    (shared, *_), (shared_error, *_) = fit.values, fit.errors
+    return float(shared), float(shared_error)
 
 
-def deviations(runs):
+def deviations(runs: xr.Dataset) -> xr.Dataset:
     """Relative errors of every quantity at every point.
 
     Temperatures are held against kT = 1, all else against the `limit`; diffusion against that
@@ -178,7 +184,9 @@ def deviations(runs):
     return found
 
 
-def rdf_deviation(runs, seen):
+def rdf_deviation(
+    runs: xr.Dataset, seen: xr.DataArray
+) -> tuple[xr.DataArray, tuple[tuple[Hashable, ...], np.ndarray]]:
     """Largest deviation of g(r) from that of the best runs, and its standard error.
 
     Of many bins the one that noise moves most would be found, so what counts is the largest
@@ -186,11 +194,12 @@ def rdf_deviation(runs, seen):
     run is too short for an error there.
     """
     dims = runs.kT.dims[:-1]
-    mean, error = {}, {}
+    mean: dict[tuple[int, ...], np.ndarray] = {}
+    error: dict[tuple[int, ...], np.ndarray] = {}
     for place in np.ndindex(tuple(runs.sizes[name] for name in dims)):
         if seen.values[place]:
             blocks = blocks_of(runs.rdf.isel(dict(zip(dims, place))))
-            mean[place], error[place] = block_mean_and_error(blocks)
+            mean[place], error[place] = block_mean_and_error(blocks)  # type: ignore[assignment]  # many bins
     best = [
         place for place in mean if place[-1] == 0 and runs.scheme.values[place[0]] in SECOND_ORDER
     ]
@@ -209,12 +218,23 @@ def rdf_deviation(runs, seen):
     return xr.DataArray(value, seen.coords, dims, attrs=attrs), (dims, sigma)
 
 
-def bound(data, name):
+def bound(data: xr.Dataset, name: str) -> xr.DataArray:
     """The error that a scheme has at most, with 97.5 % confidence."""
-    return np.abs(data[name]) + COVERAGE * data[f"{name}_error"]
+    # NumPy's hints know no other arrays than its own.
+    return np.abs(data[name]) + COVERAGE * data[f"{name}_error"]  # type: ignore[return-value]
 
 
-def cheapest(data, seconds, names, tolerance):
+class Cheapest(NamedTuple):
+    """A scheme, its time step in tau, and its run time in seconds per tau."""
+
+    scheme: str
+    dt: float
+    seconds: float
+
+
+def cheapest(
+    data: xr.Dataset, seconds: xr.DataArray, names: Iterable[str], tolerance: float
+) -> Cheapest | None:
     """The scheme and step of least run time whose errors are surely within a tolerance.
 
     Parameters
@@ -229,8 +249,8 @@ def cheapest(data, seconds, names, tolerance):
 
     Returns
     -------
-    (str, float, float) or None
-        Scheme, dt, seconds per tau; None if no run is good enough.
+    Cheapest or None
+        None if no run is good enough.
     """
     good = seconds
     for name in names:
@@ -239,7 +259,8 @@ def cheapest(data, seconds, names, tolerance):
         return None
     at = good.stack(point=("scheme", "dt")).dropna("point")
     best = at.isel(point=int(np.argmin(at.values)))
-    return str(best.scheme.values), float(best.dt), float(best)
+    # By name: ``best.dt`` is the step only because it is no date, which xarray tries first.
+    return Cheapest(str(best.scheme.values), float(best["dt"]), float(best))
 
 
 class Choice(NamedTuple):
@@ -264,7 +285,7 @@ class Choice(NamedTuple):
     deviations: dict | None = None
 
 
-def choices(data, names=JUDGED):
+def choices(data: xr.Dataset, names: Sequence[str] = JUDGED) -> list[Choice]:
     """For each friction and tolerance the cheapest scheme.
 
     Parameters
@@ -286,15 +307,14 @@ def choices(data, names=JUDGED):
             if best is None:
                 found.append(Choice(float(gamma), tolerance))
                 continue
-            scheme, dt, seconds = best
-            chosen = at.sel(scheme=scheme, dt=dt)
+            chosen = at.sel(scheme=best.scheme, dt=best.dt)
             errors = {name: (float(chosen[name]), float(chosen[f"{name}_error"]))
                       for name in JUDGED}  # fmt: skip
-            found.append(Choice(float(gamma), tolerance, scheme, dt, seconds, errors))
+            found.append(Choice(float(gamma), tolerance, *best, errors))
     return found
 
 
-def front(seconds, error):
+def front(seconds: np.ndarray, error: np.ndarray) -> list[int]:
     """Places of points to which no other is both faster and more accurate, by run time."""
     order = np.argsort(seconds)
     best, places = np.inf, []

@@ -1,10 +1,17 @@
 """What follows from several chain lengths: end effects, exponents, and where two regimes meet."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from dpd.analysis.statistics import linear_fit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
 
 
 class LongChains(NamedTuple):
@@ -27,7 +34,7 @@ class LongChains(NamedTuple):
     p_value: float
 
 
-def end_effect(share, value, error, at):
+def end_effect(share: npt.ArrayLike, value: np.ndarray, error: np.ndarray, at: float) -> LongChains:
     """Extrapolate a mean over beads or bonds in the share of chain ends.
 
     A bond next to an end has another mean than one far from both ends. Of the N - 1 bonds of a
@@ -69,7 +76,15 @@ class Power(NamedTuple):
     height_error: float
 
 
-def power(length, value, error, low, high, exponent=None, about=1.0):
+def power(
+    length: np.ndarray,
+    value: np.ndarray,
+    error: np.ndarray,
+    low: float,
+    high: float,
+    exponent: float | None = None,
+    about: float = 1.0,
+) -> Power:
     """Exponent of value ~ N^x for low <= N <= high.
 
     Parameters
@@ -94,13 +109,20 @@ def power(length, value, error, low, high, exponent=None, about=1.0):
     x, y, spread = np.log(length[use] / about), np.log(value[use]), error[use] / value[use]
     if exponent is not None:
         fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
-        return Power(exponent, 0.0, float(fit.values[0]), float(fit.errors[0]))
+        (height,), (height_error,) = fit.values, fit.errors
+        return Power(exponent, 0.0, float(height), float(height_error))
     fit = linear_fit([np.ones_like(x), x], y, spread)
-    height, free = fit.values
-    return Power(float(free), float(fit.errors[1]), float(height), float(fit.errors[0]))
+    (height, free), (height_error, free_error) = fit.values, fit.errors
+    return Power(float(free), float(free_error), float(height), float(height_error))
 
 
-def meeting(length, value, error, regimes, exponents=(None, None)):
+def meeting(
+    length: np.ndarray,
+    value: np.ndarray,
+    error: np.ndarray,
+    regimes: Sequence[tuple[float, float]],
+    exponents: Sequence[float | None] = (None, None),
+) -> tuple[float, float]:
     """Chain length at which the power laws of two regimes meet.
 
     Parameters

@@ -1,9 +1,12 @@
 """The runs of a sweep as one labelled dataset."""
 
+from __future__ import annotations
+
 import json
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import xarray as xr
@@ -13,6 +16,24 @@ from dpd.analysis.statistics import mean_and_error, trend
 from dpd.errors import UserError, reason
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources, stage_digest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    class Sweep(Protocol):
+        """What is asked of a `dpd.pipeline.sweep.Sweep`, which stands above this room."""
+
+        @property
+        def name(self) -> str: ...
+        @property
+        def axes(self) -> tuple: ...
+        @property
+        def points(self) -> tuple: ...
+        @property
+        def series(self) -> tuple: ...
+        @property
+        def derived(self) -> tuple: ...
+
 
 RECORDED = {
     "number_density": ("1 / r_c^dimension", "number density"),
@@ -26,7 +47,7 @@ RECORDED = {
 }
 
 
-def collect(sweep, paths):
+def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
     """Put the runs of a sweep on its axes.
 
     A series becomes its mean, ``_error`` (standard error), ``_correlation_time`` in tau,
@@ -116,7 +137,7 @@ def collect(sweep, paths):
     return data
 
 
-def name_of(path):
+def name_of(path: str | Path) -> str:
     """The name of the sweep or measurement that a file holds.
 
     Raises
@@ -130,12 +151,12 @@ def name_of(path):
     raise UserError(f"{path}: neither a collected sweep nor a measurement; name a file that is one")
 
 
-def first_scene(runs):
+def first_scene(runs: xr.Dataset) -> Scene:
     """The scene of the first point of a sweep, or of some of its points."""
     return Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
 
 
-def samples_of(runs, observable):
+def samples_of(runs: xr.Dataset, observable: str) -> int:
     """Bead-samples that an observable of one point has taken, all replicas together."""
     scene = first_scene(runs)
     configurations = scene.steps.sample // scene.observe[observable]["every"]
@@ -151,7 +172,7 @@ def _alike(parts):
     )
 
 
-def padded(arrays):
+def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
     """Arrays of one shape: shorter ones, as of fewer molecules, are filled up with NaN."""
     shape = np.max([array.shape for array in arrays], axis=0)
     if all((array.shape == shape).all() for array in arrays):
@@ -175,7 +196,11 @@ def _read(path, scene):
 
 
 @contextmanager
-def reading(path, kind="NetCDF file", remedy="delete it and let snakemake make it again"):
+def reading(
+    path: str | Path,
+    kind: str = "NetCDF file",
+    remedy: str = "delete it and let snakemake make it again",
+) -> Iterator[None]:
     """Turn what libraries raise over a missing or damaged file into a sentence.
 
     Parameters
@@ -201,7 +226,7 @@ def reading(path, kind="NetCDF file", remedy="delete it and let snakemake make i
         raise UserError(f"{path}: not a whole {kind}; {remedy}") from None
 
 
-def load(path, remedy="delete it and let snakemake make it again"):
+def load(path: str | Path, remedy: str = "delete it and let snakemake make it again") -> xr.Dataset:
     """Read a dataset that `save` or a run has written.
 
     Raises
@@ -213,7 +238,7 @@ def load(path, remedy="delete it and let snakemake make it again"):
         return xr.load_dataset(path, engine="netcdf4")
 
 
-def save(data, path):
+def save(data: xr.Dataset, path: str | Path) -> None:
     """Write a dataset whole or not at all, in the types that it has in memory.
 
     A type remembered from a file that was read would be forced on values put in since.

@@ -1,6 +1,8 @@
 """Compositions of coexisting phases, and the chi parameter that they stand for."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,9 +13,12 @@ from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import jackknife, mean_and_error
 from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
+if TYPE_CHECKING:
+    from dpd.analysis.interfaces import Slabs
+
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
 TAIL = 2.0  # r_c from either interface beyond which its tail is an exponential
-DECAY = (0.1, 1.5)  # r_c, shortest and longest decay length that any tail may have
+SHORTEST, LONGEST = 0.1, 1.5  # r_c, the decay lengths between which that of any tail lies
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
@@ -48,13 +53,13 @@ class Composition(NamedTuple):
     counted: float
 
     @property
-    def settled(self):
+    def settled(self) -> bool:
         """Whether the run was in equilibrium and long enough to give chi an error."""
         steady = abs(self.drift) <= STEADY and self.samples >= ENOUGH
         return steady and self.error < PRECISE * self.fraction
 
 
-def composition(seen, slice_volume):
+def composition(seen: Slabs, slice_volume: float) -> Composition:
     """Minority fraction far from the interfaces, both phases taken together.
 
     Interfaces between chains reach far: where a tail is left in the middle of the slabs,
@@ -79,8 +84,8 @@ def composition(seen, slice_volume):
     minority = seen.density[:, 0, bulk].sum(axis=1)
     series = minority / seen.total[:, bulk].sum(axis=1)
     mean, error, tau = mean_and_error(series)
-    width = interface_width(seen)[0]
-    widest = DECAY[1] if np.isnan(width) else np.clip(width / 2, 2 * DECAY[0], DECAY[1])
+    width, _ = interface_width(seen)
+    widest = LONGEST if np.isnan(width) else np.clip(width / 2, 2 * SHORTEST, LONGEST)
     fraction, fitted = jackknife(
         seen.density, lambda mean: bulk_fraction(mean, seen.distance, widest)
     )
@@ -95,12 +100,12 @@ def composition(seen, slice_volume):
     return Composition(fraction, error, drift, samples, counted)
 
 
-def in_bulk(distance):
+def in_bulk(distance: np.ndarray) -> np.ndarray:
     """Mask of the distances from an interface at which the bulk is taken to begin."""
     return distance >= min(CLEAR, 0.8 * distance[-1])
 
 
-def bulk_fraction(profile, distance, widest):
+def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> float:
     """Minority fraction far from interfaces, their tails fitted and taken off.
 
     Parameters
@@ -128,12 +133,16 @@ def bulk_fraction(profile, distance, widest):
             coefficients = np.array([y.mean(), 0.0])
         return coefficients, np.sum((y - coefficients @ basis) ** 2)
 
-    bounds = (DECAY[0], widest)
-    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=bounds, method="bounded").x
-    return max(0.0, float(fit(best)[0][0]))
+    def misfit(decay):
+        _, squares = fit(decay)
+        return squares
+
+    best = minimize_scalar(misfit, bounds=(SHORTEST, widest), method="bounded").x
+    (bulk, _), _ = fit(best)
+    return max(0.0, float(bulk))
 
 
-def chi_and_error(fraction, error, length=1):
+def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
     """chi by Groot and Warren 1997, Eq. 18, with the error of the fraction carried over.
 
     Returns
@@ -144,10 +153,10 @@ def chi_and_error(fraction, error, length=1):
     if not 0 < fraction < 0.5:
         return np.nan, np.nan
     chi = float(chi_of_composition(fraction, length))
-    return chi, float(abs(chi_slope(fraction, length)) * error)
+    return chi, abs(float(chi_slope(fraction, length))) * error
 
 
-def sweep_chi(sweep, axis):
+def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """chi of every point of a sweep of slabs, replicas taken together.
 
     Parameters

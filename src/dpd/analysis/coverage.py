@@ -1,10 +1,21 @@
 """How often 95 % intervals hold the truth: of pieces of a long run, whose mean is the truth."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from dpd.analysis.statistics import COVERAGE, averaged, block_mean_and_error, by_window
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy.typing as npt
+
+    from dpd.analysis.statistics import Values
+
+    Estimate = Callable[[np.ndarray], tuple[Values, Values]]
 
 
 class Coverage(NamedTuple):
@@ -31,7 +42,12 @@ class Coverage(NamedTuple):
     count: int  # type: ignore[assignment]  # in place of tuple.count
 
 
-def coverage(pieces, truth, estimate=block_mean_and_error, whole=np.inf):
+def coverage(
+    pieces: np.ndarray,
+    truth: float,
+    estimate: Estimate = block_mean_and_error,
+    whole: float = np.inf,
+) -> Coverage:
     """Coverage of the intervals of many runs.
 
     Parameters
@@ -60,12 +76,12 @@ def coverage(pieces, truth, estimate=block_mean_and_error, whole=np.inf):
     likely = (held + 2) / (count + 4)
     width = np.median(error[known]) / np.sqrt((apart**2).mean())
     return Coverage(
-        held / count, np.sqrt(likely * (1 - likely) / (count + 4)), 1 - count / len(mean),
+        held / count, np.sqrt(likely * (1 - likely) / (count + 4)), 1 - count / len(known),
         float(width), count,
     )  # fmt: skip
 
 
-def slow_time(series):
+def slow_time(series: npt.ArrayLike) -> float:
     """Integrated autocorrelation time, in samples, of the slow part of a long series.
 
     Of its averages over one integrated autocorrelation time of the samples each, in which faster
@@ -79,13 +95,17 @@ def slow_time(series):
     return size * float(len(means) / by_window(means).times)
 
 
-def cut(series, size):
+def cut(series: np.ndarray, size: int) -> np.ndarray:
     """A long series cut into runs of so many samples, (size, runs)."""
     count = len(series) // size
     return series[: count * size].reshape(count, size).T
 
 
-def coverage_of_pieces(series, size, estimate=block_mean_and_error):
+def coverage_of_pieces(
+    series: npt.ArrayLike,
+    size: int,
+    estimate: Estimate = block_mean_and_error,
+) -> Coverage:
     """Coverage of the pieces of one long series, its own mean being the truth."""
     pieces = cut(np.asarray(series), size)
     if pieces.shape[1] < 2:

@@ -1,8 +1,19 @@
 """Derived values of a sweep's scenes, from the sweeps that measure them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dpd.analysis.collect import first_scene
 from dpd.analysis.structure import closest_contact
 from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import xarray as xr
+
+    from dpd.analysis.collect import Sweep
 
 DIGITS = 6  # of a value: rounding must not make runs anew
 
@@ -23,7 +34,7 @@ def _closest_contact(at):
 QUANTITIES = {"closest_contact": _closest_contact}
 
 
-def derive(sweep, sources):
+def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
     """Derived values of all points of a sweep.
 
     Parameters

@@ -1,16 +1,24 @@
 """Mean-square displacements over time: local slopes, exponents, diffusion constants."""
 
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.resampling import resampled
 
+if TYPE_CHECKING:
+    from dpd.analysis.resampling import Resampled
+
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
 
 
-def displacements(runs, kind):
+def displacements(runs: xr.Dataset, kind: str) -> Resampled:
     """Displacements of the replicas of one point, taken together.
 
     Parameters
@@ -31,7 +39,7 @@ def displacements(runs, kind):
     )
 
 
-def local_slope(time, value):
+def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
     """d ln g / d ln t at each time: a straight line over a factor `SLOPE_OVER` about it.
 
     NaN where the data do not reach half that factor to both sides.
@@ -57,14 +65,26 @@ def local_slope(time, value):
     return slope
 
 
-def exponent(x, y):
+def exponent(x: np.ndarray, y: np.ndarray) -> float:
     """Slope of a straight line, every stretch of x with the weight of its length."""
     weight = np.gradient(x) if len(x) > 1 else np.ones(1)
     x, y = x - np.average(x, weights=weight), y - np.average(y, weights=weight)
     return float((weight * x * y).sum() / (weight * x * x).sum())
 
 
-def exponent_between(found, low, high):
+class Exponent(NamedTuple):
+    """An exponent with its standard error, and the times between which the line was laid.
+
+    All are NaN where there are fewer than four lags.
+    """
+
+    value: float
+    error: float
+    first: float
+    last: float
+
+
+def exponent_between(found: Resampled, low: float, high: float) -> Exponent:
     """Exponent of g ~ t^x where g lies between two values.
 
     Parameters
@@ -75,39 +95,45 @@ def exponent_between(found, low, high):
 
     Returns
     -------
-    value, error : float
-        NaN with fewer than four lags there.
-    first, last : float
-        Times between which the line was laid.
+    Exponent
     """
     inside = (found.value >= low) & (found.value <= high)
     if inside.sum() < 4:
-        return np.nan, np.nan, np.nan, np.nan
+        return Exponent(*(np.nan,) * 4)
     x = np.log(found.time[inside])
     value, error = found.derived(lambda g: exponent(x, np.log(g[inside])))
-    return value, float(error), float(found.time[inside][0]), float(found.time[inside][-1])
+    first, *_, last = found.time[inside]
+    return Exponent(value, float(error), float(first), float(last))
 
 
-def lowest_slope(found):
+class LowestSlope(NamedTuple):
+    """The smallest local slope with its standard error, its time, and the displacement then."""
+
+    value: float
+    error: float
+    time: float
+    square: float
+
+
+def lowest_slope(found: Resampled) -> LowestSlope:
     """Smallest local slope, if the slope rises again within the times that there are.
 
     Returns
     -------
-    value, error : float
-    time, square : float
-        Where it is, and the displacement there; all NaN if the slope falls to the end.
+    LowestSlope
+        All NaN if the slope falls to the end.
     """
     slope = local_slope(found.time, found.value)
     if not np.isfinite(slope).any():
-        return (np.nan,) * 4
+        return LowestSlope(*(np.nan,) * 4)
     at, last = int(np.nanargmin(slope)), int(np.flatnonzero(np.isfinite(slope))[-1])
     if found.time[at] > 0.5 * found.time[last]:
-        return (np.nan,) * 4
-    error = found.derived(lambda g: local_slope(found.time, g)[at])[1]
-    return slope[at], float(error), found.time[at], found.value[at]
+        return LowestSlope(*(np.nan,) * 4)
+    value, error = found.derived(lambda g: local_slope(found.time, g)[at])
+    return LowestSlope(value, float(error), found.time[at], found.value[at])
 
 
-def diffusion_constant(found, dimension, after):
+def diffusion_constant(found: Resampled, dimension: int, after: float) -> tuple[float, float]:
     """D from the slope of g = 2 d D t + c beyond a time.
 
     Returns
@@ -127,7 +153,7 @@ def diffusion_constant(found, dimension, after):
     return float(value), float(error)
 
 
-def subdiffusion(sweep, axis):
+def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """Displacements, local slopes and exponents of the points of a sweep of chains.
 
     The subdiffusive window is where a bead has moved more than two bonds and less than the
@@ -157,27 +183,27 @@ def subdiffusion(sweep, axis):
         inner, centre = displacements(at, "inner"), displacements(at, "centre")
         low = TWO_BONDS * float(at.bond_mean_square.mean())
         high = float(at.gyration_square.mean())
-        exponents = exponent_between(inner, low, high)
-        after = exponents[3] if np.isfinite(exponents[3]) else inner.time[-1]
+        window = exponent_between(inner, low, high)
+        after = window.last if np.isfinite(window.last) else inner.time[-1]
         constant = diffusion_constant(centre, at.sizes["axis"], after)
         scene = first_scene(at)
         time = scene.steps.sample * scene.data["integrator"]["dt"]
         rows.append((
-            *exponents, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
+            *window, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
         ))  # fmt: skip
-        slope, slope_error = inner.derived(lambda g, time=inner.time: local_slope(time, g))
+        slope, slope_error = inner.derived(partial(local_slope, inner.time))
         curves.append(np.array([
             inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
             slope_error,
         ]))  # fmt: skip
-    curves = np.stack(padded(curves), axis=1)
-    names = (
+    tables = np.stack(padded(curves), axis=1)
+    of_lags = (
         "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
     )  # fmt: skip
-    units = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
+    units_of_lags = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
     # Numbered lags: sweeps of other lengths have others, and are filled up where they are joined.
-    data = xr.Dataset(coords={axis: sweep[axis], "lag": np.arange(curves.shape[-1])})
-    for name, unit, table in zip(names, units, curves):
+    data = xr.Dataset(coords={axis: sweep[axis], "lag": np.arange(tables.shape[-1])})
+    for name, unit, table in zip(of_lags, units_of_lags, tables):
         data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
     names = (
         "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",

@@ -13,7 +13,8 @@ from scipy.optimize import curve_fit
 from dpd.analysis.statistics import jackknife
 
 FARTHEST = 1 / 8  # of the box that an interface may be away from where it began
-START = (2.0, 0.95, 0.05)  # width in r_c, and fraction of A in both slabs, to begin a fit
+WIDTH = 2.0  # r_c, of an interface, to begin a fit
+START = (WIDTH, 0.95, 0.05)  # and with it the fraction of A in both slabs
 
 
 class Slabs(NamedTuple):
@@ -34,12 +35,12 @@ class Slabs(NamedTuple):
     density: np.ndarray
 
     @property
-    def total(self):
+    def total(self) -> np.ndarray:
         """(block, n) density of all beads."""
         return self.density.sum(axis=1)
 
 
-def slabs(density, z, length):
+def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     """Densities of two slabs as seen from their interfaces.
 
     Parameters
@@ -62,7 +63,7 @@ def slabs(density, z, length):
     return Slabs(position, distance, np.array(seen))
 
 
-def interfaces(density, z, length):
+def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     """Positions of both interfaces in each block.
 
     Two hyperbolic tangents are fitted to the fraction of A: all parameters to the mean of the
@@ -103,7 +104,9 @@ def interfaces(density, z, length):
     return np.clip(found, began - reach, began + reach)
 
 
-def recentred(density, z, length, position):
+def recentred(
+    density: np.ndarray, z: np.ndarray, length: float, position: np.ndarray
+) -> np.ndarray:
     """Densities over the whole box, with both interfaces put back to where they began.
 
     In a window that stays in place, an interface that drifts makes the densities beside it drift,
@@ -154,7 +157,7 @@ def _seen_from(density, z, length, position, distance):
     return np.array([np.mean(minority, axis=0), np.mean(majority, axis=0)])
 
 
-def interface_width(seen):
+def interface_width(seen: Slabs) -> tuple[float, float]:
     """Width xi of m tanh(2 d / xi) through the difference of both densities.
 
     This is Groot and Warren 1997, Eq. 34, with a density that does not vanish in the other phase.
@@ -180,7 +183,7 @@ def interface_width(seen):
         try:
             _, xi = curve_fit(
                 lambda d, m, xi: m * np.tanh(2 * d / xi),
-                seen.distance, majority - minority, p0=(depth, START[0]),
+                seen.distance, majority - minority, p0=(depth, WIDTH),
             )[0]  # fmt: skip
         except RuntimeError:
             return np.nan

@@ -1,5 +1,9 @@
 """Equations of state."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
 
@@ -7,8 +11,11 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import jackknife, linear_fit, over_replicas
 from dpd.analysis.structure import blocks_of
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-def excess_pressure(sweeps, axis="repulsion"):
+
+def excess_pressure(sweeps: Sequence[xr.Dataset], axis: str = "repulsion") -> xr.Dataset:
     """Excess pressure of several sweeps over an axis and density, as one dataset.
 
     Parameters
@@ -50,7 +57,7 @@ def excess_pressure(sweeps, axis="repulsion"):
     return data
 
 
-def dense(data, above=2.0):
+def dense(data: xr.Dataset, above: float = 2.0) -> tuple[np.ndarray, ...]:
     """Flat arrays (repulsion, density, scaled, scaled_error) of the runs denser than that."""
     flat = data[["scaled", "scaled_error"]].stack(point=("repulsion", "density"))
     flat = flat.dropna("point", subset=["scaled"]).where(flat.density > above, drop=True)
@@ -60,7 +67,7 @@ def dense(data, above=2.0):
     )
 
 
-def compressibility(data, density, reach=1.0):
+def compressibility(data: xr.Dataset, density: float, reach: float = 1.0) -> tuple[float, float]:
     """(dp / d rho) / kT at one density, which Groot and Warren 1997, Eq. 14, match to water's.
 
     Parameters
@@ -83,10 +90,11 @@ def compressibility(data, density, reach=1.0):
     away = near.density.values - density
     terms = [away**power for power in range(min(4, len(away)))]
     fit = linear_fit(terms, near.density + near.excess.values, near.excess_error.values)
-    return float(fit.values[1]), float(fit.errors[1])
+    (_, slope, *_), (_, slope_error, *_) = fit.values, fit.errors
+    return float(slope), float(slope_error)
 
 
-def exponent(data, above=2.0):
+def exponent(data: xr.Dataset, above: float = 2.0) -> tuple[float, float]:
     """x of excess pressure ~ a^x at constant density, for densities above a value.
 
     Returns
@@ -102,10 +110,11 @@ def exponent(data, above=2.0):
         return np.nan, np.nan
     constants = [(density[use] == rho).astype(float) for rho in shared]
     fit = linear_fit([np.log(a[use]), *constants], np.log(excess[use]))
-    return float(fit.values[0]), float(fit.errors[0])
+    (power, *_), (power_error, *_) = fit.values, fit.errors
+    return float(power), float(power_error)
 
 
-def from_rdf(runs):
+def from_rdf(runs: xr.Dataset) -> tuple[float, float]:
     """Excess pressure of one species from g(r): Groot and Warren 1997, Eq. 15, third line.
 
     Parameters

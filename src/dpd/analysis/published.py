@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from dpd.digest import ROOT
 from dpd.errors import UserError
@@ -56,7 +57,7 @@ class Shown(dict):
         )
 
 
-def published(paper):
+def published(paper: str) -> dict[str, dict[str, Any]]:
     """Published numbers of a paper, if it has any: name to what published.yaml says of it.
 
     Raises
@@ -74,7 +75,7 @@ def _all_published():
     return table
 
 
-def entries_of(paper, figure):
+def entries_of(paper: str, figure: str) -> dict[str, dict[str, Any]]:
     """What published.yaml says of the numbers that a figure measures, and of those it shows."""
     return {
         name: entry
@@ -83,7 +84,7 @@ def entries_of(paper, figure):
     }
 
 
-def shown_by(file):
+def shown_by(file: str) -> Shown:
     """Published numbers that a figure file may show: those that it measures, and `shown_in` it.
 
     Parameters

@@ -1,16 +1,23 @@
 """Relaxation of chains: end-to-end correlation, relaxation times, diffusion, exponents."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.resampling import part_length, resampled
 
-TAIL = (0.15, 0.6)  # of C(t) / C(0), where its slowest mode alone is left
+if TYPE_CHECKING:
+    from dpd.analysis.resampling import Resampled
+
+TAIL_LOW, TAIL_HIGH = 0.15, 0.6  # of C(t) / C(0), where its slowest mode alone is left
 TEN = 10.0  # relaxation times that a run has to last
 
 
-def end_to_end(runs):
+def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
     """<R(t) . R(0)> of the replicas of one point.
 
     Parameters
@@ -31,17 +38,17 @@ def end_to_end(runs):
     return found, float(runs.end_square.mean())
 
 
-def in_tail(share):
+def in_tail(share: np.ndarray) -> np.ndarray:
     """Whether each lag lies in the tail, given C(t) / C(0) by increasing lag."""
-    inside = (share < TAIL[1]) & (share > TAIL[0])
+    inside = (share < TAIL_HIGH) & (share > TAIL_LOW)
     # The first lag below the tail ends it, whatever noise does later.
-    ended = np.flatnonzero(share <= TAIL[0])
+    ended = np.flatnonzero(share <= TAIL_LOW)
     if len(ended):
         inside[ended[0] :] = False
     return inside
 
 
-def relaxation_time(found, square):
+def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
     """tau of exp(-t / tau) from the straight part of ln C(t).
 
     Parameters
@@ -66,7 +73,7 @@ def relaxation_time(found, square):
     return float(value), float(error)
 
 
-def chain_dynamics(sweep):
+def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     """Relaxation times and diffusion constants over chain length.
 
     Parameters
@@ -84,12 +91,12 @@ def chain_dynamics(sweep):
     for length in sweep.length.values:
         at = sweep.sel(length=length)
         duration = part_length(at) * at.sizes["part"]
-        tau = relaxation_time(*end_to_end(at))
-        enough = duration >= TEN * tau[0]
+        tau, tau_error = relaxation_time(*end_to_end(at))
+        enough = duration >= TEN * tau
         constant = (np.nan, np.nan)
         if enough:
-            constant = diffusion_constant(displacements(at, "centre"), 3, 0.5 * tau[0])
-        rows.append((*tau, *constant, duration, float(enough)))
+            constant = diffusion_constant(displacements(at, "centre"), 3, 0.5 * tau)
+        rows.append((tau, tau_error, *constant, duration, float(enough)))
     names = ("tau", "tau_error", "diffusion", "diffusion_error", "duration", "long_enough")
     units = ("tau", "tau", "r_c^2 / tau", "r_c^2 / tau", "tau", "1")
     data = xr.Dataset(coords={"length": sweep.length.astype(float)})

@@ -1,11 +1,20 @@
 """Functions of the time between two samples, with what they are without some of the data."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import jackknife_error, serial_jackknife_error
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+    Value = TypeVar("Value", bound=float | np.ndarray)
 
 GROUPS = 20  # of molecules, left out in turn
 
@@ -29,7 +38,7 @@ class Resampled(NamedTuple):
     without_molecules: np.ndarray
     without_part: np.ndarray
 
-    def derived(self, function):
+    def derived(self, function: Callable[[np.ndarray], Value]) -> tuple[Value, float | np.ndarray]:
         """A quantity with its standard error.
 
         The larger of two jackknife errors: over molecules, which count as independent, and over
@@ -49,13 +58,15 @@ class Resampled(NamedTuple):
         return function(self.value), np.maximum(molecules, parts)
 
 
-def part_length(runs):
+def part_length(runs: xr.Dataset) -> float:
     """Length in tau of one of the parts that a run's sums are kept for."""
     scene = first_scene(runs)
     return scene.steps.sample * scene.data["integrator"]["dt"] / runs.sizes["part"]
 
 
-def resampled(runs, lag, members, times, each, sums, counts):
+def resampled(
+    runs: xr.Dataset, lag: str, members: str, times: str, each: str, sums: str, counts: str
+) -> Resampled:
     """What an observable kept of the replicas of one point, taken together.
 
     Parameters

@@ -1,10 +1,18 @@
 """How runs fail as the time step grows, and at which step."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from dpd.analysis.statistics import linear_fit, over_replicas
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import xarray as xr
+
+    Values = TypeVar("Values", float, np.ndarray, xr.DataArray)
 
 STABLE, OFF, FAR, LOST = range(4)
 WITHIN, FAR_FROM = 0.02, 0.1  # of kT, the limits between the first three
@@ -37,7 +45,7 @@ class Outcome(NamedTuple):
     lost: np.ndarray
 
 
-def free_temperature(kT, beads):
+def free_temperature(kT: Values, beads: Values | float) -> Values:
     """Kinetic temperature of beads whose total momentum is zero and stays so.
 
     They have dimension times (beads - 1) degrees of freedom, not dimension times beads.
@@ -45,7 +53,9 @@ def free_temperature(kT, beads):
     return kT * beads / (beads - 1)
 
 
-def outcome(kT, kT_error, lost_step, dt):
+def outcome(
+    kT: npt.ArrayLike, kT_error: npt.ArrayLike, lost_step: np.ndarray, dt: npt.ArrayLike
+) -> Outcome:
     """How runs went.
 
     Parameters
@@ -72,7 +82,7 @@ def outcome(kT, kT_error, lost_step, dt):
     )
 
 
-def edge(dt, kind, sure):
+def edge(dt: np.ndarray, kind: npt.ArrayLike, sure: npt.ArrayLike) -> tuple[float, float]:
     """Where one column of a map stops being stable.
 
     Parameters
@@ -96,7 +106,7 @@ def edge(dt, kind, sure):
     )  # fmt: skip
 
 
-def crossing(dt, excess, error):
+def crossing(dt: np.ndarray, excess: np.ndarray, error: np.ndarray) -> tuple[float, float]:
     """Step at which kT is 10 % off, in one column of a map.
 
     Between the last step below that and the next it follows from a power law through both.
@@ -147,7 +157,7 @@ class Power(NamedTuple):
     points: int
 
     @property
-    def holds(self):
+    def holds(self) -> bool:
         """Whether it describes its points and says more than that y is level."""
         enough = self.points >= LEAST_POINTS and self.chance > LEAST_CHANCE
         return bool(enough and abs(self.exponent) > SURE * self.error)
@@ -156,7 +166,7 @@ class Power(NamedTuple):
 NO_POWER = Power(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, 0)
 
 
-def power_law(x, y, error):
+def power_law(x: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike) -> Power:
     """Fit a power law to the points that are finite and positive.
 
     Parameters
@@ -176,14 +186,15 @@ def power_law(x, y, error):
         return NO_POWER
     log_x = np.log(x[use])
     fit = linear_fit([np.ones_like(log_x), log_x], np.log(y[use]), error[use])
+    (height, slope), (_, slope_error) = fit.values, fit.errors
     low, high = x[use].min(), x[use].max()
     return Power(
-        float(np.exp(fit.values[0])), float(fit.values[1]), float(fit.errors[1]), fit.p_value,
+        float(np.exp(height)), float(slope), float(slope_error), fit.p_value,
         float(low), float(high), int(use.sum()),
     )  # fmt: skip
 
 
-def falling(x, limit, error):
+def falling(x: np.ndarray, limit: npt.ArrayLike, error: npt.ArrayLike) -> Power:
     """The power law with which a limit falls as something grows stiffer.
 
     Left out is what comes before the last limit that cannot be told from the largest (two

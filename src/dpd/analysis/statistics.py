@@ -1,8 +1,17 @@
 """Means, errors that know about correlation, and fits."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy.typing as npt
+
+    Values = float | np.ndarray  # numbers of data that have one dimension, else arrays
 
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
 GROUPS = 50  # of blocks, left out in turn
@@ -24,7 +33,7 @@ STUDENT = np.array([
 ])  # fmt: skip
 
 
-def widening(degrees):
+def widening(degrees: Values) -> Values:
     """Student's t over 1.96: what makes 1.96 standard errors a 95 % interval.
 
     Every error here is a standard error, widened by Student's t, so that 1.96 of it make a 95 %
@@ -52,12 +61,12 @@ class Spread(NamedTuple):
         slow part below noise decides, of their averages, which show that part's own time.
     """
 
-    variance: np.ndarray
-    degrees: np.ndarray
-    times: np.ndarray
+    variance: Values
+    degrees: Values
+    times: Values
 
 
-def by_window(x):
+def by_window(x: np.ndarray) -> Spread:
     """Variance of the mean of a series by its autocorrelation up to one window.
 
     tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches five
@@ -95,14 +104,13 @@ def by_window(x):
     return Spread(2 * tau * variance / (n - 1), degrees, n / tau)
 
 
-def spread_of_mean(x):
+def spread_of_mean(x: np.ndarray) -> Spread:
     """Variance of the mean of a correlated series.
 
     By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
     which count where they say more than chance would: noise from one sample to the next fades in
     them, and a slow part below it, at which a window on the samples closes too early, comes out.
-    Fewer than 25 values cannot tell their correlation: they are joined to four parts that count
-    as independent.
+    Fewer than 25 cannot tell their correlation: four parts of them count as independent.
 
     Parameters
     ----------
@@ -130,13 +138,13 @@ def spread_of_mean(x):
     return Spread(*(np.where(slow, *pair) for pair in zip(coarse, fine)))
 
 
-def averaged(x, size):
+def averaged(x: np.ndarray, size: int) -> np.ndarray:
     """Means of so many consecutive values along the first axis; the first few are left out."""
     count = len(x) // size
     return x[len(x) - count * size :].reshape(count, size, *x.shape[1:]).mean(axis=1)
 
 
-def block_mean_and_error(blocks):
+def block_mean_and_error(blocks: npt.ArrayLike) -> tuple[Values, Values]:
     """Mean over the first axis, in which time runs, and its standard error.
 
     Parameters
@@ -145,10 +153,9 @@ def block_mean_and_error(blocks):
 
     Returns
     -------
-    mean, error : (...) arrays
-        A standard error, widened by Student's t, so that 1.96 of it make a 95 % interval. NaN for
-        a single block, and where the run is too short for an error: shorter than 20 of the
-        correlation times defined at `Spread`, as far as the run itself can tell (`TOO_SHORT`).
+    mean, error : (...) arrays, or numbers of an (n,) array
+        A standard error, see `widening`. NaN for a single block, and where the run is too short:
+        below 20 of the correlation times of `Spread`, as far as the run can tell (`TOO_SHORT`).
     """
     x = np.asarray(blocks, dtype=float)
     mean = x.mean(axis=0)
@@ -160,7 +167,7 @@ def block_mean_and_error(blocks):
     return mean, np.where(x.std(axis=0) <= ROUNDING * np.abs(x).max(axis=0), 0.0, error)
 
 
-def correlation_time(series):
+def correlation_time(series: npt.ArrayLike) -> float:
     """Integrated autocorrelation time in samples, at least 1/2.
 
     Parameters
@@ -179,7 +186,7 @@ def correlation_time(series):
     return max(0.5, float(spread_of_mean(x).variance) * len(x) / (2 * x.var(ddof=1)))
 
 
-def mean_and_error(series):
+def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
     """Mean of a correlated series, its standard error and its correlation time.
 
     Parameters
@@ -195,14 +202,13 @@ def mean_and_error(series):
     return float(mean), float(error), correlation_time(series)
 
 
-def independent_mean_and_error(samples):
+def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
     """Mean of independent values along the last axis, as of replicas, and its standard error.
 
     Returns
     -------
-    mean, error : (...) arrays
-        The error is widened by Student's t, so that 1.96 of it make a 95 % interval; NaN for a
-        single value.
+    mean, error : (...) arrays, or numbers of an (n,) array
+        A standard error, see `widening`; NaN for a single value.
     """
     x = np.asarray(samples, dtype=float)
     n, mean = x.shape[-1], x.mean(axis=-1)
@@ -219,11 +225,10 @@ class Trend(NamedTuple):
     spread: float
 
 
-def trend(time, series):
+def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
     """Linear trend of a correlated series.
 
-    The error takes the correlation of what is left from the line into account, and is widened,
-    as that of `mean_and_error`; NaN as there where the series is too short.
+    The error is as that of `mean_and_error`, by the correlation of what is left from the line.
 
     Parameters
     ----------
@@ -252,7 +257,7 @@ def trend(time, series):
     return Trend(float(slope), float(error) if found.times >= TOO_SHORT else np.nan, float(spread))
 
 
-def middle_and_range(turns):
+def middle_and_range(turns: np.ndarray) -> tuple[Values, Values, Values]:
     """Median, smallest and largest over the last axis: of timings, which have no normal errors.
 
     Parameters
@@ -261,13 +266,13 @@ def middle_and_range(turns):
 
     Returns
     -------
-    middle, low, high : (...) arrays
+    middle, low, high : (...) arrays, or numbers of an (n,) array
         NaN where a turn is.
     """
     return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
 
 
-def jackknife(blocks, function):
+def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tuple[float, float]:
     """A function of the mean over blocks, and its standard error by leaving out groups.
 
     Parameters
@@ -290,7 +295,7 @@ def jackknife(blocks, function):
     return value, float(serial_jackknife_error(left_out))
 
 
-def serial_jackknife_error(left_out):
+def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one part of a run after the other.
 
     Parts that follow each other are correlated as blocks are: the error is that of the mean of
@@ -298,38 +303,35 @@ def serial_jackknife_error(left_out):
 
     Parameters
     ----------
-    left_out : (parts, ...) array
+    left_out : (parts, ...) array or list
         In the order of time.
 
     Returns
     -------
-    (...) array
-        As from `block_mean_and_error`.
+    (...) array, or number, as from `block_mean_and_error`
     """
-    return block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))[1]
+    _, error = block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))
+    return error
 
 
-def jackknife_error(left_out):
+def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one of several independent groups.
 
     Parameters
     ----------
-    left_out : (groups, ...) array
+    left_out : (groups, ...) array or list
 
     Returns
     -------
-    (...) array
-        As from `independent_mean_and_error`.
+    (...) array, or number, as from `independent_mean_and_error`
     """
     values = -(len(left_out) - 1) * np.asarray(left_out)
-    return independent_mean_and_error(np.moveaxis(values, 0, -1))[1]
+    _, error = independent_mean_and_error(np.moveaxis(values, 0, -1))
+    return error
 
 
-def over_replicas(values, errors, axis):
-    """Mean over independent replicas, and its standard error from theirs.
-
-    NaN where one of them has none: then the mean has none either.
-    """
+def over_replicas(values: np.ndarray, errors: np.ndarray, axis: int) -> tuple[Values, Values]:
+    """Mean over independent replicas, and its error from theirs; NaN where one has none."""
     count = values.shape[axis]
     return values.mean(axis=axis), np.sqrt((errors**2).sum(axis=axis)) / count
 
@@ -347,7 +349,7 @@ class Fit(NamedTuple):
     degrees: int
 
     @property
-    def p_value(self):
+    def p_value(self) -> float:
         """Probability of a worse chi-square if the model is right."""
         # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
         from scipy.special import chdtrc
@@ -355,7 +357,7 @@ class Fit(NamedTuple):
         return float(chdtrc(self.degrees, self.reduced_chi_square * self.degrees))
 
 
-def linear_fit(basis, y, error=None):
+def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | None = None) -> Fit:
     """Weighted least squares y = sum_k c_k basis_k.
 
     Parameters
@@ -363,8 +365,7 @@ def linear_fit(basis, y, error=None):
     basis : (terms, n) array
     y : (n,) array
     error : (n,) array or None
-        Standard errors > 0; without them all points weigh the same and their scatter
-        about the fit is the error.
+        Standard errors > 0; without them all points weigh the same, and scatter is the error.
 
     Returns
     -------
@@ -373,8 +374,7 @@ def linear_fit(basis, y, error=None):
     Raises
     ------
     ValueError
-        With fewer points than terms, or with a point that has no error, which the caller has to
-        leave out.
+        With fewer points than terms, or with a point that has no error > 0: leave it out.
     """
     basis, y = np.atleast_2d(basis), np.asarray(y)
     if error is not None:

@@ -1,10 +1,17 @@
 """What g(r) says: the place of its first peak, and how close beads come."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from dpd.analysis.statistics import block_mean_and_error
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dpd.analysis.statistics import Values
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of the highest bin, for the cubic through a peak
@@ -12,7 +19,7 @@ LEAST_BINS = 8  # that a cubic is laid through
 SHARE = 2 / 3  # of the way from a peak to a kink of g(r): as far as a cubic may reach
 
 
-def peak(r, g, kink=0.0, share=SHARE):
+def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) -> float:
     """Distance of the maximum of g(r): of a cubic through the bins around the highest.
 
     A parabola is not enough: the peak is steeper on its near side, and its place would move
@@ -43,7 +50,7 @@ def peak(r, g, kink=0.0, share=SHARE):
     return highest - slope / (square - np.sqrt(inside)) if inside >= 0 else np.nan
 
 
-def trough(r, g):
+def trough(r: np.ndarray, g: np.ndarray) -> float:
     """Distance of the first minimum of g(r): the lowest between its peak and twice that.
 
     By a cubic, as for `peak`.
@@ -53,14 +60,21 @@ def trough(r, g):
     return peak(r[between], -g[between])
 
 
-def neighbours(r, g, density):
+def neighbours(r: np.ndarray, g: np.ndarray, density: float) -> float:
     """Beads in the first shell of another: 4 pi rho times the integral of r^2 g to `trough`."""
     end, width = trough(r, g), r[1] - r[0]
     inside = np.clip((end - r) / width + 0.5, 0, 1)  # share of each bin below the end
     return float(4 * np.pi * density * (inside * r**2 * g).sum() * width)
 
 
-def unbonded(r, g, length, bonds, per_bead, density):
+def unbonded(
+    r: np.ndarray,
+    g: np.ndarray,
+    length: np.ndarray,
+    bonds: np.ndarray,
+    per_bead: float,
+    density: float,
+) -> np.ndarray:
     """g(r) of the pairs that no bond connects.
 
     Parameters
@@ -81,7 +95,7 @@ def unbonded(r, g, length, bonds, per_bead, density):
     return g - per_bead * bonded / (4 * np.pi * density * r**2)
 
 
-def contact(r, g):
+def contact(r: np.ndarray, g: np.ndarray) -> float:
     """Lower edge of the first bin of g(r) that is not empty; NaN if all are."""
     seen = np.flatnonzero(g > 0)
     return r[seen[0]] - 0.5 * (r[1] - r[0]) if len(seen) else np.nan
@@ -98,7 +112,7 @@ class Contact(NamedTuple):
     undecided: str
 
 
-def closest_contact(at):
+def closest_contact(at: xr.Dataset) -> Contact:
     """2 r_0 of Liu et al. 2008: how close beads come in one configuration.
 
     The lower edge of the first bin of g(r) that is not empty in one configuration, median over
@@ -123,7 +137,7 @@ def closest_contact(at):
     return Contact(float(np.median(found)), float(r[1] - r[0]), undecided)
 
 
-def rise(r, g, level=0.05):
+def rise(r: np.ndarray, g: np.ndarray, level: float = 0.05) -> float:
     """Distance at which g(r) first reaches a level, by `on_flank`."""
     above = int(np.argmax(g >= level))
     if above == 0:
@@ -131,7 +145,7 @@ def rise(r, g, level=0.05):
     return on_flank(r, g, above - 1, above, level)
 
 
-def fall(length, density, level=0.05):
+def fall(length: np.ndarray, density: np.ndarray, level: float = 0.05) -> float:
     """Length at which a density last falls to a level, by `on_flank`.
 
     NaN where it does not fall within the bins.
@@ -142,7 +156,7 @@ def fall(length, density, level=0.05):
     return on_flank(length, density, last, last + 1, level)
 
 
-def on_flank(x, y, left, right, level):
+def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) -> float:
     """Where a flank has a level, given the bins on either side of it.
 
     Flanks of g(r) and of bond lengths are Boltzmann factors of forces that are linear, so ln y is
@@ -172,7 +186,9 @@ def on_flank(x, y, left, right, level):
     return float(x[left] + (level - y0) / (y1 - y0) * (x[right] - x[left]))
 
 
-def contact_over_sampling(r, blocks, samples):
+def contact_over_sampling(
+    r: np.ndarray, blocks: np.ndarray, samples: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """How the distance of closest contact falls as more is sampled.
 
     Parameters
@@ -206,7 +222,7 @@ def contact_over_sampling(r, blocks, samples):
     return np.array(counts), np.array(means), np.array(errors)
 
 
-def bond_statistics(at):
+def bond_statistics(at: xr.Dataset) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
     """Mean bond length and rms deviation of bonds, each with its standard error.
 
     Parameters
@@ -223,7 +239,15 @@ def bond_statistics(at):
     return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)
 
 
-def radial_distribution(runs):
+class RadialDistribution(NamedTuple):
+    """g(r) over the bins, its standard error, and its (blocks, bins) blocks."""
+
+    g: np.ndarray
+    error: np.ndarray
+    blocks: np.ndarray
+
+
+def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
     """g(r) of the replicas of one point, its standard error, and its blocks.
 
     Parameters
@@ -232,10 +256,11 @@ def radial_distribution(runs):
         One point of a collected sweep, with the dimension ``replica``.
     """
     blocks = blocks_of(runs.rdf)
-    return (*block_mean_and_error(blocks), blocks)
+    g, error = block_mean_and_error(blocks)
+    return RadialDistribution(g, error, blocks)  # type: ignore[arg-type]  # of many bins
 
 
-def blocks_of(variable):
+def blocks_of(variable: xr.DataArray) -> np.ndarray:
     """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out."""
     blocks = variable.stack(part=("replica", "block")).transpose("part", ...).values
     return blocks[np.isfinite(blocks).all(axis=tuple(range(1, blocks.ndim)))]

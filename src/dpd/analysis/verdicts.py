@@ -1,12 +1,18 @@
 """Published numbers against ours."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from dpd.analysis.published import PUBLISHED, published
 from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 COLUMNS = [
     "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
@@ -63,7 +69,7 @@ class Judgement:
     reason: str = ""
 
 
-def judge(entry, measured):
+def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     """Compare one published number with ours.
 
     A value is replicated where the difference is within two combined standard errors, or within
@@ -132,7 +138,7 @@ def _judge_value(entry, measured):
     return Judgement(REPLICATED if agrees else DEVIATES, deviation, resolution)
 
 
-def rows(paper, figure, measured):
+def rows(paper: str, figure: str, measured: Mapping[str, Measured]) -> pd.DataFrame:
     """Verdict rows of one figure, in the order of published.yaml.
 
     Parameters

@@ -118,7 +118,7 @@ def as_scene(given: str | os.PathLike | Mapping[str, Any] | Scene) -> Scene:
     if isinstance(given, Scene):
         return given
     if isinstance(given, str | os.PathLike):
-        return Scene.read(given)
+        return Scene.read(Path(given))
     if isinstance(given, Mapping):
         return Scene(plain(given))
     raise UserError(

@@ -110,7 +110,7 @@ def sweep(
         paths = [run_file(folder, point.name) for point in planned.points]
         data = collect(planned, paths)
         # Last configurations are for those who go on from a run.
-        data = data.drop_vars([name for name in data.variables if name.startswith("last_")])
+        data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
         data = data.assign_attrs(Conventions=CONVENTIONS, comment=UNITS)
         if output is not None:
             save(data, folder / "sweep.nc")

@@ -1,6 +1,9 @@
 """This engine and LAMMPS side by side: how fast, and whether they find the same physics."""
 
+from __future__ import annotations
+
 from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,12 +18,22 @@ from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import xarray as xr
+
+    from dpd.engine.simulation import Simulation
+
 SNAPSHOTS = 40  # not more than the blocks of an observable, so that each is one
 REACH, BIN = 3.0, 0.02  # r_c, of g(r)
 CODES = ("own", "lammps")
 
 
-def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, say=print):
+def beside_lammps(
+    scenes: Mapping[str, Scene] | None = None, turns: int = TURNS, snapshots: int = SNAPSHOTS,
+    reach: float = REACH, say: Callable[[str], None] = print,
+) -> xr.Dataset:  # fmt: skip
     """Rates of both codes in turns, then snapshots of both, going on from one state.
 
     Parameters
@@ -61,7 +74,7 @@ def _rates(races, scenes):
     table = pd.concat(races)
     variables = {
         "workload": (("workload",), list(scenes), "1", "workload"),
-        "system": (("workload",), [WORKLOADS[name][0] for name in scenes], "1", "system"),
+        "system": (("workload",), [WORKLOADS[name].system for name in scenes], "1", "system"),
     }
     for code, label in zip(CODES, ("this engine", "LAMMPS")):
         rates = table[code].to_numpy().reshape(len(scenes), -1)
@@ -90,7 +103,9 @@ def _physics(found):
     return variables
 
 
-def both_codes(name, scene, state, skin, snapshots, reach):
+def both_codes(
+    name: str, scene: Scene, state: State, skin: float, snapshots: int, reach: float
+) -> dict[str, np.ndarray]:
     """What snapshots of both codes show, going on from one state.
 
     They are `MEMORY` apart, so that their scatter tells the error of their mean.
@@ -113,7 +128,7 @@ def both_codes(name, scene, state, skin, snapshots, reach):
     return both | {"r": found[0]["r"]}
 
 
-def own_look(simulation, every):
+def own_look(simulation: Simulation, every: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Positions and velocities by identity, and the pressure, some steps later."""
     sums = simulation.advance(every, measure=True)
     state, system = simulation.state, simulation.system
@@ -124,20 +139,31 @@ def own_look(simulation, every):
     return state.by_identity(state.position), state.by_identity(state.velocity), pressure
 
 
-def lammps_look(code, every):
+def lammps_look(code: Lammps, every: int) -> tuple[np.ndarray, np.ndarray, float]:
     """The same of LAMMPS."""
     code.advance(every)
     return (*code.configuration(), code.pressure())
 
 
-def seen(scene, look, snapshots, reach):
+def seen(
+    scene: Scene, look: Callable[[], tuple[np.ndarray, np.ndarray, float]],
+    snapshots: int, reach: float,
+) -> dict[str, np.ndarray]:  # fmt: skip
     """Snapshots through the same eyes, whichever code they are of.
 
     Parameters
     ----------
     scene : Scene
     look : callable
-        `own_look` or `lammps_look`.
+        Without arguments: calls `own_look` or `lammps_look`.
+    snapshots : int
+    reach : float
+        Of g(r), in r_c.
+
+    Returns
+    -------
+    dict of str to array
+        ``r``, ``rdf`` (snapshot, r), ``kT``, ``pressure``, ``bond`` (snapshot).
     """
     watch = ["bonds"] if "bond" in scene.data else []
     changes = {
@@ -155,12 +181,13 @@ def seen(scene, look, snapshots, reach):
     for k in range(snapshots):
         position, velocity, pressure[k] = look()
         position = np.ascontiguousarray(wrapped(position, scene.box))
+        # Observables of positions and velocities need neither forces nor a simulation.
         now = State(position, velocity, None, identity, None, k)
         for observer in observers:
-            observer.sample(SimpleNamespace(state=now), None)
-    values = {}
+            observer.sample(SimpleNamespace(state=now), None)  # type: ignore[arg-type]
+    values: dict[str, np.ndarray] = {}
     for observer in observers:
-        values |= {name: variable[1] for name, variable in observer.variables().items()}
+        values |= {name: array for name, (_, array, _, _) in observer.variables().items()}
     none = np.full(snapshots, np.nan)
     return {
         "r": values["r"], "rdf": values["rdf"], "kT": values["kT"], "pressure": pressure,

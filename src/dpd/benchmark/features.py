@@ -1,8 +1,11 @@
 """What each feature of a scene costs, and that one which is not named costs nothing."""
 
+from __future__ import annotations
+
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +17,15 @@ from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import xarray as xr
+
+    from dpd.benchmark.timing import Advance, Variables
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import State
+
 BARE = "bare fluid"
 DIMERS = {
     "molecules": [{"architecture": "A 2", "density": 3}],
@@ -24,7 +36,7 @@ TWO = {
     "repulsion": {"A A": 25, "B B": 25, "A B": 25},
 }
 # What a scene names for each feature.
-NAMED = {
+NAMED: dict[str, dict[str, Any]] = {
     "bonds (dimers)": DIMERS,
     "two species": TWO,
     "rigid core": {"core": {"radius": 0.1, "force": 25}},
@@ -46,9 +58,10 @@ ENGINES = ("whole", "stripped")
 
 
 def features(
-    scene=None, steps=STEPS, turns=TURNS, pairs_of_engines=PAIRS, bouts=BOUTS, watched=None,
-    say=print,
-):  # fmt: skip
+    scene: Scene | None = None, steps: int = STEPS, turns: int = TURNS,
+    pairs_of_engines: int = PAIRS, bouts: int = BOUTS,
+    watched: Mapping[str, dict[str, Any]] | None = None, say: Callable[[str], None] = print,
+) -> xr.Dataset:  # fmt: skip
     """Cost of features, each in turns with the bare fluid; then the engine stripped of all.
 
     Parameters
@@ -76,7 +89,7 @@ def features(
     }
     starts = starts_of(scenes, say)
     still = simulation_of(bare, starts[BARE])
-    pairs = {
+    pairs: dict[str, tuple[Advance, Advance]] = {
         name: (still.advance, simulation_of(scenes[name], starts[name]).advance) for name in NAMED
     }
     pairs[VIRIAL] = one_by_one(still, False), one_by_one(still, True)
@@ -113,7 +126,7 @@ def _length(turns, steps):
     return {"steps": {"sample": (turns + 1) * steps}}
 
 
-def one_by_one(simulation, measure):
+def one_by_one(simulation: Simulation, measure: bool) -> Advance:
     """Steps in calls of their own, measuring in each or in none."""
 
     def advance(steps):
@@ -123,7 +136,7 @@ def one_by_one(simulation, measure):
     return advance
 
 
-def watching(simulation, scene):
+def watching(simulation: Simulation, scene: Scene) -> Advance:
     """Steps of the run loop with the observables of a scene."""
     observers = observables(scene, system_of(scene))
 
@@ -133,7 +146,9 @@ def watching(simulation, scene):
     return advance
 
 
-def beside_stripped(scene, start, steps, turns, pairs, say):
+def beside_stripped(
+    scene: Scene, start: State, steps: int, turns: int, pairs: int, say: Callable[[str], None]
+) -> Variables:
     """Times of the whole engine and of one stripped of every feature, in turns.
 
     Returns

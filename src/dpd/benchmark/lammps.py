@@ -4,18 +4,27 @@ LAMMPS takes friction from velocities at half a step, as gw-vv does with lambda 
 codes follow the same scheme; their noise differs in kind (normal) and in its numbers.
 """
 
+from __future__ import annotations
+
 import ctypes
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from dpd.engine.state import State
+    from dpd.scene.scene import Scene
 
 TABLE = 4000  # entries of the table that stands for a rigid core
 NEAREST = 1e-3  # r_c, where it begins
 
 
-def lammps_module():
+def lammps_module() -> ModuleType:
     """The module, with the library that it needs where the loader finds it.
 
     Raises
@@ -46,28 +55,29 @@ class Lammps:
         Of its noise.
     """
 
-    def __init__(self, scene, state, skin, seed=4713):
+    def __init__(self, scene: Scene, state: State, skin: float, seed: int = 4713) -> None:
         self.scene, self.beads = scene, scene.beads
         self._code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
         with tempfile.TemporaryDirectory() as folder:
             self._code.commands_list(_commands(scene, state, skin, seed, Path(folder)))
 
-    def advance(self, steps):
+    def advance(self, steps: int) -> None:
         """Run, with the neighbour list that is there."""
         self._code.command(f"run {steps} pre no post no")
 
-    def configuration(self):
+    def configuration(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities, (dimension, n), in the order of identities."""
-        return tuple(
+        position, velocity = (
             np.array(self._code.gather_atoms(name, 1, 3)).reshape(-1, 3).T[: self.scene.dimension]
             for name in ("x", "v")
         )
+        return position, velocity
 
-    def pressure(self):
+    def pressure(self) -> float:
         """From the virial of all forces and the kinetic energy."""
         return self._code.get_thermo("press")
 
-    def close(self):
+    def close(self) -> None:
         """End LAMMPS."""
         self._code.close()
 

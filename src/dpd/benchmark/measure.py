@@ -1,9 +1,12 @@
 """Measurements of the engine by name, each written to a file of its own."""
 
+from __future__ import annotations
+
 import os
 import platform
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dpd.analysis.collect import save
 from dpd.benchmark.beside import beside_lammps
@@ -15,8 +18,13 @@ from dpd.pipeline.simulate import versions
 from dpd.scene.schema import suggestion
 from dpd.stages import stage_digest
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
 # The names that src/dpd/schemas/paper.yaml allows.
-MEASUREMENTS = {
+MEASUREMENTS: dict[str, Callable[..., xr.Dataset]] = {
     "lammps": beside_lammps,
     "scaling": scaling,
     "schemes": schemes,
@@ -24,7 +32,7 @@ MEASUREMENTS = {
 }
 
 
-def measure(name, path, say=print, **sizes):
+def measure(name: str, path: str | Path, say: Callable[[str], None] = print, **sizes: Any) -> None:
     """Make a measurement and write it.
 
     Parameters
@@ -57,7 +65,7 @@ def measure(name, path, say=print, **sizes):
     save(data, path)
 
 
-def processor():
+def processor() -> str:
     """What the machine calls its processor."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.is_file() else []

@@ -1,5 +1,7 @@
 """How speed and memory go with the number of beads, the density and the threads."""
 
+from __future__ import annotations
+
 import os
 import subprocess
 import sys
@@ -7,6 +9,7 @@ import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import yaml
@@ -17,6 +20,15 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    import xarray as xr
+
+    from dpd.benchmark.timing import Advance
+
+    T = TypeVar("T")
 
 BEADS = (1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 DENSITIES = (1, 2, 3, 4, 5, 6, 7, 8)
@@ -31,8 +43,10 @@ TINY = FLUID | {"box": 4, "start": {}, "steps": {"sample": 1}, "observe": ["ther
 
 
 def scaling(
-    beads=BEADS, densities=DENSITIES, at=AT, work=WORK, turns=MANY, begins=TURNS, say=print
-):  # fmt: skip
+    beads: Sequence[int] = BEADS, densities: Sequence[float] = DENSITIES, at: int = AT,
+    work: float = WORK, turns: int = MANY, begins: int = TURNS,
+    say: Callable[[str], None] = print,
+) -> xr.Dataset:  # fmt: skip
     """Rates over size and density with one thread and two, peak memory, time to start.
 
     All sizes have a go in every turn, so that the rate of one over another's is of one time.
@@ -80,7 +94,7 @@ def scaling(
     )
 
 
-def fluid(beads, density):
+def fluid(beads: int, density: float) -> Scene:
     """Standard fluid of about so many beads in a cube, settled for a moment."""
     edge = float((beads / density) ** (1 / 3))
     relax = {"steps": max(SETTLE // 3, round(SETTLE / density)), "dt": SETTLE_STEP}
@@ -92,7 +106,9 @@ def fluid(beads, density):
     return Scene(data, f"standard fluid of {beads} beads")
 
 
-def rates(scenes, work, turns, say):
+def rates(
+    scenes: Sequence[Scene], work: float, turns: int, say: Callable[[str], None]
+) -> np.ndarray:
     """Bead-steps per second of some fluids, all of them in every turn.
 
     Returns
@@ -115,7 +131,7 @@ def rates(scenes, work, turns, say):
     return found
 
 
-def ready(scene, threads, say):
+def ready(scene: Scene, threads: Iterable[int], say: Callable[[str], None]) -> Sequence[Advance]:
     """What advances a fluid with each number of threads, compiled."""
     say(f"{scene.beads} beads, density {scene.density:.3g}")
     start = make_start(scene)
@@ -128,13 +144,13 @@ def ready(scene, threads, say):
     return advances
 
 
-def in_own_process(function, *arguments):
+def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
     """What a function returns in a fresh process."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result()
 
 
-def peak_memory(beads):
+def peak_memory(beads: int) -> float:
     """Bytes that this process has had in memory at most, once a fluid has moved in it.
 
     Not ru_maxrss, which a new process takes over from the one that started it.
@@ -149,7 +165,7 @@ def peak_memory(beads):
     return peaks[0] if peaks else np.nan
 
 
-def start_up(turns):
+def start_up(turns: int) -> np.ndarray:
     """(turns,) array: seconds that `python -m dpd run` takes for one step of a tiny scene."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     with tempfile.TemporaryDirectory() as folder:

@@ -1,5 +1,9 @@
 """What a step of each scheme costs."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from dpd.benchmark.timing import TURNS, in_turns, labelled, simulation_of, starts_of
@@ -8,14 +12,19 @@ from dpd.engine.simulation import Unstable
 from dpd.physics.schemes import SCHEMES
 from dpd.scene.scene import Scene
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import xarray as xr
+
 PREDICTIONS = (0.5, 0.65)  # lambda of gw-vv, Groot and Warren 1997
 DT = 0.01  # tau; all schemes stand it, and pairs are found as at the workloads' own
 SHARE = 0.25  # of a workload's steps, in one turn
 
 
-def labelled_schemes():
+def labelled_schemes() -> dict[str, dict[str, Any]]:
     """Name to what a scene says of it, for every scheme; gw-vv once for each lambda."""
-    found = {}
+    found: dict[str, dict[str, Any]] = {}
     for scheme in SCHEMES:
         if scheme == "gw-vv":
             found |= {f"gw-vv-{p:g}": {"scheme": scheme, "lambda": p} for p in PREDICTIONS}
@@ -24,7 +33,10 @@ def labelled_schemes():
     return found
 
 
-def schemes(scenes=None, turns=TURNS, dt=DT, say=print):
+def schemes(
+    scenes: Mapping[str, Scene] | None = None, turns: int = TURNS, dt: float = DT,
+    say: Callable[[str], None] = print,
+) -> xr.Dataset:  # fmt: skip
     """Seconds per bead and step of each scheme.
 
     Parameters

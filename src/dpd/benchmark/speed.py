@@ -1,5 +1,9 @@
 """Bead-steps per second of this engine and of LAMMPS, in turns on the same system."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
@@ -7,11 +11,17 @@ from dpd.benchmark.lammps import Lammps, lammps_module
 from dpd.benchmark.timing import TURNS, in_turns, seconds_of, simulation_of, starts_of
 from dpd.benchmark.workloads import WORKLOADS, workload
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dpd.engine.state import State
+    from dpd.scene.scene import Scene
+
 SKINS = {3: (0.2, 0.3, 0.4, 0.5), 2: (0.1, 0.15, 0.2, 0.3)}  # r_c, sensible for LAMMPS
 SCHEME = "gw-vv"  # the one that LAMMPS has
 
 
-def best_skin(scene, state, steps):
+def best_skin(scene: Scene, state: State, steps: int) -> float:
     """The skin of `SKINS` with which LAMMPS is fastest."""
     found = {}
     for skin in SKINS[scene.dimension]:
@@ -19,10 +29,10 @@ def best_skin(scene, state, steps):
         code.advance(steps // 2)
         found[skin] = seconds_of(code.advance, steps)
         code.close()
-    return min(found, key=found.get)
+    return min(found, key=lambda skin: found[skin])
 
 
-def race(name, scene, start, turns=TURNS):
+def race(name: str, scene: Scene, start: State, turns: int = TURNS) -> tuple[pd.DataFrame, State]:
     """Rates of both codes on one workload.
 
     Parameters
@@ -60,7 +70,7 @@ def race(name, scene, start, turns=TURNS):
     return pd.DataFrame(columns), own.state
 
 
-def against_lammps(say):
+def against_lammps(say: Callable[[str], None]) -> pd.DataFrame:
     """`race` on all workloads.
 
     Parameters
@@ -77,11 +87,12 @@ def against_lammps(say):
     tables = []
     for name, scene in scenes.items():
         say(f"{name}: measuring speed")
-        tables.append(race(name, scene, starts[name])[0])
+        table, _ = race(name, scene, starts[name])
+        tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
 
-def installed():
+def installed() -> bool:
     """Whether LAMMPS can be loaded."""
     try:
         lammps_module()
@@ -90,11 +101,11 @@ def installed():
     return True
 
 
-def as_text(table):
+def as_text(table: pd.DataFrame) -> str:
     """Medians and ratios as lines of text."""
     lines = []
     for name, rows in table.groupby("workload", sort=False):
-        lines.append(f"{name}  {WORKLOADS[name][0]}")
+        lines.append(f"{name}  {WORKLOADS[name].system}")
         for code in ("own", "lammps"):
             if rows[code].notna().all():
                 low, middle, high = rows[code].min(), rows[code].median(), rows[code].max()

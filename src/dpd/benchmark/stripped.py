@@ -5,11 +5,22 @@ before anything is compiled, the parts of all features that a bare fluid does no
 replaced by empty ones; what is compiled then is a loop over steps that knows nothing else.
 """
 
+from __future__ import annotations
+
 import os
 from contextlib import contextmanager
 from multiprocessing import get_context
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from multiprocessing.connection import Connection
+    from pathlib import Path
+
+    from dpd.engine.state import State
+    from dpd.scene.scene import Scene
 
 
 class Engine:
@@ -27,7 +38,7 @@ class Engine:
         waits for them.
     """
 
-    def __init__(self, scene, start, stripped, folder):
+    def __init__(self, scene: Scene, start: State, stripped: bool, folder: str | Path) -> None:
         here = get_context("spawn")
         self._pipe, theirs = here.Pipe()
         self._process = here.Process(target=serve, args=(theirs, scene, start, stripped))
@@ -39,19 +50,19 @@ class Engine:
         self._pipe.send((question, *arguments))
         return self._pipe.recv()
 
-    def advance(self, steps):
+    def advance(self, steps: int) -> float:
         """Seconds that so many steps took."""
         return self._ask("advance", steps)
 
-    def state(self):
+    def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Positions, velocities and identities, in storage order."""
         return self._ask("state")
 
-    def code_size(self):
+    def code_size(self) -> int:
         """Bytes of machine code of the loop over steps; of the engine that compiled it only."""
         return self._ask("code_size")
 
-    def close(self):
+    def close(self) -> None:
         """End the process."""
         self._pipe.close()
         self._process.join()
@@ -68,7 +79,7 @@ def _cache_in(folder):
         os.environ["NUMBA_CACHE_DIR"] = kept
 
 
-def serve(pipe, scene, start, stripped):
+def serve(pipe: Connection, scene: Scene, start: State, stripped: bool) -> None:
     """Answer an `Engine` until it closes the pipe."""
     if stripped:
         strip()
@@ -90,12 +101,12 @@ def serve(pipe, scene, start, stripped):
             pipe.send(code_size(advance))
 
 
-def code_size(kernel):
+def code_size(kernel: Any) -> int:
     """Bytes of the object code of the variants of a kernel that this process has compiled."""
     return sum(len(variant.library._get_compiled_object()) for variant in kernel.overloads.values())
 
 
-def strip():
+def strip() -> None:
     """Put empty parts in the place of every feature; before any kernel is compiled."""
     from dpd.engine import moves, pair_forces, second_friction, step, thermostats
     from dpd.engine.neighbours import cells, lists
@@ -106,7 +117,7 @@ def strip():
                 setattr(module, name, replacement)
 
 
-def empty_parts():
+def empty_parts() -> dict[str, Callable[..., Any]]:
     """Name to what takes its place: for species, bonds, core, lists, baths, virial, teams."""
     from dpd.jit import part
 

@@ -1,7 +1,10 @@
 """What the measurements share: clocks in turns, starts, labelled numbers."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -10,17 +13,27 @@ from dpd.engine.simulation import Simulation
 from dpd.scene.start import start_digest
 from dpd.start.make import make_start, system_of
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from dpd.engine.state import State
+    from dpd.scene.scene import Scene
+
+    Advance = Callable[[int], Any]  # of a number of steps; what it returns does not matter
+    # Name to (dimensions, values, units, long_name).
+    Variables = Mapping[str, tuple[tuple[str, ...], Any, str, str]]
+
 TURNS = 5
 
 
-def seconds_of(advance, steps):
+def seconds_of(advance: Advance, steps: int) -> float:
     """Wall clock of one call."""
     begun = time.perf_counter()
     advance(steps)
     return time.perf_counter() - begun
 
 
-def in_turns(advances, steps, turns):
+def in_turns(advances: Sequence[Advance], steps: int | Sequence[int], turns: int) -> np.ndarray:
     """Wall clock of several calls, one after the other in every turn.
 
     A disturbance of the machine then falls on all of them alike.
@@ -42,7 +55,7 @@ def in_turns(advances, steps, turns):
     return np.array([[seconds_of(*each) for each in taken] for _ in range(turns)]).T
 
 
-def starts_of(scenes, say):
+def starts_of(scenes: Mapping[str, Scene], say: Callable[[str], None]) -> dict[str, State]:
     """First configurations of some scenes; those that share one get it made once.
 
     Parameters
@@ -65,12 +78,12 @@ def starts_of(scenes, say):
     return starts
 
 
-def simulation_of(scene, start, threads=1):
+def simulation_of(scene: Scene, start: State, threads: int = 1) -> Simulation:
     """A simulation that leaves the start to others as it is."""
     return Simulation(system_of(scene), replace(start), threads)
 
 
-def labelled(variables, description):
+def labelled(variables: Variables, description: str) -> xr.Dataset:
     """A dataset.
 
     Parameters

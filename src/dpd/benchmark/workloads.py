@@ -1,5 +1,7 @@
 """The four systems that speed is measured on."""
 
+from typing import Any, NamedTuple
+
 from dpd.scene.scene import Scene
 
 FLUID = {
@@ -43,22 +45,41 @@ SLABS = {
     "start": {"method": "slabs", "relax": {"steps": 500, "dt": 0.02}},
     "steps": {"sample": 1000},
 }
+
+
+class Workload(NamedTuple):
+    """A system that speed is measured on.
+
+    Attributes
+    ----------
+    system : str
+        The system in words, for tables.
+    scene : dict
+        As src/dpd/schemas/scene.yaml has it.
+    """
+
+    system: str
+    scene: dict[str, Any]
+
+
 WORKLOADS = {
-    "W1": ("standard fluid: 24 000 beads, rho 3, a 25, dt 0.04", FLUID),
-    "W2": ("melt of Nikunen: 128 chains of 64, rho 1, a 100, k 200, dt 0.02", MELT),
-    "W2, dpd-vv": (
+    "W1": Workload("standard fluid: 24 000 beads, rho 3, a 25, dt 0.04", FLUID),
+    "W2": Workload("melt of Nikunen: 128 chains of 64, rho 1, a 100, k 200, dt 0.02", MELT),
+    "W2, dpd-vv": Workload(
         "the same with friction twice a step, which LAMMPS has not",
         MELT | {"integrator": {"scheme": "dpd-vv", "dt": 0.02}},
     ),
-    "W3": ("melt of Liu: 20 000 beads in two dimensions, N 100, set (1), dt 0.002", FLAT_MELT),
-    "W4": ("slabs: 8 x 8 x 20, rho 3, a 25, a_AB 37, dt 0.04", SLABS),
+    "W3": Workload(
+        "melt of Liu: 20 000 beads in two dimensions, N 100, set (1), dt 0.002", FLAT_MELT
+    ),
+    "W4": Workload("slabs: 8 x 8 x 20, rho 3, a 25, a_AB 37, dt 0.04", SLABS),
 }
 # tau, about the integrated autocorrelation times of kT and pressure. Beads of W2 hardly overlap,
 # and only those that do feel friction: its heat leaves in some twenty tau. W4's interface breathes.
 MEMORY = {"W1": 1.0, "W2": 20.0, "W2, dpd-vv": 20.0, "W3": 2.0, "W4": 5.0}
 
 
-def workload(name, **changes):
+def workload(name: str, **changes: Any) -> Scene:
     """Scene of a workload, with some keys changed.
 
     Parameters
@@ -70,4 +91,4 @@ def workload(name, **changes):
     -------
     Scene
     """
-    return Scene(WORKLOADS[name][1] | changes, f"workload {name}")
+    return Scene(WORKLOADS[name].scene | changes, f"workload {name}")

@@ -34,7 +34,7 @@ class Bonded(NamedTuple):
     batch: np.ndarray
 
 
-def in_batches(bond, members):
+def in_batches(bond: Bond | None, members: np.ndarray | None) -> Bonded | None:
     """`Bonded`, cut into batches between molecules that are numbered one after the other.
 
     None for a system without bonds.
@@ -45,7 +45,7 @@ def in_batches(bond, members):
     highest = np.maximum.accumulate(members.max(axis=1))
     lowest = np.minimum.accumulate(members.min(axis=1)[::-1])[::-1]
     cuts = 1 + np.flatnonzero(highest[:-1] < lowest[1:])
-    batch = [0]
+    batch = [0]  # type: list[int | np.integer]
     for cut in cuts:
         if cut - batch[-1] >= BONDS_AT_ONCE:
             batch.append(cut)

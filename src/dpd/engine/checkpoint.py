@@ -5,16 +5,25 @@ all that stands in it. What a run resumes from is not believed: whoever wrote it
 be one that this run could have had at that step.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dpd.drafts import draft_of
 from dpd.engine.state import State
 from dpd.errors import UserError, reason
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dpd.engine.loop import Observer
+    from dpd.engine.simulation import Simulation
 
 LONGEST_STRETCH = 500  # steps between looks at the clock,
 MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
@@ -23,12 +32,12 @@ MARK = "dpd_checkpoint"
 NOTE = "note"
 
 
-def stretch_of(beads):
+def stretch_of(beads: int) -> int:
     """Steps between looks at the clock."""
     return max(1, min(LONGEST_STRETCH, MOST_WORK // beads))
 
 
-def next_sample(observer, now, equilibrate):
+def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
     """Step of the observer's next sample after ``now``."""
     return equilibrate + (_taken(observer, now, equilibrate) + 1) * observer.every
 
@@ -38,7 +47,7 @@ def _taken(observer, now, equilibrate):
     return max(now - equilibrate, 0) // observer.every
 
 
-def refuse_other_file(path):
+def refuse_other_file(path: str | Path) -> None:
     """Refuse to let a checkpoint take the place of somebody's file.
 
     Raises
@@ -62,7 +71,7 @@ def refuse_other_file(path):
     )
 
 
-def note_of(path):
+def note_of(path: str | Path) -> Any:
     """What stands beside the state in a checkpoint: plain data; None where there is none.
 
     Parameters
@@ -97,13 +106,13 @@ class Checkpoint:
         Plain data to keep beside the state, see `note_of`.
     """
 
-    def __init__(self, path, key, note=None):
+    def __init__(self, path: str | Path, key: dict[str, Any], note: Any = None) -> None:
         self.path = Path(path)
         self.key = json.dumps(key, sort_keys=True)
         self.note = json.dumps(note)
         self.is_ours = False  # whether the file is of this run: saved by it, or resumed from
 
-    def save(self, simulation, observers):
+    def save(self, simulation: Simulation, observers: Sequence[Observer]) -> str:
         """Write the state; a kill while writing leaves the previous file.
 
         Returns
@@ -118,14 +127,16 @@ class Checkpoint:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with draft_of(self.path) as draft:
                 with open(draft, "wb") as file:
-                    np.savez(file, **arrays)
+                    np.savez(file, **arrays)  # type: ignore[arg-type]  # no key is allow_pickle
                 os.replace(draft, self.path)
             self.is_ours = True
         except OSError as problem:
             return f"{self.path}: no checkpoint could be written ({reason(problem)}); going on"
         return ""
 
-    def resume(self, simulation, observers, steps):
+    def resume(
+        self, simulation: Simulation, observers: Sequence[Observer], steps: tuple[int, int]
+    ) -> str:
         """Put simulation and observers where the file left them, wholly or not at all.
 
         Parameters
@@ -173,7 +184,7 @@ class Checkpoint:
         self.is_ours = True
         return ""
 
-    def discard(self):
+    def discard(self) -> None:
         """Remove the file once the run's result is written."""
         if os.path.lexists(self.path):
             refuse_other_file(self.path)

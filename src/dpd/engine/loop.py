@@ -1,15 +1,43 @@
 """The run loop: steps between samples, observers, checkpoints, progress."""
 
+from __future__ import annotations
+
 import time
+from typing import TYPE_CHECKING, Protocol
 
 from dpd.engine.checkpoint import next_sample, stretch_of
 from dpd.errors import Stopped
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
+
+    from dpd.engine.checkpoint import Checkpoint
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+
+    class Observer(Protocol):
+        """What `run` needs of an observer, see there."""
+
+        @property
+        def every(self) -> int: ...
+
+        @property
+        def needs_forces(self) -> bool: ...
+
+        @property
+        def arrays(self) -> dict[str, np.ndarray]: ...
+
+        def sample(self, simulation: Simulation, sums: Sums) -> None: ...
+
 
 def run(
-    simulation, steps, observers, checkpoint=None, progress=None, every_seconds=60.0,
-    stopping=None, say=None,
-):  # fmt: skip
+    simulation: Simulation, steps: tuple[int, int], observers: Sequence[Observer],
+    checkpoint: Checkpoint | None = None, progress: Callable[[int], object] | None = None,
+    every_seconds: float = 60.0, stopping: Callable[[], bool] | None = None,
+    say: Callable[[str], object] | None = None,
+) -> int:  # fmt: skip
     """Equilibrate, then sample.
 
     An observer has ``every`` (steps between its samples), ``needs_forces`` (whether it
@@ -70,7 +98,9 @@ def run(
     return last - begun
 
 
-def advance_looking(simulation, steps, look, measure=False):
+def advance_looking(
+    simulation: Simulation, steps: int, look: Callable[[], object], measure: bool = False
+) -> Sums:
     """Advance by some steps, to the same bits, with a look now and then.
 
     Parameters

@@ -1,7 +1,10 @@
 """A system in motion."""
 
+from __future__ import annotations
+
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,13 +17,16 @@ from dpd.engine.threads.team import new_team
 from dpd.engine.vectors.arrays import axes_of, empty_rows, rows_of
 from dpd.errors import UserError
 
+if TYPE_CHECKING:
+    from dpd.engine.state import System
+
 CUTOFF = 1.0
 
 
 class Unstable(UserError):
     """A bead moved further than the cutoff along an axis in one step, or to no number."""
 
-    def __init__(self, bead, step, distance, dt):
+    def __init__(self, bead: int, step: int, distance: float, dt: float) -> None:
         self.bead, self.step, self.distance = bead, step, distance
         super().__init__(
             f"the run blew up: bead {bead} moved {distance:.3g} r_c along an axis in one step at "
@@ -50,7 +56,7 @@ class Simulation:
         scheme whose pairs exchange momentum one after the other.
     """
 
-    def __init__(self, system, state, threads=1):
+    def __init__(self, system: System, state: State, threads: int = 1) -> None:
         self.system = system
         self.state = state
         state.refuse_nowhere()
@@ -70,7 +76,7 @@ class Simulation:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
 
-    def advance(self, steps, measure=False):
+    def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
 
         Parameters
@@ -95,7 +101,7 @@ class Simulation:
             return self.measure()
         return self._call(steps, measure)
 
-    def measure(self):
+    def measure(self) -> Sums:
         """Virials and energies where the beads are, leaving the state alone."""
         kept = self.state
         try:

@@ -4,13 +4,18 @@ Nobody else writes a modulo. `Space` is what kernels take; `nearest` and `wrappe
 NumPy, for what looks at beads between steps.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from dpd.engine.vectors.arrays import row_width
 from dpd.engine.vectors.rows import entries
 from dpd.jit import part
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 STRETCH = 256  # entries of rows whose edges are written out, for a loop without a look at the axis
 
@@ -27,7 +32,7 @@ class Space(NamedTuple):
     edges: tuple
 
 
-def space_of(box):
+def space_of(box: Sequence[float]) -> Space:
     """The `Space` of a box that is given by its edges."""
     return Space(tuple(map(float, box)))
 
@@ -90,7 +95,7 @@ def put_inside(position, mine, edges):
             x[first + t] = inside if inside < edge else 0.0
 
 
-def nearest(apart, box):
+def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Separations at their nearest image, in NumPy.
 
     Parameters
@@ -103,7 +108,7 @@ def nearest(apart, box):
     return apart - edges * np.rint(apart / edges)
 
 
-def wrapped(position, box):
+def wrapped(position: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Positions moved into the box, 0 <= x < edge, in NumPy."""
     edges = _edges(position, box)
     inside = position - edges * np.floor(position / edges)

@@ -102,15 +102,15 @@ class System:
     per_bead: bool = False
 
     @property
-    def dimension(self):
+    def dimension(self) -> int:
         return len(self.box)
 
     @property
-    def volume(self):
+    def volume(self) -> float:
         return float(np.prod(self.box))
 
     @property
-    def forces(self):
+    def forces(self) -> Forces:
         """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
         return Forces(self.pair._replace(repulsion=repulsion), self.bond, **self._thermostat())
@@ -133,8 +133,10 @@ class State:
 
     Attributes
     ----------
-    position, velocity, force : (dimension, n) arrays
+    position, velocity : (dimension, n) arrays
         After an advance, views of the rows that the kernels work on.
+    force : (dimension, n) array or None
+        The same; None where it is yet to be evaluated.
     identity : (n,) uint32 array
         Number of the bead in each slot.
     species : (n,) uint8 array or None
@@ -146,19 +148,19 @@ class State:
 
     position: np.ndarray
     velocity: np.ndarray
-    force: np.ndarray
+    force: np.ndarray | None
     identity: np.ndarray
     species: np.ndarray | None
     step: int
     reference: np.ndarray | None = None
 
-    def by_identity(self, array):
+    def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""
         ordered = np.empty(array.shape, array.dtype)
         ordered[..., self.identity] = array
         return ordered
 
-    def refuse_nowhere(self):
+    def refuse_nowhere(self) -> None:
         """Refuse a state with a position or a velocity that is no finite number.
 
         Raises

@@ -25,7 +25,7 @@ class BlockSums:
         The block that was opened last.
     """
 
-    def __init__(self, shape, samples):
+    def __init__(self, shape: tuple[int, ...], samples: int) -> None:
         self.count = max(1, min(BLOCKS, samples))
         self._samples = samples
         self.arrays = {
@@ -33,14 +33,14 @@ class BlockSums:
             "taken": np.zeros(self.count, np.int64),
         }
 
-    def open(self):
+    def open(self) -> np.ndarray:
         """The sums of the block that the next sample belongs to; counts the sample."""
         taken = self.arrays["taken"]
         self.current = min(int(taken.sum()) * self.count // self._samples, self.count - 1)
         taken[self.current] += 1
         return self.arrays["sums"][self.current]
 
-    def means(self):
+    def means(self) -> np.ndarray:
         """(blocks,) + shape array of block averages, NaN for a block without samples."""
         sums, taken = self.arrays["sums"], self.arrays["taken"]
         with np.errstate(invalid="ignore"):

@@ -1,9 +1,19 @@
 """Bond lengths."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.observe.blocks import BlockSums
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+    from dpd.observe import BondedSystem, Variables
+    from dpd.scene.scene import Scene
 
 LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
 
@@ -23,7 +33,7 @@ class BondLengths:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every, bin):
+    def __init__(self, scene: Scene, system: BondedSystem, every: int, bin: float) -> None:
         self.every = every
         self._system = system
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
@@ -32,7 +42,7 @@ class BondLengths:
         self._longest = np.zeros(self._blocks.count)
         self.arrays = self._blocks.arrays | {"longest": self._longest}
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
@@ -45,7 +55,7 @@ class BondLengths:
         into[1] += (length**2).mean()
         into[2:] += np.histogram(length, self._edges)[0] / (len(length) * self._edges[1])
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Bond lengths in blocks for the file."""
         means = self._blocks.means()
         middle = 0.5 * (self._edges[1:] + self._edges[:-1])

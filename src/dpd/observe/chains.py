@@ -1,9 +1,19 @@
 """Sizes of chains."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.observe.blocks import BlockSums
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class Chains:
@@ -22,14 +32,14 @@ class Chains:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
         self._kinds = [(kind.count, len(kind.beads)) for kind in scene.molecules]
         self._blocks = BlockSums((len(self._kinds), 2), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
         position = state.by_identity(state.position)
@@ -39,7 +49,7 @@ class Chains:
             into[row] += sizes(unwrapped(beads, self._system.box))
             first += count * length
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Sizes in blocks for the file."""
         means = self._blocks.means()
         along = ("block", "kind")
@@ -49,7 +59,7 @@ class Chains:
         }
 
 
-def unwrapped(beads, box):
+def unwrapped(beads: np.ndarray, box: tuple[float, ...]) -> np.ndarray:
     """Chains in one piece: each bead at the image nearest to the one before.
 
     Parameters
@@ -62,7 +72,7 @@ def unwrapped(beads, box):
     return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
 
 
-def sizes(chains):
+def sizes(chains: np.ndarray) -> tuple[float, float]:
     """Mean squared radius of gyration and end-to-end distance of unwrapped chains."""
     spread = chains - chains.mean(axis=2, keepdims=True)
     across = chains[:, :, -1] - chains[:, :, 0]

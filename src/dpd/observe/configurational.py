@@ -1,7 +1,17 @@
 """Configurational temperature: what the positions say of kT."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dpd.engine.queries.configurational import force_and_curvature
 from dpd.observe.blocks import BlockSums
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class Configurational:
@@ -21,18 +31,18 @@ class Configurational:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
         self._beads = scene.beads
         self._blocks = BlockSums((2,), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         self._blocks.open()[:] += force_and_curvature(self._system, simulation.state)
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Both per bead, in blocks for the file."""
         means = self._blocks.means() / self._beads
         return {

@@ -1,9 +1,19 @@
 """Bonds that cross in two dimensions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+    from dpd.observe import BondedSystem, Variables
+    from dpd.scene.scene import Scene
 
 MOST = 8  # pairs of crossing bonds per bond that are kept in mind
 
@@ -26,7 +36,7 @@ class Crossings:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
         n, bonds = scene.steps.sample // every, len(system.members)
@@ -37,7 +47,7 @@ class Crossings:
             "pairs": np.full(MOST * bonds, -1, np.int64),
         }
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
         members = self._system.members
@@ -55,7 +65,7 @@ class Crossings:
         arrays["pairs"][:] = -1
         arrays["pairs"][: len(pairs)] = pairs
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Counts for the file."""
         time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["crossings"])))
         along = ("crossing_sample",)

@@ -1,10 +1,20 @@
 """Mean-square displacements by multiple-tau correlation."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.errors import LostTrack
 from dpd.observe.multitau import MultipleTau
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
@@ -27,7 +37,7 @@ class Displacement:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
         lengths = scene.lengths
@@ -41,7 +51,7 @@ class Displacement:
             "moved": np.zeros((d, scene.beads)),
         }
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         self._correlation.add(self._tracked(simulation.state), squares)
 
@@ -63,7 +73,7 @@ class Displacement:
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
         return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Displacements of each molecule, and sums in parts of the run, by increasing lag."""
         lag, means, counts, sums = self._correlation.results()
         along = ("lag", "molecule")
@@ -84,7 +94,7 @@ class Displacement:
         }  # fmt: skip
 
 
-def squares(now, then):
+def squares(now: np.ndarray, then: np.ndarray) -> np.ndarray:
     """Squared displacements: mean of the two innermost beads, and centre of mass."""
     found = ((now - then) ** 2).sum(axis=0)
     return np.stack([0.5 * (found[0] + found[1]), found[2]])

@@ -1,9 +1,19 @@
 """How long chains remember where they point."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.observe.multitau import MultipleTau
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+    from dpd.observe import BondedSystem, Variables
+    from dpd.scene.scene import Scene
 
 
 class EndToEnd:
@@ -23,7 +33,7 @@ class EndToEnd:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
         lengths = scene.lengths[scene.lengths > 1]
@@ -32,7 +42,7 @@ class EndToEnd:
         self._correlation = MultipleTau(samples, (system.dimension, len(lengths)), 1)
         self.arrays = self._correlation.arrays | {"square": np.zeros(len(lengths))}
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state, members = simulation.state, self._system.members
         position = state.by_identity(state.position)
@@ -41,7 +51,7 @@ class EndToEnd:
         self.arrays["square"] += (vector**2).sum(axis=0)
         self._correlation.add(vector, product)
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Correlations of each molecule, and sums in parts of the run, by increasing lag."""
         lag, means, counts, sums = self._correlation.results()
         taken = max(1, int(self.arrays["taken"][0]))
@@ -63,6 +73,6 @@ class EndToEnd:
         }  # fmt: skip
 
 
-def product(now, then):
+def product(now: np.ndarray, then: np.ndarray) -> np.ndarray:
     """Scalar products of vectors."""
     return (now * then).sum(axis=0)[None]

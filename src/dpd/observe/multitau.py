@@ -1,6 +1,13 @@
 """Correlation over many decades of time while a run goes on."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 KEPT = 16  # samples kept at each level, and so the lags of the first
 COARSER = 4  # steps of a level in those of the level below
@@ -30,7 +37,7 @@ class MultipleTau:
         All that a checkpoint has to hold.
     """
 
-    def __init__(self, samples, shape, quantities):
+    def __init__(self, samples: int, shape: tuple[int, ...], quantities: int) -> None:
         self._samples = samples
         levels = 1
         while KEPT * COARSER ** (levels - 1) < samples / PARTS:
@@ -43,7 +50,9 @@ class MultipleTau:
             "part_counts": np.zeros((PARTS, levels, KEPT), np.int64),
         }
 
-    def add(self, sample, compare):
+    def add(
+        self, sample: np.ndarray, compare: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    ) -> None:
         """Compare a sample with those before it.
 
         Parameters
@@ -70,7 +79,7 @@ class MultipleTau:
             arrays["part_counts"][part, level, lag - 1] += 1
         kept[number % KEPT] = sample
 
-    def results(self):
+    def results(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Lags that were seen, with means over the run and sums over its parts.
 
         Returns

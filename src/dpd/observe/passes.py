@@ -1,8 +1,18 @@
 """Bonds that pass through each other in three dimensions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.queries.passes import passed_bonds
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+    from dpd.observe import BondedSystem, Variables
+    from dpd.scene.scene import Scene
 
 
 class Passes:
@@ -19,7 +29,7 @@ class Passes:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
         self.arrays = {
@@ -28,7 +38,7 @@ class Passes:
             "passes": np.full(scene.steps.sample // every, np.nan),
         }
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample; the first one has none before it."""
         state, arrays = simulation.state, self.arrays
         position = state.by_identity(state.position)
@@ -42,7 +52,7 @@ class Passes:
         arrays["last"][...] = position
         arrays["taken"][0] += 1
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Counts for the file."""
         time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["passes"])))
         along = ("pass_sample",)

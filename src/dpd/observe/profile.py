@@ -1,8 +1,18 @@
 """Density of each species along an axis."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.observe.blocks import BlockSums
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class Profile:
@@ -20,7 +30,7 @@ class Profile:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every, bin):
+    def __init__(self, scene: Scene, system: System, every: int, bin: float) -> None:
         self.every = every
         self._system = system
         self._names = scene.species
@@ -29,7 +39,7 @@ class Profile:
         self._blocks = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
         self.arrays = self._blocks.arrays
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
         length = self._system.box[self._axis]
@@ -40,7 +50,7 @@ class Profile:
         counts = np.bincount(slices, minlength=len(self._names) * self._bins)
         self._blocks.open()[:] += counts.reshape(len(self._names), self._bins)
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Profiles in blocks for the file."""
         length = self._system.box[self._axis]
         slice_volume = self._system.volume / self._bins

@@ -1,9 +1,19 @@
 """Radial distribution function."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.queries.pairs import pair_histogram
 from dpd.observe.blocks import BlockSums
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class RadialDistribution:
@@ -27,7 +37,7 @@ class RadialDistribution:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every, range, bin):
+    def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
         self.every = every
         self._system = system
         bins = max(1, round(range / bin))
@@ -36,14 +46,14 @@ class RadialDistribution:
         self.arrays = self._blocks.arrays
         self._beads = scene.beads
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         counts = pair_histogram(
             simulation.state.position, self._system.box, self._edges[-1], len(self._edges) - 1
         )
         self._blocks.open()[:] += counts
 
-    def variables(self):
+    def variables(self) -> Variables:
         """g(r) in blocks for the file."""
         d = self._system.dimension
         ball = {2: np.pi, 3: 4.0 * np.pi / 3.0}[d] * self._edges**d

@@ -1,10 +1,20 @@
 """A watch over bonds that reach across half the box."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.errors import LostTrack
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums
+    from dpd.observe import BondedSystem, Variables
+    from dpd.scene.scene import Scene
 
 EVERY = 200  # steps between looks: less than half a per cent of the run time
 FEW = 10  # finds that say nothing: so short a run knows its means far less well
@@ -31,14 +41,14 @@ class Stretch:
 
     needs_forces = False
 
-    def __init__(self, scene, system):
+    def __init__(self, scene: Scene, system: BondedSystem) -> None:
         self.every = min(EVERY, scene.steps.sample)
         self._box, self._members = system.box, system.members
         looks = scene.steps.sample // self.every
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Look, and end the run if there are too many for all of its looks."""
         state = simulation.state
         position = state.by_identity(state.position)
@@ -55,12 +65,12 @@ class Stretch:
                 state.step,
             )
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Nothing: a run that ends well has nothing to tell."""
         return {}
 
 
-def stretched(position, members, box):
+def stretched(position: np.ndarray, members: np.ndarray, box: tuple[float, ...]) -> int:
     """Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
 
     Parameters

@@ -1,6 +1,16 @@
 """kT, momentum, pressure tensors and energy over time."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class Thermo:
@@ -22,7 +32,7 @@ class Thermo:
         Whether to measure pressure and energy, which costs a second look at the pairs.
     """
 
-    def __init__(self, scene, system, every, pressure):
+    def __init__(self, scene: Scene, system: System, every: int, pressure: bool) -> None:
         self.every, self.needs_forces = every, pressure
         self._system = system
         n, d = scene.steps.sample // every, system.dimension
@@ -38,7 +48,7 @@ class Thermo:
                 "energy": np.full((n, 2), np.nan),
             }
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         arrays, velocity = self.arrays, simulation.state.velocity
         at = int(arrays["taken"][0])
@@ -50,7 +60,7 @@ class Thermo:
             arrays["virial"][at] = sums.virial
             arrays["energy"][at] = sums.energy
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Series for the file."""
         time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["kT"])))
         along = ("sample",)

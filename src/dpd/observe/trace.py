@@ -1,9 +1,19 @@
 """The way of one chain."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import nearest
 from dpd.observe.chains import unwrapped
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
 
 
 class Trace:
@@ -22,14 +32,14 @@ class Trace:
 
     needs_forces = False
 
-    def __init__(self, scene, system, every):
+    def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
         self._length = len(scene.molecules[0].beads)
         shape = (scene.steps.sample // every, system.dimension, self._length)
         self.arrays = {"taken": np.zeros(1, np.int64), "trace": np.full(shape, np.nan)}
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
         beads = state.by_identity(state.position)[:, None, : self._length]
@@ -41,7 +51,7 @@ class Trace:
         arrays["trace"][at] = chain
         arrays["taken"][0] += 1
 
-    def variables(self):
+    def variables(self) -> Variables:
         """Configurations for the file."""
         time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["trace"])))
         return {

@@ -25,14 +25,14 @@ class Bond(NamedTuple):
     stiffness: float
     length: float
 
-    def force_over_r(self, r):
+    def force_over_r(self, r: float) -> float:
         """Force over distance, F / r."""
         return -self.stiffness * (1.0 - self.length / r)
 
-    def energy(self, r):
+    def energy(self, r: float) -> float:
         """Energy u."""
         return 0.5 * self.stiffness * (r - self.length) ** 2
 
-    def curvature(self, r):
+    def curvature(self, r: float) -> float:
         """Second derivative u''."""
         return self.stiffness

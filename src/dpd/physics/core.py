@@ -35,11 +35,11 @@ class Core(NamedTuple):
     push: float
     width: float | None = None
 
-    def force(self, a, r, w):
+    def force(self, a: float, r: float, w: float) -> float:
         """Force F at distance r, for a pair with the repulsion a; w = max(0, 1 - r)."""
         return self.push if r < self.diameter else force_beyond(self, a, r, w, self.width)
 
-    def energy(self, a, r, w):
+    def energy(self, a: float, r: float, w: float) -> float:
         """Energy u, continuous at the core and zero from the cutoff on."""
         if r < self.diameter:
             edge = energy_beyond(self, a, self.diameter, 1.0 - self.diameter, self.width)

@@ -39,7 +39,7 @@ class Exchange(NamedTuple):
     kT: float
     gaussian: bool
 
-    def change(self, u, g, theta, drawn):
+    def change(self, u: float, g: float, theta: float, drawn: bool) -> float:
         """Change of a relative velocity u; ``drawn`` says whether Lowe's pair is due."""
         if self.kind == SHARDLOW:
             push = np.sqrt(2.0 * self.kT * g) * theta

@@ -30,7 +30,7 @@ class Friction(NamedTuple):
     amplitude: float
     gaussian: bool
 
-    def force(self, approach, inverse, w, theta):
+    def force(self, approach: float, inverse: float, w: float, theta: float) -> float:
         """Force F_D + F_R on a pair with r . v_ij = approach and 1 / r = inverse."""
         drag = self.gamma * w * approach * inverse
         return w * (self.amplitude * theta - drag)

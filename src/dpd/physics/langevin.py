@@ -26,10 +26,10 @@ class Langevin(NamedTuple):
     amplitude: float
     gaussian: bool
 
-    def random(self, zeta):
+    def random(self, zeta: float) -> float:
         """Noise along an axis."""
         return self.amplitude * zeta
 
-    def drag(self, velocity):
+    def drag(self, velocity: float) -> float:
         """Friction along an axis, which the force takes off."""
         return self.gamma * velocity

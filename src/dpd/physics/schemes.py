@@ -60,7 +60,7 @@ SCHEMES = {
 }
 
 
-def scheme_named(name, prediction=0.5):
+def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
     """A scheme by name.
 
     Parameters

@@ -25,14 +25,14 @@ class Soft(NamedTuple):
 
     repulsion: np.ndarray
 
-    def force(self, a, r, w):
+    def force(self, a: float, r: float, w: float) -> float:
         """Force F at distance r, for a pair with the repulsion a."""
         return a * w
 
-    def energy(self, a, r, w):
+    def energy(self, a: float, r: float, w: float) -> float:
         """Energy u."""
         return 0.5 * a * w * w
 
-    def curvature(self, a, r, w):
+    def curvature(self, a: float, r: float, w: float) -> float:
         """Second derivative u'' within the cutoff."""
         return a

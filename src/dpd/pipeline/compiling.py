@@ -1,13 +1,22 @@
 """Which kernels a study needs, compiled before its runs."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.stages import start_terms, terms_of
 from dpd.start.make import system_of
 from dpd.start.quick import compile_start
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
 
-def compile_for(scenes):
+    from dpd.scene.scene import Scene
+
+
+def compile_for(scenes: Iterable[Scene]) -> list[str]:
     """Compile every variant of the kernels that some scenes need, into the disk cache.
 
     All in one process: most of what a variant is made of is that of others, and what a process
@@ -22,7 +31,7 @@ def compile_for(scenes):
     list of str
         One line per variant.
     """
-    smallest = {}
+    smallest: dict[tuple[str, ...], Scene] = {}
     for scene in scenes:
         variant = (*_kernels(scene), *scene.observe)
         if scene.beads < smallest.setdefault(variant, scene).beads:
@@ -35,7 +44,7 @@ def compile_for(scenes):
     return [", ".join(variant) for variant in smallest]
 
 
-def with_terms(scenes, terms):
+def with_terms(scenes: Sequence[Scene], terms: frozenset[str]) -> list[Scene]:
     """The scenes in which just these terms of the physics act; or only as they start, if none.
 
     Parameters

@@ -4,9 +4,12 @@ A plan holds stand-ins for them. `dpd derive` writes what they came to, and what
 a run puts that into its scene.
 """
 
+from __future__ import annotations
+
 import csv
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dpd import files
 from dpd.errors import UserError
@@ -14,10 +17,17 @@ from dpd.scene.scene import Scene
 from dpd.scene.schema import suggestion
 from dpd.scene.start import start_digest, start_is_shared
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from dpd.pipeline.sweep import Sweep
+
 COLUMNS = ("point", "key", "value", "from")
 
 
-def check_derived(name, given, axes, where):
+def check_derived(
+    name: str, given: dict[str, Any], axes: dict[str, dict[str, Any]], where: str
+) -> None:
     """Refuse rules that name what is not there.
 
     Parameters
@@ -80,7 +90,7 @@ def _has(scene, key):
     return True
 
 
-def write_derived(rows, path):
+def write_derived(rows: Iterable[Mapping[str, str]], path: str | Path) -> None:
     """Write derived values as a table that a person can read.
 
     Parameters
@@ -99,7 +109,7 @@ def write_derived(rows, path):
     files.replace_whole(path, fill)
 
 
-def read_derived(path):
+def read_derived(path: str | Path) -> dict[str, dict[str, float]]:
     """Derived values: name of the point to key to value.
 
     Raises
@@ -109,7 +119,7 @@ def read_derived(path):
     """
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it, or `dpd derive`")
-    values = {}
+    values = {}  # type: dict[str, dict[str, float]]
     try:
         with open(path, newline="") as file:
             for row in csv.DictReader(file):
@@ -122,7 +132,7 @@ def read_derived(path):
     return values
 
 
-def resolved(sweep, path):
+def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
     """A sweep with its derived values in place of the stand-ins.
 
     Parameters

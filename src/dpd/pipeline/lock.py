@@ -4,6 +4,8 @@ The lock is a file beside the output. The system's own lock on that file (flock)
 process, however it ends; what stands in the file tells others who it was.
 """
 
+from __future__ import annotations
+
 import fcntl
 import json
 import os
@@ -12,9 +14,13 @@ import time
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dpd.drafts import TEMPORARY
 from dpd.errors import UserError, reason, remedy
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
 
 POLL = 1.0  # s between looks whether the other run has ended
 BOOT = Path("/proc/sys/kernel/random/boot_id")
@@ -25,7 +31,7 @@ class _Busy(Exception):
 
 
 @contextmanager
-def alone(path, say, wait=False):
+def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[bool]:
     """Be the only run at work on an output.
 
     Parameters

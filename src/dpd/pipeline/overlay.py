@@ -1,13 +1,19 @@
 """What a study puts in place of a paper's values, and whether somebody edited what is replaced."""
 
+from __future__ import annotations
+
 import subprocess
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from dpd.digest import ROOT
 from dpd.pipeline.study import read_paper
 from dpd.scene.schema import LOADER, read_yaml
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 
 @dataclass(frozen=True)
@@ -28,17 +34,17 @@ class Replaced:
     study: object
 
 
-def paper_file(paper):
+def paper_file(paper: str) -> str:
     """Of a paper, below the repository."""
     return f"config/papers/{paper}.yaml"
 
 
-def study_file(study):
+def study_file(study: str) -> str:
     """Of a study, below the repository."""
     return f"config/studies/{study}.yaml"
 
 
-def replaced_values(paper, changes):
+def replaced_values(paper: dict[str, Any], changes: dict[str, Any]) -> list[Replaced]:
     """Every value of a paper's sweeps that a study replaces.
 
     Parameters
@@ -82,7 +88,7 @@ def _item(base, part):
     return base.get(part) if isinstance(base, dict) else None
 
 
-def edited_in_vain(study, papers):
+def edited_in_vain(study: str, papers: Iterable[str]) -> list[str]:
     """Sentences on edits of a paper's file that do nothing, because the study has its own value.
 
     An edit is what differs from the last commit. Where the study's own value was edited as well,
@@ -147,7 +153,7 @@ def _committed(path):
     return data if isinstance(data, dict) else None
 
 
-def overview(study, paper):
+def overview(study: str, paper: str) -> str:
     """Every value of a paper that a study replaces, a line each.
 
     Parameters
@@ -176,7 +182,7 @@ def overview(study, paper):
     return "\n".join([head, *lines])
 
 
-def sweep_in_force(study, paper, name):
+def sweep_in_force(study: str, paper: str, name: str) -> str:
     """A sweep as a study runs it: each value with the file that it comes from, and the points.
 
     Parameters
@@ -208,9 +214,12 @@ def sweep_in_force(study, paper, name):
     factor = changes.get(name, {}).get("sampling", 1)
     if factor != 1:
         rows.append(("sampling", f"steps and duration times {factor:g}", study_file(study)))
-    widths = [max(len(row[i]) for row in rows) for i in (0, 1)]
+    longest_key = max(len(key) for key, _, _ in rows)
+    longest_value = max(len(value) for _, value, _ in rows)
     lines = [f"{name} of {paper} in the {study} study: {len(sweep.points)} runs"]
-    lines += [f"  {key:{widths[0]}s}  {value:{widths[1]}s}  {f}" for key, value, f in rows]
+    lines += [
+        f"  {key:{longest_key}s}  {value:{longest_value}s}  {file}" for key, value, file in rows
+    ]
     if axes:
         lines.append("What an axis sets counts more than the scene. Points:")
     return "\n".join([*lines, *(f"  {point.name}" for point in sweep.points)])

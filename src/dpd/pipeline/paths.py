@@ -5,27 +5,34 @@ results/STUDY/PAPER/sweeps/SWEEP.nc
 results/STUDY/report.html
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from dpd.digest import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
 
 RESULTS = "results"
 LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
 
 
-def results_of(study):
+def results_of(study: str) -> Results:
     """The `Results` of a study, below the folder that snakemake works in."""
     return Results(f"{RESULTS}/{study}")
 
 
-def archived_verdicts():
+def archived_verdicts() -> list[str]:
     """The verdict table of the long study that git keeps; no file where there is none yet."""
     # Not below the folder that snakemake works in: the archive belongs to the repository.
     path = ROOT / RESULTS / "archive" / LONG_STUDY / "verdicts.csv"
     return [str(path)] if path.is_file() else []
 
 
-def page_suffix(papers, all_papers):
+def page_suffix(papers: Collection[str], all_papers: Collection[str]) -> str:
     """What the names of report and verdict table end in: each set of papers has its own.
 
     Parameters
@@ -44,7 +51,7 @@ def page_suffix(papers, all_papers):
     return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
 
 
-def run_file(folder, point):
+def run_file(folder: str | Path, point: str) -> str:
     """The result of a run below the folder of its sweep's runs."""
     return f"{folder}/{point}/run.nc"
 
@@ -60,59 +67,59 @@ class Results:
 
     folder: str
 
-    def compiled(self, paper, kernels):
+    def compiled(self, paper: str, kernels: str) -> str:
         """A list of kernels that were compiled for a paper, by the digest of their sources."""
         return f"{self.folder}/{paper}/compiled/{kernels}.txt"
 
-    def start(self, paper, digest):
+    def start(self, paper: str, digest: str) -> str:
         """A first configuration that runs share, by its digest."""
         return f"{self.folder}/{paper}/starts/{digest}.nc"
 
-    def runs(self, paper, sweep):
+    def runs(self, paper: str, sweep: str) -> str:
         """Folder of the runs of a sweep."""
         return f"{self.folder}/{paper}/runs/{sweep}"
 
-    def run(self, paper, sweep, point):
+    def run(self, paper: str, sweep: str, point: str) -> str:
         """The result of a run."""
         return run_file(self.runs(paper, sweep), point)
 
-    def sweep(self, paper, sweep):
+    def sweep(self, paper: str, sweep: str) -> str:
         """The runs of a sweep on its axes."""
         return f"{self.folder}/{paper}/sweeps/{sweep}.nc"
 
-    def derived(self, paper, sweep):
+    def derived(self, paper: str, sweep: str) -> str:
         """Table of what other sweeps measure for a sweep."""
         return f"{self.folder}/{paper}/derived/{sweep}.csv"
 
-    def measurement(self, paper, name):
+    def measurement(self, paper: str, name: str) -> str:
         """A measurement of the benchmark."""
         return f"{self.folder}/{paper}/measurements/{name}.nc"
 
-    def figures(self, paper):
+    def figures(self, paper: str) -> str:
         """Folder of the figures of a paper."""
         return f"{self.folder}/{paper}/figures"
 
-    def figure(self, paper, figure, kind):
+    def figure(self, paper: str, figure: str, kind: str) -> str:
         """A file of a figure: png, pdf, nc (its numbers), csv (verdicts) or html (caption)."""
         return f"{self.figures(paper)}/{figure}.{kind}"
 
-    def report(self, suffix=""):
+    def report(self, suffix: str = "") -> str:
         """The page on a study; its suffix is from `page_suffix`."""
         return f"{self.folder}/report{suffix}.html"
 
-    def verdicts(self, suffix=""):
+    def verdicts(self, suffix: str = "") -> str:
         """The verdict table of a study."""
         return f"{self.folder}/verdicts{suffix}.csv"
 
-    def benchmark(self):
+    def benchmark(self) -> str:
         """The page on the benchmark."""
         return f"{self.folder}/benchmark.html"
 
     @property
-    def logs(self):
+    def logs(self) -> str:
         """Folder of what the jobs said."""
         return f"{self.folder}/logs"
 
-    def log(self, *parts, kind="log"):
+    def log(self, *parts: str, kind: str = "log") -> str:
         """What a job said, or a stamp that it is done."""
         return f"{self.logs}/{'/'.join(parts)}.{kind}"

@@ -1,7 +1,10 @@
 """What a study will cost, before anything of it runs."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +15,12 @@ from dpd.errors import LostTrack
 from dpd.observe import observables
 from dpd.start.make import make_start, system_of
 from dpd.start.quick import random_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from dpd.pipeline.study import Paper
+    from dpd.scene.scene import Scene
 
 WARM = 50  # steps before the clock starts, in which kernels compile
 LEAST_SECONDS = 1.0  # that a rate is measured over
@@ -37,13 +46,29 @@ class Speed:
     sampling: float
     share: float
 
-    def seconds(self, scene):
+    def seconds(self, scene: Scene) -> float:
         """Of processor time that a run of a scene of this kind takes."""
         equilibrate, sample = scene.steps
         return scene.beads * (equilibrate / self.equilibrating + sample / self.sampling)
 
 
-def plan(papers, measure_seconds=LEAST_SECONDS, progress=None):
+class _Timing(NamedTuple):
+    """Steps that were done, their processor time and their wall clock in seconds."""
+
+    steps: int
+    processor: float
+    wall: float
+
+    def rate(self, beads: int) -> float:
+        """Bead-steps per second of processor time; NaN if no step was done."""
+        return beads * self.steps / self.processor if self.steps else np.nan
+
+
+def plan(
+    papers: Iterable[Paper],
+    measure_seconds: float = LEAST_SECONDS,
+    progress: Callable[[int], None] | None = None,
+) -> list[dict[str, Any]]:
     """Cost of every sweep of some papers.
 
     A sweep's speed is measured here and now on its middle point, from random positions, with one
@@ -108,7 +133,7 @@ def _watched(scene):
     return value_digest(scene.data["observe"])
 
 
-def measured_speed(scene, seconds):
+def measured_speed(scene: Scene, seconds: float) -> Speed:
     """The `Speed` of a scene, measured for some seconds without its observables and with them."""
     simulation = Simulation(system_of(scene), make_start(random_start(scene)))
     system, most = system_of(scene), scene.steps.sample
@@ -119,17 +144,16 @@ def measured_speed(scene, seconds):
     def watched(steps):
         run(simulation, (begun, min(simulation.state.step - begun + steps, most)), observers)
 
-    clocks = []
-    for advance, limit in ((simulation.advance, np.inf), (watched, most)):
-        begun = simulation.state.step
-        clocks.append(_timed(simulation, advance, seconds, limit))
-    rates = [scene.beads * steps / processor if steps else np.nan for steps, processor, _ in clocks]
-    processor, wall = (sum(clock[i] for clock in clocks) for i in (1, 2))
-    return Speed(*rates, processor / wall if wall else 1.0)
+    bare = _timed(simulation, simulation.advance, seconds, np.inf)
+    begun = simulation.state.step
+    sampled = _timed(simulation, watched, seconds, most)
+    wall = bare.wall + sampled.wall
+    share = (bare.processor + sampled.processor) / wall if wall else 1.0
+    return Speed(bare.rate(scene.beads), sampled.rate(scene.beads), share)
 
 
 def _timed(simulation, advance, seconds, limit):
-    """Steps that were done within some seconds, their processor time and wall clock.
+    """The `_Timing` of what is done within some seconds.
 
     As many steps as the sampling of a run at most; none if the run blows up at once.
     """
@@ -146,10 +170,10 @@ def _timed(simulation, advance, seconds, limit):
             steps = min(4 * steps, 2000)
     except (Unstable, LostTrack):  # as a stability map's runs may
         pass
-    return done, min(processor, wall), wall
+    return _Timing(done, min(processor, wall), wall)
 
 
-def sizes_of(scene):
+def sizes_of(scene: Scene) -> tuple[float, float]:
     """MiB of a scene's state, and of what its observables keep."""
     state = 8.0 * scene.beads * (4 * scene.dimension + 2)
     kept = sum(a.nbytes for o in observables(scene, system_of(scene)) for a in o.arrays.values())
@@ -162,7 +186,7 @@ HEADER = (
 )
 
 
-def as_text(rows, cores):
+def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     """The plan as a table with a sum.
 
     Parameters

@@ -1,9 +1,15 @@
 """Checks of a sweep: axes whose points have names of their own, scenes before they are built."""
 
+from __future__ import annotations
+
 import re
 from math import prod
+from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError, shown
+
+if TYPE_CHECKING:
+    from dpd.scene.scene import Scene
 
 LONGEST = 1e12  # steps or tau of a run, before a study's factor
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
@@ -16,12 +22,12 @@ LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
 LABEL = re.compile(r"[A-Za-z0-9_.+-]+")
 
 
-def text_of(label):
+def text_of(label: float | str) -> str:
     """A label as it stands in the name of a point."""
     return f"{label:g}" if isinstance(label, float) else str(label)
 
 
-def check_axes(described, replicas, key):
+def check_axes(described: dict[str, dict[str, Any]], replicas: int, key: str) -> None:
     """Refuse axes whose points cannot be told apart, or are too many, before they unfold.
 
     Parameters
@@ -129,7 +135,7 @@ def _leaves(change, inside):
         yield inside
 
 
-def check_blocks(scene, where):
+def check_blocks(scene: dict[str, Any], where: str) -> None:
     """Refuse what is no mapping where one is read or completed before the scene is checked."""
     for key in ("steps", "duration", "start"):
         block = scene.get(key, {})
@@ -149,7 +155,7 @@ def check_blocks(scene, where):
         raise UserError(f"{where}: seed: {shown(scene['seed'])} is not of type integer")
 
 
-def fixed(scene):
+def fixed(scene: Scene) -> Scene:
     """The scene, if it names its scheme: the points of a sweep must be comparable."""
     if scene.is_auto:
         raise UserError(

@@ -6,8 +6,10 @@ pressure, are then within the tolerance with confidence; otherwise it is made sh
 scene and sources lead to the same choice.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,6 +23,9 @@ from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from dpd.start.make import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 SURE = 3.0  # standard errors: all looks together are right with 95 % confidence or more
 SHRINK = 0.4, 0.8  # of the step, the least and the most from one try to the next
@@ -44,15 +49,15 @@ class Bounds(NamedTuple):
     pressure_unsure: float
 
     @property
-    def most(self):
+    def most(self) -> tuple[float, float]:
         """Largest errors of kT and pressure that are not ruled out."""
         return self.kT + self.kT_unsure, self.pressure + self.pressure_unsure
 
-    def within(self, tolerance):
+    def within(self, tolerance: float) -> bool:
         """Whether both are within a tolerance for sure."""
         return max(self.most) <= tolerance
 
-    def beyond(self, tolerance):
+    def beyond(self, tolerance: float) -> bool:
         """Whether one is not for sure, or so near to it that a shorter step is found sooner."""
         return any(
             found - unsure > tolerance or (found > tolerance / 2 and unsure < tolerance / 2)
@@ -72,15 +77,19 @@ class Probe:
         See `settle`.
     """
 
-    def __init__(self, scene, state, dt, look=None):
+    def __init__(
+        self, scene: Scene, state: State, dt: float, look: Callable[[], None] | None = None
+    ) -> None:
         system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
         self._simulation = Simulation(system, _copy(state))
         self._every = max(1, round(SAMPLE / dt))
         self._volume, self._dimension = system.volume, system.dimension
         self._look = look or _do_not_look
-        self.dt, self.kT, self.excess = dt, [], []
+        self.dt = dt
+        self.kT: list[float] = []
+        self.excess: list[float] = []
 
-    def run(self, time):
+    def run(self, time: float) -> None:
         """Go on for a time in tau."""
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
@@ -89,7 +98,7 @@ class Probe:
             excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
             self.excess.append(float(excess))
 
-    def means(self, settling):
+    def means(self, settling: float) -> list[tuple[float, float]]:
         """(mean, error) of kT and of the excess pressure, after a time to settle."""
         first = round(settling / (self.dt * self._every))
         return [_mean(np.array(series)[first:]) for series in (self.kT, self.excess)]
@@ -113,7 +122,7 @@ def _copy(state):
     )  # fmt: skip
 
 
-def thermostat_time(scene, pushes):
+def thermostat_time(scene: Scene, pushes: float) -> float:
     """Time in tau in which the thermostat corrects kT: d / (4 gamma <sum of w^2> per bead).
 
     Friction takes 2 gamma w^2 kT from each pair (Groot and Warren 1997, Eq. 4), of a kinetic
@@ -128,7 +137,7 @@ def thermostat_time(scene, pushes):
     return scene.dimension / (4 * scene.data["thermostat"]["gamma"] * max(pushes, 1e-9))
 
 
-def settle(scene, state, look=None):
+def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -> Scene:
     """The scene with a scheme and a step that were tried on it.
 
     Parameters
@@ -215,35 +224,37 @@ class _Trial:
     def __init__(self, scene, state, dt, memory, look):
         self._scene, self._settling = scene, SETTLING * memory
         self._length = self._settling + max(100 * SAMPLE, LENGTH * memory)
-        self._probes = [Probe(scene, state, step, look) for step in (dt, dt / 2)]
+        self._whole = Probe(scene, state, dt, look)
+        self._half = Probe(scene, state, dt / 2, look)
         self.spent = 0.0
 
     def look(self, tolerance, budget):
         """`Bounds`, as good as the budget in bead-steps allows; infinite if a step blows up."""
         bounds, time, half_too = UNKNOWN, self._length, True
         while not (bounds.within(tolerance) or bounds.beyond(tolerance)):
-            cost = time / self._probes[0].dt * self._scene.beads * (3 if half_too else 1)
+            cost = time / self._whole.dt * self._scene.beads * (3 if half_too else 1)
             if self.spent + cost > budget:
                 self.spent = budget  # a shorter step would tell even less
                 return bounds
             self.spent += cost
             try:
-                for probe in self._probes if half_too else self._probes[:1]:
-                    probe.run(time)
+                self._whole.run(time)
+                if half_too:
+                    self._half.run(time)
             except Unstable:
                 return UNKNOWN._replace(kT=np.inf)
             bounds = self._bounds()
             known = bounds.pressure_unsure < bounds.kT_unsure + tolerance / 4
             half_too = not known or np.isinf(bounds.pressure_unsure)
-            time = len(self._probes[0].kT) * SAMPLE  # twice as long in all
+            time = len(self._whole.kT) * SAMPLE  # twice as long in all
         return bounds
 
     def _bounds(self):
         """What both say of the longer step."""
-        scene, (one, half) = self._scene, self._probes
+        scene, settling = self._scene, self._settling
         asked = scene.data["thermostat"]["kT"]
-        (kT, kT_error), (excess, error) = one.means(self._settling)
-        excess_half, error_half = half.means(self._settling)[1]
+        (kT, kT_error), (excess, error) = self._whole.means(settling)
+        _, (excess_half, error_half) = self._half.means(settling)
         found, unsure = abs(kT / asked - 1), SURE * kT_error / asked
         ideal = scene.density * asked
         pressure = max(abs(ideal + excess), ideal)
@@ -270,7 +281,7 @@ def _chosen(scene, dt, bounds):
     return _with_choice(scene, {"asked": _asked(scene), "integrator": integrator, "said": said})
 
 
-def settled_before(scene, choice):
+def settled_before(scene: Scene, choice: object) -> Scene | None:
     """The scene with a choice that was kept; None if it is not one of this scene and these sources.
 
     Parameters

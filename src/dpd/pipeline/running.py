@@ -83,7 +83,7 @@ class Order:
             raise Stopped(f"stopped while {at_work}, as asked")
 
 
-def run_alone(order):
+def run_alone(order: Order) -> dict[str, float]:
     """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
 
     Returns

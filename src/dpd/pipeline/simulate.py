@@ -1,11 +1,14 @@
 """A run: from a scene and its first configuration to run.nc."""
 
+from __future__ import annotations
+
 import json
 import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +21,12 @@ from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.stages import run_sources
 from dpd.start.make import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from dpd.engine.state import State
+    from dpd.scene.scene import Scene
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
@@ -56,7 +65,9 @@ class RunSettings:
     begun: float | None = None
 
 
-def simulate(scene, path, state, settings=RunSettings()):
+def simulate(
+    scene: Scene, path: str | Path, state: State, settings: RunSettings = RunSettings()
+) -> dict[str, float]:
     """Run a scene and write what it observed.
 
     Parameters
@@ -99,21 +110,23 @@ def simulate(scene, path, state, settings=RunSettings()):
             simulation, scene.steps, observers, keeper, settings.progress, settings.every_seconds,
             settings.stopping, settings.say,
         )  # fmt: skip
-    except UserError as problem:
-        recorded = isinstance(problem, Unstable | LostTrack) and scene.data["unstable"] == "record"
-        if not recorded:
+    except (Unstable, LostTrack) as problem:
+        if scene.data["unstable"] != "record":
             raise _with_place(problem, scene, keeper) from None
         done = lost = problem.step
+    except UserError as problem:
+        raise _with_place(problem, scene, keeper) from None
     now = time.perf_counter()
-    variables = {}
+    variables: dict[str, files.Variable] = {}
     for observer in observers:
         variables |= observer.variables()
+    values = {name: np.asarray(array) for name, (_, array, _, _) in variables.items()}
     attributes = _attributes(scene, sources) | {
         "lost_step": lost,
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
     }
-    if warning := temperature_warning(scene, variables):
+    if warning := temperature_warning(scene, values):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
@@ -125,7 +138,7 @@ def simulate(scene, path, state, settings=RunSettings()):
         raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
-    return summary(scene, variables, attributes)
+    return summary(scene, values, attributes)
 
 
 def _check_room(path, checkpoint, simulation, observers):
@@ -161,11 +174,21 @@ def _with_place(problem, scene, keeper):
     return kind(f"{scene.where}: {str(problem).rstrip('.')}{last}")
 
 
-def summary(scene, variables, attributes):
+def summary(
+    scene: Scene, values: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
+) -> dict[str, float]:
     """Means of the measured series, for a person at a terminal.
 
     Both pressures have the kinetic part that was measured, as ``pressure`` and
     ``pressure_tensor_all`` in the file.
+
+    Parameters
+    ----------
+    scene : Scene
+    values : dict of str to array
+        Variables of the file by name.
+    attributes : dict
+        Of the file.
     """
     found = {
         "beads": attributes["beads"],
@@ -173,18 +196,18 @@ def summary(scene, variables, attributes):
         "seconds": attributes["seconds"],
         "bead-steps per second": attributes["bead_steps_per_second"],
     }
-    if "kT" in variables:
-        found["kT"] = float(np.mean(variables["kT"][1]))
-    if "pressure" in variables:
-        found["pressure (conservative virial)"] = float(np.mean(variables["pressure"][1]))
-        diagonal = np.trace(variables["pressure_tensor_all"][1], axis1=1, axis2=2)
+    if "kT" in values:
+        found["kT"] = float(np.mean(values["kT"]))
+    if "pressure" in values:
+        found["pressure (conservative virial)"] = float(np.mean(values["pressure"]))
+        diagonal = np.trace(values["pressure_tensor_all"], axis1=1, axis2=2)
         found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
-    if "bond_mean" in variables:
-        found["mean bond length"] = float(np.mean(variables["bond_mean"][1]))
+    if "bond_mean" in values:
+        found["mean bond length"] = float(np.mean(values["bond_mean"]))
     return found
 
 
-def summary_of_file(scene, path):
+def summary_of_file(scene: Scene, path: str | Path) -> dict[str, float]:
     """The same of a result on the disk.
 
     Raises
@@ -192,13 +215,13 @@ def summary_of_file(scene, path):
     UserError
         If it is not there, or of another scene or other sources.
     """
-    variables, attributes = files.read(path)
+    values, attributes = files.read(path)
     files.check_digest(path, attributes, "sources", run_sources(scene), REMEDY)
     files.check_digest(path, attributes, "scene_digest", scene.digest, REMEDY)
-    return summary(scene, {name: (None, array) for name, array in variables.items()}, attributes)
+    return summary(scene, values, attributes)
 
 
-def is_made(scene, path):
+def is_made(scene: Scene, path: str | Path) -> bool:
     """Whether a result is there that belongs to a scene and to the sources as they are."""
     if not Path(path).is_file():
         return False
@@ -209,13 +232,13 @@ def is_made(scene, path):
     return made == [scene.digest, run_sources(scene)]
 
 
-def temperature_warning(scene, variables):
+def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if a run was not at its temperature; nothing if it was.
 
     It looks at the second half of the samples, so that a start that is hotter or colder may
     settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors.
     """
-    kT = variables["kT"][1] if "kT" in variables else np.empty(0)
+    kT = values.get("kT", np.empty(0))
     kT = kT[len(kT) // 2 :]
     if len(kT) < FEWEST or not np.isfinite(kT).all():
         return ""
@@ -232,14 +255,14 @@ def temperature_warning(scene, variables):
     )
 
 
-def versions():
+def versions() -> dict[str, str]:
     """Of what computes, for a file."""
     import numba
 
     return {"numpy": np.__version__, "numba": numba.__version__}
 
 
-def checkpoint_path(path):
+def checkpoint_path(path: str | Path) -> Path:
     """Where the checkpoint of a result lies: beside it, under a name that no rule declares."""
     path = Path(path)
     return path.with_name(path.stem + ".checkpoint")

@@ -1,13 +1,19 @@
 """From config to papers and their sweeps, as a study changes them."""
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from dpd.digest import ROOT
 from dpd.errors import UserError, shown
 from dpd.pipeline.derived import check_derived
 from dpd.pipeline.sweep import described_axes, unfold
 from dpd.scene.schema import read_yaml, suggestion, validate
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 CONFIG = ROOT / "config"
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
@@ -34,7 +40,7 @@ class Paper:
     sampling: tuple = ()  # what the paper says of its own, see src/dpd/schemas/paper.yaml
 
 
-def read_config(overrides=None):
+def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     """Study and papers as config/config.yaml and the command line have them.
 
     Parameters
@@ -47,7 +53,7 @@ def read_config(overrides=None):
     dict
         ``study``: a name, ``papers``: names.
     """
-    _check_folder()
+    check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
     validate(config, "config", "config/config.yaml")
     _known("study", config["study"], "studies")
@@ -56,7 +62,7 @@ def read_config(overrides=None):
     return config
 
 
-def read_study(name):
+def read_study(name: str) -> dict[str, Any]:
     """A study by name."""
     _known("study", name, "studies")
     where = f"config/studies/{name}.yaml"
@@ -69,7 +75,7 @@ def read_study(name):
     return study
 
 
-def read_paper(name, study, only=None):
+def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Paper:
     """A paper's sweeps and figures under a study.
 
     Parameters
@@ -171,8 +177,13 @@ def _feeds(given, sweeps, measurements, key):
     return Figure(**named)
 
 
-def _check_folder():
-    """Refuse to go on without the project's repository, where its papers and studies are."""
+def check_repository() -> None:
+    """Refuse to go on without the project's repository, where its papers and studies are.
+
+    Raises
+    ------
+    UserError
+    """
     if not (CONFIG / "config.yaml").is_file():
         raise UserError(
             f"{CONFIG}: there is no config.yaml, and papers and studies are wanted, which only the "
@@ -181,7 +192,7 @@ def _check_folder():
 
 
 def _known(key, name, folder):
-    _check_folder()
+    check_repository()
     _check_name(key, name)
     names = sorted(path.stem for path in (CONFIG / folder).glob("*.yaml"))
     if name not in names:

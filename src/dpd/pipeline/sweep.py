@@ -2,6 +2,7 @@
 
 from dataclasses import astuple, dataclass
 from itertools import product
+from typing import Any
 from zlib import crc32
 
 from dpd.digest import value_digest
@@ -53,13 +54,13 @@ class Sweep:
     series: tuple = ("kT",)
     derived: tuple = ()
 
-    def planned_digest(self, point):
+    def planned_digest(self, point: Point) -> str:
         """Digest of all that is known of a run before anything has run."""
         if not self.derived:
             return point.scene.digest
         return value_digest([point.scene.digest, *map(astuple, self.derived)])
 
-    def point(self, name):
+    def point(self, name: str) -> Point:
         """A point by name.
 
         Raises
@@ -74,7 +75,9 @@ class Sweep:
         raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, names)}")
 
 
-def described_axes(given, changes, key, study):
+def described_axes(
+    given: dict[str, Any], changes: dict[str, Any], key: str, study: str
+) -> dict[str, dict[str, Any]]:
     """The axes of a sweep as a paper describes them, with the values of a study."""
     described = dict(given.get("axes", {}))
     there = f"config/studies/{study}.yaml: {key}.axes"
@@ -86,7 +89,10 @@ def described_axes(given, changes, key, study):
     return described
 
 
-def unfold(paper, name, given, changes, key, described, study):
+def unfold(
+    paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
+    described: dict[str, dict[str, Any]], study: str,
+) -> Sweep:  # fmt: skip
     """All points of a sweep."""
     changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
@@ -151,7 +157,7 @@ def _changes(rule, label, key):
     return change
 
 
-def merge(base, change, where="scene", inside=()):
+def merge(base: Any, change: Any, where: str = "scene", inside: tuple[str, ...] = ()) -> Any:
     """``base`` with ``change`` put in: dicts key by key, list items by number.
 
     Neither is altered; the result shares with them what it takes over whole.
@@ -165,15 +171,15 @@ def merge(base, change, where="scene", inside=()):
     if not isinstance(change, dict):
         return change
     if isinstance(base, list):
-        merged = list(base)
+        items = list(base)
         for place, value in change.items():
-            if not str(place).isdigit() or int(place) >= len(merged):
+            if not str(place).isdigit() or int(place) >= len(items):
                 raise UserError(
                     f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
-                    f"{len(merged)}; they count from 0"
+                    f"{len(items)}; they count from 0"
                 )
-            merged[int(place)] = merge(merged[int(place)], value, where, (*inside, str(place)))
-        return merged
+            items[int(place)] = merge(items[int(place)], value, where, (*inside, str(place)))
+        return items
     if not isinstance(base, dict):
         key = ".".join((*inside, *map(str, list(change)[:1])))
         raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")

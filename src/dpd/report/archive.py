@@ -1,7 +1,10 @@
 """Verdict tables that git keeps: what README.md and the pages of the papers are made from."""
 
+from __future__ import annotations
+
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 from PIL import Image
@@ -11,13 +14,16 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
 
+if TYPE_CHECKING:
+    from dpd.pipeline.paths import Results
+
 ARCHIVE = ROOT / "results" / "archive"
 FIGURES = ROOT / "paper_figures"
 NEEDED = {"paper", "figure", "quantity", "kind", "published", "published_error", "rounding",
           "value", "error", "deviation_sigma", "verdict"}  # fmt: skip
 
 
-def archive(study, results):
+def archive(study: str, results: Results) -> list[Path]:
     """Keep the verdict table of all papers, and draw anew the pictures that git keeps.
 
     Git keeps the picture of a figure if there is one beside the figure's file; the new one is as
@@ -53,7 +59,7 @@ def archive(study, results):
     return written
 
 
-def pictures(paper):
+def pictures(paper: str) -> list[Path]:
     """Pictures of a paper's figures that git keeps, in the order of their names.
 
     Raises
@@ -77,12 +83,12 @@ def _put_in_place(drawn, kept):
     replace_whole(kept, lambda draft: few.save(draft, "png", optimize=True))
 
 
-def studies():
+def studies() -> list[str]:
     """Names of the studies that have a table in the archive."""
     return sorted(path.parent.name for path in ARCHIVE.glob("*/verdicts.csv"))
 
 
-def read_archive(study):
+def read_archive(study: str) -> pd.DataFrame:
     """The verdict table of a study.
 
     Raises
@@ -93,7 +99,7 @@ def read_archive(study):
     return read_table(ARCHIVE / study / "verdicts.csv")
 
 
-def read_table(path):
+def read_table(path: str | Path) -> pd.DataFrame:
     """A verdict table from a file, refused as in `read_archive`."""
     with reading(path, "table of verdicts"):
         table = pd.read_csv(path)

@@ -1,15 +1,25 @@
 """A figure's caption as HTML: number, what the paper shows, a line a sweep, errors."""
 
+from __future__ import annotations
+
 import json
 import re
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
 from dpd.report.notation import typeset
 from dpd.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from types import ModuleType
+
+    import numpy.typing as npt
+    import xarray as xr
 
 ERRORS = (
     "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
@@ -57,13 +67,15 @@ class SweepLine:
         return "; ".join(phrase for phrase in phrases if phrase) + "."
 
 
-def label(figure):
+def label(figure: str) -> str:
     """What a figure is called: ``Figure 4``, the paper's number, or its own name."""
     numbered = NUMBERED.match(figure)
     return f"Figure {numbered[1]}" if numbered else f"Own figure: {figure.replace('_', ' ')}"
 
 
-def caption(figure, module, sources, numbers):
+def caption(
+    figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
+) -> Markup:
     """The caption of a figure.
 
     Parameters
@@ -101,7 +113,7 @@ def caption(figure, module, sources, numbers):
     return body + Markup("\n")
 
 
-def run_warnings(sources):
+def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
     """What runs have warned of, as of a kT that is not right: a sentence for each sweep.
 
     A figure that shows just that, kT over the time step, says so with ``SHOWS_TEMPERATURE``.
@@ -141,7 +153,7 @@ def _table(frame, title):
     ).format(typeset(title), head, rows)
 
 
-def sweep_line(sweep):
+def sweep_line(sweep: xr.Dataset) -> SweepLine:
     """What a caption says of a collected sweep.
 
     A quantity that differs among the runs is given as a range with the number of its values.
@@ -177,7 +189,7 @@ def _axis(axis):
     return f"{name} {span(axis.values)}" + (f" {units}" if units != "1" else "")
 
 
-def span(values, counted=True):
+def span(values: npt.ArrayLike, counted: bool = True) -> str:
     """Values as text: all names, one or two numbers, or the range of more.
 
     Parameters
@@ -301,9 +313,8 @@ def _thermostat(scenes):
 
 def _sampling(scenes, sweep):
     """Steps, equilibration, replicas."""
-    equilibration, sampled = (
-        span([scene.steps[part] for scene in scenes], counted=False) for part in (0, 1)
-    )
+    equilibration = span([scene.steps.equilibrate for scene in scenes], counted=False)
+    sampled = span([scene.steps.sample for scene in scenes], counted=False)
     replicas = sweep.sizes["replica"]
     each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
     before = "without" if equilibration == "0" else f"after {equilibration} of"

@@ -96,7 +96,7 @@ our own.
 PARTS = ("config", "study", "paper", "scene")
 
 
-def config_readme():
+def config_readme() -> str:
     """The page as Markdown."""
     parts = [INTRODUCTION]
     for name in PARTS:

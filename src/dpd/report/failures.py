@@ -8,7 +8,7 @@ MARK = "error: "  # begins the sentence of a command that failed
 MOST = 20  # sentences that are shown
 
 
-def failures(logs, begun):
+def failures(logs: str | Path, begun: float) -> list[str]:
     """Sentences of the jobs that failed in a workflow, each once and with its log.
 
     Parameters
@@ -22,7 +22,7 @@ def failures(logs, begun):
     -------
     list of str
     """
-    found = {}
+    found: dict[str, dict[Path, None]] = {}
     for path in sorted(Path(logs).rglob("*.log")):
         if path.stat().st_mtime < begun:
             continue
@@ -40,7 +40,7 @@ def _named(paths):
     return f"{paths[0]}{others}"
 
 
-def say_at_exit(logs, begun):
+def say_at_exit(logs: str | Path, begun: float) -> None:
     """Print the `failures` last, below all that Snakemake has to say of them."""
     lines = failures(logs, begun)
     if lines:

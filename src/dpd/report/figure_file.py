@@ -1,14 +1,23 @@
 """The file of a figure, and sentences on what is wrong with it."""
 
+from __future__ import annotations
+
 import importlib.util
 import linecache
 import sys
 import traceback
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 from dpd.digest import ROOT
 from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import ModuleType
+
+    T = TypeVar("T")
 
 FUNCTIONS = {
     "compute": "compute(data), from sweeps by name to the plotted numbers, an xarray.Dataset",
@@ -24,12 +33,12 @@ TEXTS = {
 class BrokenFigure(UserError):
     """A figure file that raised something; the exception is its ``__cause__``."""
 
-    def whole_traceback(self):
+    def whole_traceback(self) -> str:
         """What a developer wants to see."""
         return "".join(traceback.format_exception(self.__cause__))
 
 
-def figure_path(paper, figure):
+def figure_path(paper: str, figure: str) -> Path:
     """The file of a figure.
 
     Raises
@@ -46,7 +55,7 @@ def figure_path(paper, figure):
     return path
 
 
-def load_module(paper, figure):
+def load_module(paper: str, figure: str) -> ModuleType:
     """The module of a figure.
 
     It has ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``, ``TITLE`` and
@@ -66,9 +75,10 @@ def load_module(paper, figure):
         # First, as the folder that the command is given in may be another copy of the repository.
         sys.path.insert(0, str(ROOT))
     spec = importlib.util.spec_from_file_location(f"paper_figures.{paper}.{figure}", path)
-    module = importlib.util.module_from_spec(spec)
+    # A file whose name ends in .py has a spec, and that has a loader.
+    module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
     with blamed_on(module, "the file, while it is read,"):
-        spec.loader.exec_module(module)
+        spec.loader.exec_module(module)  # type: ignore[union-attr]
     for name, meaning in (FUNCTIONS | TEXTS).items():
         if not hasattr(module, name):
             needed = "; ".join((FUNCTIONS | TEXTS).values())
@@ -79,12 +89,12 @@ def load_module(paper, figure):
 
 
 @contextmanager
-def blamed_on(module, part):
+def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
     """Turn what a part of a figure file raises into a sentence with the file's name and line.
 
     Where the fault lies in what figures of the paper share, that file is named.
     """
-    path = module.__file__
+    path = str(module.__file__)
     try:
         yield
     except UserError:
@@ -100,12 +110,12 @@ def blamed_on(module, part):
         if not own:
             raise BrokenFigure(f"{_short(path)}: {said}") from fault
         place = own[-1]
-        code = _code(linecache.getline(place.filename, place.lineno))
+        code = _code(linecache.getline(place.filename, place.lineno or 0))
         where = f"{_short(place.filename)}: line {place.lineno}"
         raise BrokenFigure(f"{where}: {said}{code}") from fault
 
 
-def wanted(module, part, value, kind):
+def wanted(module: ModuleType, part: str, value: object, kind: type[T]) -> T:
     """A value that a part of a figure file returned, refused if it is not of the kind."""
     if not isinstance(value, kind):
         raise UserError(

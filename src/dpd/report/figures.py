@@ -1,6 +1,9 @@
 """From sweeps and measurements to a figure's files: picture, PDF, numbers, verdicts, caption."""
 
+from __future__ import annotations
+
 import time
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import xarray as xr
@@ -14,8 +17,12 @@ from dpd.report import style  # noqa: F401  sets matplotlib's parameters
 from dpd.report.captions import caption, label
 from dpd.report.figure_file import blamed_on, load_module, wanted
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
 
-def make_figure(paper, figure, sources, folder):
+
+def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], folder: Path) -> None:
     """Write ``figure``.png, .pdf, .nc, .csv and .html, its caption, to a folder.
 
     Parameters
@@ -61,12 +68,12 @@ def make_figure(paper, figure, sources, folder):
     save(numbers, path("nc"))
 
 
-def joined_verdicts(paths):
+def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:
     """The verdict tables of some figures as one.
 
     Parameters
     ----------
-    paths : list of path
+    paths : iterable of path
 
     Returns
     -------

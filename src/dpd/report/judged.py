@@ -1,6 +1,9 @@
 """The verdict tables of the report: rows as text, their links, and counts."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +11,11 @@ from dpd.analysis.verdicts import CHECK, CLOSED_FORM, DEVIATES, NOT_REACHED, REP
 from dpd.report.captions import label
 from dpd.report.notation import typeset
 from dpd.report.text import with_error
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
 
 VERDICTS = (REPLICATED, DEVIATES, NOT_REACHED)
 PLURAL = {DEVIATES: "deviate"}
@@ -70,7 +78,7 @@ MEANINGS = {
 }
 
 
-def archived_meaning(study):
+def archived_meaning(study: str) -> dict[str, str]:
     """The word for the column of a long study, with its meaning."""
     return {
         "Long runs": (
@@ -109,12 +117,12 @@ class Row:
     archived_verdict: str = ""
 
     @property
-    def style(self):
+    def style(self) -> str:
         """The verdict's first word: its class in the style sheet."""
         return self.verdict.split()[0]
 
     @property
-    def archived_style(self):
+    def archived_style(self) -> str:
         """The same of the archived verdict."""
         return self.archived_verdict.split()[0]
 
@@ -135,12 +143,12 @@ class Count:
         )
 
 
-def figure_id(paper, figure):
+def figure_id(paper: str, figure: str) -> str:
     """Where links to a figure lead."""
     return f"{paper}-{figure}"
 
 
-def judged_rows(table, archived=None):
+def judged_rows(table: pd.DataFrame, archived: pd.DataFrame | None = None) -> list[Row]:
     """Rows of the joined verdict table, in its order.
 
     Parameters
@@ -155,7 +163,8 @@ def judged_rows(table, archived=None):
     -------
     list of Row
     """
-    rows, seen = [], {}
+    rows: list[Row] = []
+    seen: dict[str, int] = {}
     long_runs = {} if archived is None else {_key(e): e for e in archived.to_dict("records")}
     for entry in table.to_dict("records"):
         figure = figure_id(entry["paper"], entry["figure"])
@@ -223,7 +232,7 @@ def _text(value):
     return value if isinstance(value, str) else ""
 
 
-def counts(rows, kind, papers):
+def counts(rows: Iterable[Row], kind: str, papers: Iterable[str]) -> list[Count]:
     """Counts of one kind: of each paper that has such rows, and of all.
 
     Parameters

@@ -1,5 +1,9 @@
 """Tables of verdicts as Markdown."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.analysis.verdicts import (
@@ -14,10 +18,15 @@ from dpd.report.captions import label
 from dpd.report.notation import typeset
 from dpd.report.text import published_text, with_error
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    import pandas as pd
+
 VERDICTS = (REPLICATED, DEVIATES, NOT_REACHED)
 
 
-def markdown_table(head, rows):
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """A table.
 
     Parameters
@@ -31,7 +40,7 @@ def markdown_table(head, rows):
     return "\n".join(f"| {' | '.join(line)} |" for line in cells)
 
 
-def counts(table, link=str):
+def counts(table: pd.DataFrame, link: Callable[[str], str] = str) -> str:
     """For each paper how many published numbers have which verdict.
 
     Parameters
@@ -71,7 +80,7 @@ def _share(rows):
     return f"{(rows.verdict == REPLICATED).sum()} of {len(rows)}" if len(rows) else "none"
 
 
-def deviations(table):
+def deviations(table: pd.DataFrame) -> str:
     """Every row that deviates, with its published value and ours.
 
     Parameters
@@ -94,7 +103,7 @@ def deviations(table):
     return markdown_table(["figure", "quantity", "published", "this work", "standard errors"], rows)
 
 
-def figure_counts(table, titles):
+def figure_counts(table: pd.DataFrame, titles: Mapping[str, str]) -> str:
     """For each figure of a paper what it shows, and how many of its numbers have which verdict.
 
     Parameters

@@ -54,7 +54,7 @@ _RULES = [
 RULES = [(re.compile(pattern), put) for pattern, put in _RULES]
 
 
-def typeset(text):
+def typeset(text: str) -> Markup:
     """Plain notation as HTML; what stands in backticks is code and stays as it is.
 
     Parameters

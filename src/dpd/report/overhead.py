@@ -8,13 +8,13 @@ from dpd.files import attribute
 from dpd.pipeline.paths import Results
 
 
-def overhead(results, begun, cores):
+def overhead(folder: str | Path, begun: float, cores: int) -> str:
     """One sentence on the wall clock of a workflow and the work of its simulations.
 
     Parameters
     ----------
-    results : path
-        Folder of a study.
+    folder : path
+        Of the results of a study.
     begun : float
         When the workflow began, as `time.time` has it; older files are not of its making.
     cores : int
@@ -27,7 +27,7 @@ def overhead(results, begun, cores):
         take steps, say that they took; that Python starts, kernels compile and figures are drawn
         comes on top.
     """
-    results = Results(glob.escape(str(results)))
+    results = Results(glob.escape(str(folder)))
     simulated = _seconds(begun, results.run("*", "*", "*"), results.start("*", "*"))
     measured = _seconds(begun, results.measurement("*", "*"))  # each with all cores to itself
     if not simulated and not measured:

@@ -1,9 +1,12 @@
 """The report: one self-contained page."""
 
+from __future__ import annotations
+
 import base64
 import io
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -31,32 +34,42 @@ from dpd.report.sampling import not_said, reached, shorter_points
 from dpd.scene.start import start_digest, start_is_shared
 from dpd.stages import stage_digest
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dpd.pipeline.study import Paper
+
 TEMPLATE = "page.html"
 DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report's digest
 PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
 
 
-def write_page(study, description, papers, results, path, overhead="", archived=None):
+def write_page(
+    study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
+    overhead: str = "", archived: str | Path | None = None,
+) -> None:  # fmt: skip
     """Write the report of a study.
 
     Parameters
     ----------
     study, description : str
     papers : list of dpd.pipeline.study.Paper
-    results : path
-        Folder of the study's results.
+    folder : path
+        Of the study's results.
     path : path
     overhead : str
         What the workflow cost beside its simulations, see `dpd.report.overhead`.
     archived : path or None
         Verdict table in the archive of a long study, whose values stand beside those of this one.
     """
-    results = Results(results)
+    results = Results(str(folder))
     table = joined_verdicts(
         [results.figure(paper.name, figure, "csv") for paper in papers for figure in paper.figures]
     )
-    rows = judged_rows(table, None if archived is None else read_table(Path(archived)))
-    long_study = Path(archived).parent.name if any(row.archived for row in rows) else ""
+    rows = judged_rows(table, None if archived is None else read_table(archived))
+    long_study = ""
+    if archived is not None and any(row.archived for row in rows):
+        long_study = Path(archived).parent.name
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
     environment = Environment(

@@ -44,12 +44,12 @@ All figures, with the verdicts on their numbers, own checks included:
 """
 
 
-def papers_with_pages():
+def papers_with_pages() -> list[str]:
     """Papers that an archived study has verdicts on."""
     return sorted({paper for study in studies() for paper in read_archive(study).paper})
 
 
-def paper_page(name):
+def paper_page(name: str) -> str:
     """The page of a paper as Markdown.
 
     Parameters

@@ -9,12 +9,12 @@ from dpd.digest import ROOT
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 
 
-def library_versions():
+def library_versions() -> dict[str, str]:
     """Version of each library and of Python, by name."""
     return {name: version(name) for name in LIBRARIES} | {"Python": platform.python_version()}
 
 
-def commit():
+def commit() -> str:
     """The commit that the sources stand on, with a mark if they were edited."""
     command = ["git", "describe", "--always", "--dirty"]
     try:

@@ -9,7 +9,7 @@ from dpd.report.markdown import counts
 BLOCK = re.compile(r"(<!-- begin: (.+?) -->\n).*?(<!-- end -->)", re.S)
 
 
-def filled(text):
+def filled(text: str) -> str:
     """A text with its marked blocks made anew.
 
     A block begins with ``<!-- begin: STUDY counts -->`` and ends with ``<!-- end -->``.

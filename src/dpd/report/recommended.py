@@ -1,9 +1,16 @@
 """src/dpd/scene/automatic.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dpd.analysis.accuracy import choices
 from dpd.analysis.collect import load
 from dpd.errors import UserError
 from dpd.report.text import in_percent
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 HEAD = """\
 # What `integrator: {scheme: auto}` tries first: the cheapest scheme and step, on one core, whose
@@ -15,7 +22,7 @@ HEAD = """\
 STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
 
 
-def recommendations(figures):
+def recommendations(figures: Path) -> str:
     """The file: of each system, friction and tolerance the cheapest scheme.
 
     Parameters

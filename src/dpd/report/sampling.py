@@ -1,6 +1,9 @@
 """How long our runs are beside those of the paper, and whether that is enough."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +11,14 @@ from dpd.analysis.verdicts import NOT_REACHED, SIMULATED
 from dpd.report.captions import NARROW_SPACE, label
 from dpd.report.notation import typeset
 from dpd.report.text import with_range
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from dpd.pipeline.study import Paper
+    from dpd.report.judged import Row
 
 # Of time: a number of steps is rounded when a duration becomes one.
 SHORTER = 0.999
@@ -46,7 +57,7 @@ class Reached:
     open: list
 
 
-def shorter_points(paper):
+def shorter_points(paper: Paper) -> list[Shorter]:
     """Points of a paper's sweeps that have less sampling than the paper says it had.
 
     Parameters
@@ -77,7 +88,7 @@ def shorter_points(paper):
     return found
 
 
-def not_said(paper):
+def not_said(paper: Paper) -> list[str]:
     """Sweeps for which the paper does not say how long it sampled."""
     return [
         name
@@ -123,7 +134,7 @@ def _system(said, scene):
     return "not said", False
 
 
-def reached(paper, table, rows):
+def reached(paper: Paper, table: pd.DataFrame, rows: Sequence[Row]) -> list[Reached]:
     """What the figures could decide that are fed by sweeps with shorter points.
 
     Parameters

@@ -1,12 +1,21 @@
 """One look for all figures: column width, readable type, colours that all can tell apart."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib import pyplot as plt
 
 from dpd.analysis.statistics import COVERAGE
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from matplotlib.axes import Axes
+    from matplotlib.container import ErrorbarContainer
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 SINGLE, DOUBLE = 8.6 / 2.54, 17.8 / 2.54  # inches, a journal's one and two columns
 # Okabe and Ito's palette.
@@ -47,7 +56,10 @@ mpl.rcParams.update({
 })  # fmt: skip
 
 
-def panels(columns=1, rows=1, height=2.6, width=None, **options):
+def panels(
+    columns: int = 1, rows: int = 1, height: float = 2.6, width: float | None = None,
+    **options: Any,
+) -> tuple[Figure, Axes | np.ndarray]:  # fmt: skip
     """A figure of panels, as wide as one column of a journal, or as two for panels side by side.
 
     Several panels are lettered (a), (b), ... in reading order.
@@ -74,7 +86,10 @@ def panels(columns=1, rows=1, height=2.6, width=None, **options):
     return figure, axes
 
 
-def points(axes, x, y, error, label=None, color=BLUE, marker="o", filled=True, **options):
+def points(
+    axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike, label: str | None = None,
+    color: str = BLUE, marker: str = "o", filled: bool = True, **options: Any,
+) -> ErrorbarContainer:  # fmt: skip
     """Points with 95 % intervals from standard errors.
 
     Points without a value are left out; those whose error is NaN are hollow and have no bar.
@@ -98,6 +113,8 @@ def points(axes, x, y, error, label=None, color=BLUE, marker="o", filled=True, *
     return drawn
 
 
-def published_line(axes, x, y, label):
+def published_line(
+    axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike, label: str | None
+) -> list[Line2D]:
     """What the paper prints, always drawn alike."""
     return axes.plot(x, y, color=BLACK, linestyle=(0, (4, 2)), linewidth=0.9, label=label, zorder=1)

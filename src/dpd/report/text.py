@@ -1,9 +1,16 @@
 """Numbers as text."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
-def with_error(value, error=None):
+
+def with_error(value: float, error: float | None = None) -> str:
     """A number with as many digits as its error has meaning for: two of the error's."""
     if not np.isfinite(value):
         return "–"
@@ -17,7 +24,7 @@ def with_error(value, error=None):
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
-def in_percent(errors):
+def in_percent(errors: Mapping[str, tuple[float, float]]) -> dict[str, str]:
     """Relative errors, each with its standard error, in per cent.
 
     Parameters
@@ -31,14 +38,14 @@ def in_percent(errors):
     return {name: with_error(100 * value, 100 * error) for name, (value, error) in errors.items()}
 
 
-def with_range(middle, low, high):
+def with_range(middle: float, low: float, high: float) -> str:
     """A number with the range that it was met in."""
     if not np.isfinite(middle):
         return "–"
     return f"{middle:.3g} ({low:.3g} to {high:.3g})"
 
 
-def published_text(row):
+def published_text(row: Mapping[str, Any]) -> str:
     """Published value as printed in the table: with its error or its rounding, if it has any."""
     try:
         text = f"{float(row['published']):g}"

@@ -54,7 +54,7 @@ VERDICT_COLUMNS = {
 }
 
 
-def run_table():
+def run_table() -> str:
     """Markdown: the variables of run.nc, observable by observable."""
     rows = [
         [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
@@ -64,7 +64,7 @@ def run_table():
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
 
 
-def sweep_table():
+def sweep_table() -> str:
     """Markdown: the variables that a sweep file has beside those of its runs."""
     collected = _collected()
     rows = [
@@ -74,7 +74,7 @@ def sweep_table():
     return markdown_table(["variable", "units", "meaning"], rows)
 
 
-def verdict_table():
+def verdict_table() -> str:
     """Markdown: the columns of verdicts.csv."""
     rows = [[f"`{name}`", meaning] for name, meaning in VERDICT_COLUMNS.items()]
     return markdown_table(["column", "meaning"], rows)

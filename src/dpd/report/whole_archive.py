@@ -1,10 +1,14 @@
 """The archive of a long study: verdict table, figures with their numbers, and a manifest."""
 
+from __future__ import annotations
+
 import hashlib
 import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -17,6 +21,12 @@ from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.archive import ARCHIVE, archive
 from dpd.report.figures import joined_verdicts
 from dpd.report.provenance import commit, library_versions
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dpd.pipeline.paths import Results
+    from dpd.pipeline.study import Paper
 
 LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for ever
 MANIFEST = "manifest.yaml"
@@ -37,7 +47,7 @@ class Machine:
     cores: int
 
 
-def keep(study, machine):
+def keep(study: str, machine: Machine) -> list[Path]:
     """Keep of a study what git is to have of it: all of the long one, little of the others.
 
     Parameters
@@ -63,7 +73,9 @@ def keep(study, machine):
     return archive_whole(study, results, papers, machine)
 
 
-def archive_whole(study, results, papers, machine):
+def archive_whole(
+    study: str, results: Results, papers: Sequence[Paper], machine: Machine
+) -> list[Path]:
     """Keep all of a study that a reader needs, also of one that was stopped before its end.
 
     A figure is kept once it is drawn. The manifest says which sweeps are whole and which figures
@@ -107,11 +119,11 @@ def archive_whole(study, results, papers, machine):
     _check_size(target, contents)
     _remove_others(target, contents)
     for name, data in contents.items():
-        replace_whole(target / name, lambda draft, data=data: draft.write_bytes(data))
+        replace_whole(target / name, partial(Path.write_bytes, data=data))
     return [target / name for name in contents]
 
 
-def read_manifest(study):
+def read_manifest(study: str) -> dict[str, Any]:
     """The manifest of an archived study.
 
     Raises

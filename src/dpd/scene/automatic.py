@@ -6,8 +6,11 @@ and kT. Other scenes heat up at other steps: `dpd.pipeline.probing` tries the gu
 itself.
 """
 
+from __future__ import annotations
+
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +23,7 @@ DENSITY = {"fluid": 3.0, "melt": 1.0}
 
 
 @cache
-def table():
+def table() -> dict[str, Any]:
     """The measured table: ``fluid`` and ``melt``, each with a list of ``choices``.
 
     Of a choice: ``gamma``, ``tolerance``, ``scheme``, ``lambda``, ``dt``; of each system
@@ -29,7 +32,7 @@ def table():
     return read_yaml(TABLE)
 
 
-def choose(data, density, where):
+def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     """A guess at the integrator of a scene that leaves it to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as

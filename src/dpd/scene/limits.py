@@ -1,8 +1,15 @@
 """What a scene may ask for: sizes that can be run, and settings that have an effect."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from dpd.errors import UserError
 from dpd.scene.start import start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
+
+if TYPE_CHECKING:
+    from dpd.scene.scene import Scene
 
 MOST_BEADS = 10**8  # 29 GB of state
 MOST_STEPS = 10**12
@@ -14,7 +21,7 @@ MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of th
 SERIES = ("thermo", "crossings", "passes", "trace")  # keep every sample
 
 
-def check_beads(data, where):
+def check_beads(data: dict[str, Any], where: str) -> None:
     """Refuse more beads than fit, before molecules are written out bead by bead.
 
     Parameters
@@ -58,12 +65,12 @@ def _length(architecture):
     return sum(int(word) - 1 if word.isdigit() else 1 for word in words)
 
 
-def check_limits(scene):
+def check_limits(scene: Scene) -> None:
     """Refuse what is too large, and settings that would be without effect.
 
     Parameters
     ----------
-    scene : dpd.scene.scene.Scene
+    scene : Scene
         Otherwise checked.
 
     Raises

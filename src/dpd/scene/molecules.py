@@ -28,14 +28,14 @@ class MissedDensity:
     found: float
 
     @property
-    def share(self):
+    def share(self) -> float:
         """By how much it is missed, relative to what is asked for."""
         return abs(self.found / self.asked - 1)
 
 
-def beads_of(architecture):
+def beads_of(architecture: str) -> tuple[str, ...]:
     """Species of the beads of "A 3 B 9": A A A B B B ..."""
-    beads = []
+    beads = []  # type: list[str]
     for word in architecture.split():
         if word.isdigit():
             beads += [beads[-1]] * (int(word) - 1)

@@ -4,7 +4,10 @@ YAML 1.1 takes the last of two values of one key, reads 010 as 8, 1:30 as 90, an
 as false, and lets a few bytes stand for millions of values. All of that is refused here.
 """
 
+from __future__ import annotations
+
 import re
+from typing import Any
 
 import yaml
 
@@ -31,7 +34,7 @@ class Problem(Exception):
         self.line = mark.line + 1
 
 
-def load_plain(text):
+def load_plain(text: str) -> Any:
     """The value that a YAML text stands for.
 
     Parameters

@@ -1,9 +1,11 @@
 """WHAT is simulated: a validated, hashable description that knows what it needs."""
 
+from __future__ import annotations
+
 import math
 from functools import cached_property
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule, beads_of
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
@@ -53,20 +58,20 @@ class Scene:
         If anything in it is not allowed, or does not fit together.
     """
 
-    def __init__(self, data, where="scene"):
+    def __init__(self, data: dict[str, Any], where: str = "scene") -> None:
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
         check_beads(self.data, where)
         self.where = where
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
-        self.chosen = None
+        self.chosen = None  # type: dict[str, Any] | None
         # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
 
     @classmethod
-    def read(cls, path):
+    def read(cls, path: str | Path) -> Scene:
         """Read a scene from a YAML file."""
         return cls(read_yaml(path), str(path))
 
@@ -87,27 +92,27 @@ class Scene:
         self.data["integrator"] = choose(self.data, self.density, self.where)
 
     @cached_property
-    def digest(self):
+    def digest(self) -> str:
         """Digest of all that decides the run, settings of observables that have defaults too."""
         return value_digest(self.data | {"observe": self.observe})
 
     @property
-    def dimension(self):
+    def dimension(self) -> int:
         return self.data["dimension"]
 
     @cached_property
-    def box(self):
+    def box(self) -> tuple[float, ...]:
         """Edges in r_c, one per axis."""
         box = self.data["box"]
         edges = box if isinstance(box, list) else [box] * self.dimension
         return tuple(float(edge) for edge in edges)
 
     @property
-    def volume(self):
+    def volume(self) -> float:
         return math.prod(self.box)
 
     @cached_property
-    def molecules(self):
+    def molecules(self) -> tuple[Molecule, ...]:
         """The kinds of molecules, in the scene's order."""
         kinds = []
         for kind in self.data["molecules"]:
@@ -117,22 +122,22 @@ class Scene:
         return tuple(kinds)
 
     @cached_property
-    def species(self):
+    def species(self) -> tuple[str, ...]:
         """Names of the species, sorted; their places are the numbers that the engine uses."""
         return tuple(sorted({name for kind in self.molecules for name in kind.beads}))
 
     @property
-    def beads(self):
+    def beads(self) -> int:
         """Number of beads."""
         return sum(kind.count * len(kind.beads) for kind in self.molecules)
 
     @property
-    def density(self):
+    def density(self) -> float:
         """Beads per r_c^dimension, from the whole number of molecules."""
         return self.beads / self.volume
 
     @cached_property
-    def missed_densities(self):
+    def missed_densities(self) -> list[MissedDensity]:
         """Densities of the scene that whole molecules miss by more than `NOTED_MISSED`."""
         missed = []
         for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
@@ -143,7 +148,7 @@ class Scene:
         return missed
 
     @cached_property
-    def notes(self):
+    def notes(self) -> list[str]:
         """Sentences for a person on what the scene does not quite get."""
         return [
             f"molecules.{density.place}.density: {self._sizes(density)} instead of "
@@ -159,7 +164,7 @@ class Scene:
         return f"{kind.count} molecules{of} in a box of {edges} make {density.found:.4g}"
 
     @cached_property
-    def repulsion(self):
+    def repulsion(self) -> np.ndarray:
         """(species, species) array of a_ij."""
         table = np.full((len(self.species),) * 2, np.nan)
         for pair, value in self.data["repulsion"].items():
@@ -168,7 +173,7 @@ class Scene:
         return table
 
     @cached_property
-    def bonded(self):
+    def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
         pairs, first = [], 0
         for kind in self.molecules:
@@ -180,14 +185,14 @@ class Scene:
         return np.concatenate(pairs).astype(np.uint32)
 
     @cached_property
-    def lengths(self):
+    def lengths(self) -> np.ndarray:
         """(molecules,) array: beads of each molecule."""
         return np.repeat(
             [len(kind.beads) for kind in self.molecules], [kind.count for kind in self.molecules]
         )
 
     @cached_property
-    def steps(self):
+    def steps(self) -> Steps:
         """Steps to equilibrate and to sample: the longer of steps and duration."""
         dt = self.data["integrator"]["dt"]
         steps, duration = self.data["steps"], self.data["duration"]
@@ -197,16 +202,16 @@ class Scene:
         return Steps(*longer)
 
     @property
-    def work(self):
+    def work(self) -> int:
         """Bead-steps of the whole run."""
         return self.beads * sum(self.steps)
 
     @property
-    def skin(self):
+    def skin(self) -> float:
         """Skin of the pair list in r_c; 0 for cells."""
         return self.skin_at(self.data["integrator"]["dt"])
 
-    def skin_at(self, dt):
+    def skin_at(self, dt: float) -> float:
         """The same for steps of another length."""
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
@@ -216,7 +221,7 @@ class Scene:
         return float(skin) if chosen == "list" else 0.0
 
     @cached_property
-    def observe(self):
+    def observe(self) -> dict[str, dict[str, Any]]:
         """Settings of each observable by name, with ``every`` filled in."""
         rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
         chosen = {}

@@ -1,5 +1,7 @@
 """Read YAML, check it against a schema, and say what is wrong in one sentence."""
 
+from __future__ import annotations
+
 import difflib
 import hashlib
 import math
@@ -7,12 +9,16 @@ import os
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from dpd.digest import PACKAGE, cache_folder
 from dpd.errors import UserError, reason, shown
 from dpd.scene.plain_yaml import LOADER, Problem, load_plain
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 SCHEMAS = PACKAGE / "schemas"
 PAGES = PACKAGE / "physics"  # of the terms, each with its part of the scene's schema
@@ -36,7 +42,7 @@ def _checks():
 
 
 @cache
-def schema(name):
+def schema(name: str) -> dict[str, Any]:
     """A schema by name: ``config``, ``study``, ``paper`` or ``scene``."""
     rules = _loaded(SCHEMAS / f"{name}.yaml")
     for key, rule in rules.get("properties", {}).items():
@@ -61,7 +67,7 @@ def _validator(name):
     return extend(Draft202012Validator, type_checker=kinds)(schema(name))
 
 
-def read_yaml(path):
+def read_yaml(path: str | Path) -> dict[str, Any]:
     """Read a YAML file that holds a mapping.
 
     Raises
@@ -104,7 +110,7 @@ def _text(path):
         raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
 
 
-def validate(data, name, where):
+def validate(data: dict[str, Any], name: str, where: str) -> None:
     """Check data against a schema, unless it was found valid before.
 
     Every job of a study reads what Snakemake has read. To import the library that checks, and
@@ -151,7 +157,7 @@ def _drop_oldest(folder):
         mark.unlink(missing_ok=True)
 
 
-def with_defaults(data, rules):
+def with_defaults(data: dict[str, Any], rules: dict[str, Any]) -> dict[str, Any]:
     """A copy of valid data with the schema's defaults filled in."""
     filled = dict(data)
     for key, rule in rules.get("properties", {}).items():
@@ -162,7 +168,7 @@ def with_defaults(data, rules):
     return filled
 
 
-def suggestion(name, allowed):
+def suggestion(name: object, allowed: Collection[object]) -> str:
     """Allowed names, the nearest first, as the end of a message."""
     if not allowed:
         return "there are none"

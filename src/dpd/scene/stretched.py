@@ -1,6 +1,13 @@
 """Bonds that reach so far that another image of a bead may soon be nearer than its own."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 # Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
 # bead than to its own. It may so in this share of all bonds and steps; see dpd.observe.stretch.
@@ -8,7 +15,7 @@ STRETCHED = 0.48
 MOST_STRETCHED = 1e-4
 
 
-def stretched_share(bond, kT, box):
+def stretched_share(bond: dict[str, Any], kT: float, box: Sequence[float]) -> float:
     """Share of harmonic bonds that reach over `STRETCHED` of an edge along an axis.
 
     From their Boltzmann weight r^(d-1) exp(-C (r - length)^2 / (2 kT)), in any direction, without

@@ -1,7 +1,10 @@
 """First configurations as files: made once for all runs that begin with them."""
 
+from __future__ import annotations
+
 import json
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,13 +16,21 @@ from dpd.stages import start_sources
 from dpd.start.make import make_start_and_record
 from dpd.start.polymerize import RECORD
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from dpd.scene.scene import Scene
+
 REMEDY = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
 )
 
 
-def write_start(scene, path, progress=None):
+def write_start(
+    scene: Scene, path: str | Path, progress: Callable[[int], object] | None = None
+) -> None:
     """Make the first configuration of a scene and write it.
 
     Parameters
@@ -34,7 +45,7 @@ def write_start(scene, path, progress=None):
     variables = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
-    }
+    }  # type: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
     if state.species is not None:
         variables["species"] = (("bead",), state.species, "1", "number of the species")
     for name, (units, long_name) in RECORD.items():
@@ -53,7 +64,7 @@ def write_start(scene, path, progress=None):
     files.write(path, variables, attributes)
 
 
-def read_start(scene, path):
+def read_start(scene: Scene, path: str | Path) -> State:
     """Read a first configuration that belongs to a scene.
 
     Returns
@@ -68,7 +79,7 @@ def read_start(scene, path):
     variables, attributes = files.read(path)
     _check_origin(scene, path, attributes)
     shape = (scene.dimension, scene.beads)
-    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}
+    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}  # type: dict[str, tuple]
     if len(scene.species) > 1:
         wanted["species"] = (shape[1:], "u")
     for name, (expected, kind) in wanted.items():

@@ -1,6 +1,9 @@
 """First configurations, and the steps that relax them."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +20,15 @@ from dpd.physics.soft import Soft
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.polymerize import LOOK, polymerize
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dpd.scene.scene import Scene
+
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
 
 
-def system_of(scene):
+def system_of(scene: Scene) -> System:
     """The engine's view of a scene.
 
     Parameters
@@ -82,7 +90,7 @@ def _start_system(scene, dt):
     )
 
 
-def make_start(scene, progress=None):
+def make_start(scene: Scene, progress: Callable[[int], object] | None = None) -> State:
     """Build, and where the scene asks for it relax, the first configuration.
 
     Parameters
@@ -96,10 +104,13 @@ def make_start(scene, progress=None):
     State
         In the order of identities, with no force yet and step 0.
     """
-    return make_start_and_record(scene, progress)[0]
+    state, _ = make_start_and_record(scene, progress)
+    return state
 
 
-def make_start_and_record(scene, progress=None):
+def make_start_and_record(
+    scene: Scene, progress: Callable[[int], object] | None = None
+) -> tuple[State, dict[str, np.ndarray]]:
     """As `make_start`, with how it came about.
 
     Returns

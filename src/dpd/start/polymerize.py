@@ -7,8 +7,10 @@ undone with all that grew after it. In two dimensions free monomers get walled i
 there are spare monomers and spare chains; what is left of them is removed at the end.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,12 @@ from dpd.engine.space import Space, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dpd.engine.state import System
+    from dpd.scene.scene import Scene
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
@@ -54,7 +62,9 @@ class Growth:
     rng : numpy.random.Generator
     """
 
-    def __init__(self, scene, spare, initiators, rng):
+    def __init__(
+        self, scene: Scene, spare: float, initiators: float, rng: np.random.Generator
+    ) -> None:
         kinds = scene.molecules
         grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
         longest = max(len(k.beads) for k in kinds)
@@ -73,7 +83,7 @@ class Growth:
         )  # fmt: skip
         stock = np.ceil(needed * (1 + spare)).astype(int)
         self.species = np.repeat(np.arange(len(stock)), stock).astype(np.uint8)
-        self.target = int(needed.sum())
+        self.target = int(needed.sum())  # type: ignore[union-attr]  # some molecule is there
         self.chain = np.full(len(self.species), FREE)
         self.beads = np.zeros_like(self.wanted)
         self.born = np.zeros_like(self.wanted)
@@ -89,14 +99,17 @@ class Growth:
             first = rng.choice(np.flatnonzero(free))
             self.beads[c, 0], self.chain[first] = first, c
 
-    def bonds(self):
+    def bonds(self) -> Grown:
         """The bonds that there are now."""
         places = np.arange(self.beads.shape[1] - 1)
         chain, place = np.nonzero(places < self.length[:, None] - 1)
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
         return Grown(members.astype(np.uint32), chain, place)
 
-    def grow(self, position, box, radius, nearest, now, rng):
+    def grow(
+        self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest: bool, now: int,
+        rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
         """Let each active end try once; return the counts of `dpd.start.growth.grow`."""
         active = rng.permutation(np.flatnonzero(self.length < self.full))
         before = self.length.copy()
@@ -108,7 +121,7 @@ class Growth:
         self.born[taken, before[taken]] = now
         return counts
 
-    def undo_crossed(self, position, box):
+    def undo_crossed(self, position: np.ndarray, box: tuple[float, ...]) -> int:
         """Cut chains back until no two bonds cross; return the number of bonds undone."""
         undone = 0
         while True:
@@ -124,7 +137,9 @@ class Growth:
             undone += self.length[c] - keep
             self.length[c] = keep
 
-    def mixed(self, state, box, share, rng):
+    def mixed(
+        self, state: State, box: tuple[float, ...], share: float, rng: np.random.Generator
+    ) -> State:
         """The state with a share of the free monomers put to random places."""
         free = self.chain[state.identity] == FREE
         move = free & (rng.random(len(free)) < share)
@@ -133,11 +148,11 @@ class Growth:
         return replace(state, position=position)
 
     @property
-    def bonded(self):
+    def bonded(self) -> int:
         """Beads in chains, up to those wanted."""
         return min(int(self.length.sum()), self.target)
 
-    def finished(self):
+    def finished(self) -> np.ndarray:
         """Chains of full length, as many of each kind as asked, or fewer."""
         full = self.length == self.full
         return np.concatenate(
@@ -153,7 +168,10 @@ def _cells(position, members, box, radius):
     return tuple(max(1, int(length / edge)) for length in box)
 
 
-def polymerize(scene, settings, system, seed, kT, progress=None):
+def polymerize(
+    scene: Scene, settings: dict[str, Any], system: System, seed: int, kT: float,
+    progress: Callable[[int], object] | None = None,
+) -> tuple[State, dict[str, np.ndarray]]:  # fmt: skip
     """Grow the molecules of a scene from free monomers.
 
     Parameters
@@ -198,7 +216,7 @@ def polymerize(scene, settings, system, seed, kT, progress=None):
 
     state = _moved(state, system, growth, settle, look)
     begun, best, last_gain = state.step, 0, state.step
-    record = {name: [] for name in RECORD}
+    record = {name: [] for name in RECORD}  # type: dict[str, list[float]]
     sums = np.zeros(4, np.int64)
     undone = 0
     while True:

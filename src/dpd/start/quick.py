@@ -1,14 +1,21 @@
 """Scenes with starts that take no time, for those that only compile kernels or time them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dpd.scene.scene import Scene
 from dpd.scene.start import grows
 from dpd.start.make import make_start
+
+if TYPE_CHECKING:
+    from dpd.engine.state import State
 
 CHAINS = 32  # of each kind in a melt that is grown to compile growth
 BOX = 8  # r_c, of that melt
 
 
-def random_start(scene):
+def random_start(scene: Scene) -> Scene:
     """A scene whose molecules are placed where they would grow."""
     if not grows(scene):
         return scene
@@ -16,7 +23,7 @@ def random_start(scene):
     return _with(scene, start={"method": "random", "seed": seed})
 
 
-def compile_start(scene):
+def compile_start(scene: Scene) -> State:
     """Compile what a scene's start needs: grow a small melt, relax for one step.
 
     Returns

@@ -1,34 +1,41 @@
 """Flory-Huggins theory of two polymers of equal length (Groot and Warren 1997, Sec. V)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.optimize import brentq
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
-def free_energy(phi, chi, length=1):
+
+def free_energy(phi: npt.ArrayLike, chi: float, length: float = 1) -> float | np.ndarray:
     """F / kT per site, Eq. 17, for N_A = N_B = ``length``; phi is the fraction of A."""
     phi = np.asarray(phi, dtype=float)
     mixing = (phi * np.log(phi) + (1 - phi) * np.log(1 - phi)) / length
     return mixing + chi * phi * (1 - phi)
 
 
-def chemical_potential(phi, chi, length=1):
+def chemical_potential(phi: npt.ArrayLike, chi: float, length: float = 1) -> float | np.ndarray:
     """dF/dphi / kT of Eq. 17."""
     phi = np.asarray(phi, dtype=float)
     return np.log(phi / (1 - phi)) / length + chi * (1 - 2 * phi)
 
 
-def critical_chi(length_a=1, length_b=1):
+def critical_chi(length_a: float = 1, length_b: float = 1) -> float:
     """chi at the critical point, Eq. 19."""
     return 0.5 * (1 / np.sqrt(length_a) + 1 / np.sqrt(length_b)) ** 2
 
 
-def chi_of_composition(phi, length=1):
+def chi_of_composition(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
     """chi from the minority fraction of two coexisting phases, Eq. 18."""
     phi = np.asarray(phi, dtype=float)
     return np.log((1 - phi) / phi) / (1 - 2 * phi) / length
 
 
-def chi_slope(phi, length=1):
+def chi_slope(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
     """d chi / d phi of `chi_of_composition`, to carry errors."""
     phi = np.asarray(phi, dtype=float)
     odds = np.log((1 - phi) / phi)
@@ -36,7 +43,7 @@ def chi_slope(phi, length=1):
     return (2 * odds / skew**2 - 1 / (phi * (1 - phi) * skew)) / length
 
 
-def binodal(chi, length=1):
+def binodal(chi: float, length: float = 1) -> float:
     """Minority fraction of the coexisting phases.
 
     Raises
@@ -50,7 +57,7 @@ def binodal(chi, length=1):
     return brentq(lambda phi: float(chemical_potential(phi, chi, length)), lowest, spinodal_point)
 
 
-def spinodal(chi, length=1):
+def spinodal(chi: float, length: float = 1) -> float:
     """Smaller fraction at which d^2 F / dphi^2 = 0.
 
     Raises

@@ -1,14 +1,23 @@
 """Second virial coefficient of the soft repulsion u(r) = a (1 - r)^2 / 2, and mean field."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.integrate import quad
 from scipy.special import erf
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 # Pressure coefficient alpha when g(r) = 1: -1/(2 d) times the integral of r u'(r) / a.
 MEAN_FIELD = {2: np.pi / 24.0, 3: np.pi / 30.0}
 
 
-def second_virial(repulsion, dimension=3, kT=1.0):
+def second_virial(
+    repulsion: npt.ArrayLike, dimension: int = 3, kT: float = 1.0
+) -> float | np.ndarray:
     """B2 = -1/2 times the integral of exp(-u/kT) - 1 over space.
 
     Parameters
@@ -33,7 +42,7 @@ def second_virial(repulsion, dimension=3, kT=1.0):
     return 2.0 * np.pi * (1.0 / 3.0 - (i0 - 2.0 * i1 + i2))
 
 
-def core_limits(repulsion, radius, force):
+def core_limits(repulsion: float, radius: float, force: float) -> tuple[float, float]:
     """B2 / a, and the pressure coefficient for g(r) = 1, of discs with rigid cores.
 
     The force is ``force`` below 2 ``radius`` and a (1 - r) from there on (Liu et al. 2008,

@@ -4,8 +4,10 @@ Cells are numbered with the last axis fastest, so a row of cells along that axis
 stretch of memory. The place of a cell in its row is called its level.
 """
 
+from __future__ import annotations
+
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import int64, uint32, uint64
@@ -15,6 +17,9 @@ from dpd.engine.threads.team import Share
 from dpd.engine.vectors.arrays import rows_of
 from dpd.engine.vectors.rows import copy_row
 from dpd.jit import exact_part, part
+
+if TYPE_CHECKING:
+    from dpd.engine.space import Space
 
 SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
 
@@ -66,7 +71,7 @@ class Cells(NamedTuple):
     most: np.ndarray
 
 
-def grid(space, cutoff):
+def grid(space: Space, cutoff: float) -> Grid:
     """The `Grid` with as many cells as fit with edges not below the cutoff."""
     box = space.edges
     shape = tuple(max(1, int(edge / cutoff)) for edge in box)

@@ -1,15 +1,22 @@
 """What the search for bonds that cross and for bonds that pass through each other shares."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.vectors.arrays import columns
 from dpd.errors import UserError
 from dpd.jit import part
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 
 
-def longest_bond(bond, box, what):
+def longest_bond(bond: np.ndarray, box: Sequence[float], what: str) -> float:
     """Length of the longest bond.
 
     Parameters

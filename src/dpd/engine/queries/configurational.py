@@ -1,5 +1,9 @@
 """Forces and curvature of the potential, whose ratio is a temperature without velocities."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.bond_forces import (
@@ -22,8 +26,11 @@ from dpd.engine.vectors.rows import push_apart
 from dpd.jit import kernel
 from dpd.physics.forces import curvature, force
 
+if TYPE_CHECKING:
+    from dpd.engine.state import State, System
 
-def force_and_curvature(system, state):
+
+def force_and_curvature(system: System, state: State) -> np.ndarray:
     """Sum of squared conservative forces, and the Laplacian of the potential.
 
     In equilibrium <sum F_i^2> = kT <sum nabla_i^2 U> (Rugh 1997; Butler et al. 1998).

@@ -1,5 +1,9 @@
 """Bonds that cross in two dimensions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.neighbours.cells import grid
@@ -11,10 +15,13 @@ from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at
 
 
-def crossing_bonds(position, members, box):
+def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Pairs of bonds that cross.
 
     A bond is a closed segment between its beads' nearest images, so bonds that only touch

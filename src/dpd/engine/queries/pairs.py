@@ -1,5 +1,9 @@
 """Pairs for measurements: the same search as for forces, with a cutoff of its own."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.neighbours.cells import grid
@@ -10,10 +14,15 @@ from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import rows_of
 from dpd.jit import kernel
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 
 
-def pair_histogram(position, box, farthest, bins):
+def pair_histogram(
+    position: np.ndarray, box: Sequence[float], farthest: float, bins: int
+) -> np.ndarray:
     """Count pairs by distance.
 
     Parameters

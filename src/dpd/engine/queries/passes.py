@@ -1,5 +1,9 @@
 """Bonds that pass through each other in three dimensions."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 
 from dpd.engine.neighbours.cells import grid
@@ -11,10 +15,32 @@ from dpd.engine.state import Beads
 from dpd.engine.vectors.arrays import columns, rows_of
 from dpd.jit import kernel, part
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 HALVINGS = 30  # of the time at which two bonds lie in one plane
 
 
-def passed_bonds(before, after, members, box):
+class Met(NamedTuple):
+    """How two bonds lie at some time.
+
+    Attributes
+    ----------
+    triple : float
+        Their triple product, zero where they lie in one plane.
+    on_one, on_other : float
+        Nearest points of their lines, in units of the bonds: 0 and 1 are the ends. They count only
+        where the triple product is zero.
+    """
+
+    triple: float
+    on_one: float
+    on_other: float
+
+
+def passed_bonds(
+    before: np.ndarray, after: np.ndarray, members: np.ndarray, box: Sequence[float]
+) -> np.ndarray:
     """Pairs of bonds that went through each other while beads moved in straight lines.
 
     Two bonds AB and CD lie in one plane where (C - A) . (AB x CD) = 0. They pass through
@@ -62,10 +88,9 @@ def passed_bonds(before, after, members, box):
 
 @part()
 def line_up(x, one, other, ends, move, t):
-    """Triple product of two bonds at time t; the nearest points in units of the bonds.
+    """`Met` of two bonds at time t.
 
-    ``x`` is the vector from the middle of the other bond to that of the first. The places
-    of the nearest points count only where the triple product is zero.
+    ``x`` is the vector from the middle of the other bond to that of the first.
     """
     u0, u1, u2 = (
         _axis(0, one, ends, move, t),
@@ -88,7 +113,7 @@ def line_up(x, one, other, ends, move, t):
     b0, b1, b2 = w1 * u2 - w2 * u1, w2 * u0 - w0 * u2, w0 * u1 - w1 * u0
     p = -(a0 * c0 + a1 * c1 + a2 * c2) / square
     q = -(b0 * c0 + b1 * c1 + b2 * c2) / square
-    return triple, p, q
+    return Met(triple, p, q)
 
 
 @part()
@@ -113,20 +138,20 @@ def _passed(middle, ends, move, members, space, grid, reach):
             one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
             for k in range(3):
                 x[k] = pairs.separation[k, s]
-            low_sign = line_up(x, one, other, ends, move, 0.0)[0]
-            if low_sign * line_up(x, one, other, ends, move, 1.0)[0] >= 0.0:
+            low_sign = line_up(x, one, other, ends, move, 0.0).triple
+            if low_sign * line_up(x, one, other, ends, move, 1.0).triple >= 0.0:
                 continue
             if share_a_bead(members, one, other):
                 continue
             low, high = 0.0, 1.0
             for _ in range(HALVINGS):
                 t = 0.5 * (low + high)
-                if line_up(x, one, other, ends, move, t)[0] * low_sign > 0.0:
+                if line_up(x, one, other, ends, move, t).triple * low_sign > 0.0:
                     low = t
                 else:
                     high = t
-            _, p, q = line_up(x, one, other, ends, move, 0.5 * (low + high))
-            if 0.0 <= p <= 1.0 and 0.0 <= q <= 1.0:
+            met = line_up(x, one, other, ends, move, 0.5 * (low + high))
+            if 0.0 <= met.on_one <= 1.0 and 0.0 <= met.on_other <= 1.0:
                 found = with_pair(found, total, one, other)
                 total += 1
     return columns(found, total, total)

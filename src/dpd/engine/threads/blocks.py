@@ -28,7 +28,7 @@ class Blocks(NamedTuple):
     phase: np.ndarray
 
 
-def make_blocks(layers, rows):
+def make_blocks(layers: int, rows: int) -> Blocks:
     """`Blocks` of so many layers of cells along the first axis, with so many rows in each.
 
     Pairs of a row push beads of that row and the next in its layer, and of those and the one

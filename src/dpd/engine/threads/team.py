@@ -41,7 +41,7 @@ class Share(NamedTuple):
     end: int
 
 
-def new_team(size):
+def new_team(size: int) -> list[Team]:
     """One `Team` per thread."""
     counters = np.zeros((1 + size) * LINE, np.int64)
     return [Team(rank, size, counters) for rank in range(size)]
@@ -52,10 +52,11 @@ def add_and_tell(typing, counters, place, more):
     """Add to a counter that others may add to meanwhile; return what it was."""
 
     def code(context, builder, signature, arguments):
-        counters_type = signature.args[0]
-        array = context.make_array(counters_type)(context, builder, arguments[0])
-        place = cgutils.get_item_pointer(context, builder, counters_type, array, [arguments[1]])
-        return builder.atomic_rmw("add", place, arguments[2], "seq_cst")
+        counters_type, *_ = signature.args
+        array, place, more = arguments
+        array = context.make_array(counters_type)(context, builder, array)
+        pointer = cgutils.get_item_pointer(context, builder, counters_type, array, [place])
+        return builder.atomic_rmw("add", pointer, more, "seq_cst")
 
     return types.int64(counters, types.int64, types.int64), code
 

@@ -21,7 +21,7 @@ def columns(array, count, size):
     return kept
 
 
-def rows_of(array):
+def rows_of(array: np.ndarray) -> np.ndarray:
     """A (dimension, n) array as kernels take it: a row for each bead.
 
     Pairs push beads that lie anywhere in memory. A row, padded with zeros to a width that
@@ -35,14 +35,14 @@ def rows_of(array):
     return rows
 
 
-def empty_rows(beads, width):
+def empty_rows(beads: int, width: int) -> np.ndarray:
     """An array of rows that begins where a line of the cache does: no row lies in two."""
     memory = np.empty(beads * width + CACHE_LINE // 8)
     first = -memory.ctypes.data % CACHE_LINE // 8
     return memory[first : first + beads * width].reshape(beads, width)
 
 
-def axes_of(rows, dimension):
+def axes_of(rows: np.ndarray, dimension: int) -> np.ndarray:
     """The (dimension, n) view of what `rows_of` made."""
     return rows[:, :dimension].T
 

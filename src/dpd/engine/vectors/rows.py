@@ -45,8 +45,9 @@ def copy_row(typing, target, s, source, i, space):
     vector = ir.VectorType(ir.DoubleType(), row_width(_axes(space)))
 
     def code(context, builder, signature, arguments):
-        to = _row(context, builder, target, arguments[0], arguments[1], vector)
-        at = _row(context, builder, source, arguments[2], arguments[3], vector)
+        target_array, s, source_array, i, _ = arguments
+        to = _row(context, builder, target, target_array, s, vector)
+        at = _row(context, builder, source, source_array, i, vector)
         builder.store(builder.load(at, align=8), to, align=8)
         return context.get_dummy_value()
 
