@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from dpd import files
+from dpd.commands.main import main
 from dpd.digest import PACKAGE
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
@@ -306,6 +307,18 @@ def test_kernels_are_compiled_without_the_file():
 
 
 @pytest.fixture
+def told(capsys):
+    """A command in this process: its exit code and all that it said."""
+
+    def command(*words):
+        code = main([str(word) for word in words])
+        said = capsys.readouterr()
+        return code, said.out + said.err
+
+    return command
+
+
+@pytest.fixture
 def work(folder):
     """A scene in the working folder, and the finished run of it."""
     Path("melt.yaml").write_text(yaml.safe_dump(MELT))
@@ -320,13 +333,13 @@ def begun_with(path):
     return np.stack([state.position, state.velocity])
 
 
-def test_a_run_begins_where_another_ended(work, dpd):
+def test_a_run_begins_where_another_ended(work, told):
     """With its velocities; other parameters are said, and so is the same noise."""
-    code, said = dpd("run", "melt.yaml", "--start", "run.nc", "-o", "next.nc")
+    code, said = told("run", "melt.yaml", "--start", "run.nc", "-o", "next.nc")
     assert code == 0 and "the same noise comes again" in said and "other values" not in said
     other = merge(MELT, {"repulsion": {"A B": 40}, "thermostat": {"kT": 0.9}, "seed": 7})
     Path("melt.yaml").write_text(yaml.safe_dump(other))
-    code, said = dpd("run", "melt.yaml", "--start", "run.nc", "-o", "third.nc")
+    code, said = told("run", "melt.yaml", "--start", "run.nc", "-o", "third.nc")
     assert code == 0 and "other values of repulsion, thermostat than" in said
     assert "noise" not in said
     attributes = files.read("third.nc")[1]
@@ -351,13 +364,13 @@ def test_a_run_begins_with_a_file_of_another_program(work, dpd, kind):
         np.testing.assert_array_equal(values, two[name], err_msg=name)
 
 
-def test_a_start_of_other_sources(work, dpd):
+def test_a_start_of_other_sources(work, dpd, told):
     """One's own run takes it and says so; another scene's start is taken if the beads are there."""
     assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "one.nc")[0] == 0
     with netCDF4.Dataset("start.nc", "a") as file:
         file.start_sources = "0" * 12
-    code, said = dpd("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")
-    assert code == 0 and "note: start.nc: made by other sources than today's" in said
+    code, said = told("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")
+    assert code == 0 and "start.nc: made by other sources than today's" in said
     one, two = (files.read(name)[0] for name in ("one.nc", "two.nc"))
     for name, values in one.items():
         np.testing.assert_array_equal(values, two[name], err_msg=name)

@@ -8,6 +8,7 @@ every process that a study makes would pay for imports at the top of a module.
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,10 +71,15 @@ class Stages:
         return parser
 
 
+def _called() -> str:
+    """The command as it was typed: an installed program ``dpd``, or a module of Python."""
+    return "dpd" if Path(sys.argv[0]).stem == "dpd" else "python -m dpd"
+
+
 def new_parser() -> argparse.ArgumentParser:
     """The parser of all stages."""
     parser = argparse.ArgumentParser(
-        prog="python -m dpd", description="Dissipative particle dynamics: runs, figures, verdicts."
+        prog=_called(), description="Dissipative particle dynamics: runs, figures, verdicts."
     )
     stages = Stages(parser)
     for group in GROUPS:

@@ -1,10 +1,10 @@
 """A finished run made longer, to the same bits as one that was planned that long."""
 
-from __future__ import annotations
-
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from dpd.drafts import remove_drafts
 from dpd.engine.checkpoint import key_of, refuse_other_file
@@ -17,9 +17,6 @@ from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summar
 from dpd.progress import Progress
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 NETCDF = ".nc"
 
@@ -39,6 +36,8 @@ class Extension:
     threads : int
     every_seconds : float
         Wall clock between checkpoints.
+    stopping, say, progress : callable
+        See `dpd.pipeline.running.Order`.
     """
 
     run: Path
@@ -46,6 +45,9 @@ class Extension:
     output: Path
     threads: int = 1
     every_seconds: float = 60.0
+    stopping: Callable[[], int] = asked
+    say: Callable[[str], None] = say
+    progress: Callable[[int, str], Progress] = Progress
 
 
 def extend(extension: Extension) -> dict[str, float]:
@@ -74,13 +76,15 @@ def extend(extension: Extension) -> dict[str, float]:
     check_output(checkpoint, "", [run])
     refuse_other_file(checkpoint)
     refuse_other(run, attributes(run))  # before there is a lock beside what is no run at all
-    with alone(output, say):
+    with alone(output, extension.say):
         for path in (output, checkpoint):
             remove_drafts(path)
         former = read_former(run)  # as it is now that nobody else is at work on it
         if output == run and _is_done(former, extension.sample, checkpoint):
             checkpoint.unlink()
-            say(f"{run}: has been made longer before; what a killed command left is removed")
+            extension.say(
+                f"{run}: has been made longer before; what a killed command left is removed"
+            )
             return summary_of_file(former.scene, run)
         with listening():
             return _go_on(former, extension, checkpoint)
@@ -101,15 +105,15 @@ def _go_on(former: Former, extension: Extension, checkpoint: Path) -> dict[str, 
     begun = time.perf_counter()
     scene = longer(former.scene, extension.sample)
     if former.attributes.get("sources") != run_sources(scene):
-        say(
+        extension.say(
             f"{extension.run}: made by other sources than today's, so its last bits may differ "
             "from those of a run that was made today"
         )
     say_if_resumed(checkpoint)
-    with Progress(sum(scene.steps), f"{extension.run}: longer") as progress:
+    with extension.progress(sum(scene.steps), f"{extension.run}: longer") as progress:
         how = RunSettings(
-            checkpoint, extension.every_seconds, extension.threads, progress, asked, say, begun,
-            keep=True, former=former.observers,
+            checkpoint, extension.every_seconds, extension.threads, progress, extension.stopping,
+            extension.say, begun, keep=True, former=former.observers,
         )  # fmt: skip
         return simulate(scene, extension.output, former.state, how)
 

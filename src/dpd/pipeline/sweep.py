@@ -91,14 +91,13 @@ def described_axes(
 
 
 def unfold(
-    paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], where: str,
-    described: dict[str, dict[str, Any]], study: str, folder: str | Path,
+    paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
+    described: dict[str, dict[str, Any]], study: str, folder: str | Path = "",
 ) -> Sweep:  # fmt: skip
     """All points of a sweep; paths of files to start from count from a folder."""
     changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
-    key = f"{where}: sweeps.{name}"
     base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
     check_axes(described, replicas, key)

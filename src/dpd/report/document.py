@@ -5,8 +5,8 @@ from dpd.scene.schema import schema
 
 INTRODUCTION = """# Configuration and result files
 
-`python -m dpd readme` writes this page from the schemas in `config/schema` and from the observables
-in `src/dpd/observe`. Edit those.
+`python -m dpd readme` writes this page from the schemas in `src/dpd/schemas` and from the
+observables in `src/dpd/observe`. Edit those.
 
 - `config.yaml` says which study of which papers `snakemake` makes.
 - `papers/` holds one file for each paper: its sweeps and its figures, at the paper's own sizes. A

@@ -14,6 +14,7 @@ from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.physics.schemes import scheme_named
 from dpd.scene.automatic import choose
+from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule, beads_of
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
@@ -46,7 +47,7 @@ class Scene:
     Parameters
     ----------
     data : dict
-        As config/schema/scene.yaml has it.
+        As src/dpd/schemas/scene.yaml has it.
     where : str
         File to name in messages.
     folder : path
@@ -76,6 +77,9 @@ class Scene:
     def read(cls, path: str | Path) -> Scene:
         """Read a scene from a YAML file."""
         return cls(read_yaml(path), str(path), Path(path).parent)
+
+    def __repr__(self):
+        return description(self)
 
     def _choose_integrator(self):
         integrator = self.data["integrator"]
