@@ -130,6 +130,15 @@ def test_results_of_all_observables_can_be_kept(folder):
         assert not any("dimension" in unit for unit in units)
 
 
+def test_a_trajectory_asks_for_a_place(folder):
+    """Without a result beside which it stays, it would be lost."""
+    scene = FLUID | {"observe": ["thermo", {"trajectory": {"every": 40}}]}
+    with pytest.raises(dpd.UserError, match=r"observe.trajectory: .* output='run.nc'"):
+        dpd.run(scene, progress=False)
+    dpd.run(scene, output="run.nc", progress=False)
+    assert sorted(os.listdir()) == ["run.gsd", "run.nc"]
+
+
 def test_a_scene_shows_what_it_holds():
     """Beads, box, bonds, thermostat, scheme, steps, and what it does not quite get."""
     shown = repr(dpd.Scene(CHAINS | {"molecules": [{"architecture": "A 4", "density": 3.01}]}))
