@@ -88,7 +88,7 @@ def note_of(path: str | Path) -> Any:
     return json.loads(str(stored[NOTE])) if stored and NOTE in stored else None
 
 
-def whole(path):
+def whole(path: str | Path) -> dict[str, Any] | None:
     """All arrays of a checkpoint but its checksum; None if it is damaged or none.
 
     Parameters
