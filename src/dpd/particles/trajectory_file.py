@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from dpd.particles.particles import Particles
 
 DIGEST = 32  # bytes
+MAGIC = 0x65DF65DF65DF65DF  # with which a GSD file begins
 PATIENCE = 1.0  # s between frames that can be seen: to flush takes hundredths of a second
 PER_BEAD = 36  # bytes of position, velocity and image in single precision
 PER_BOND = 12  # bytes, once
@@ -217,10 +218,13 @@ def refuse_other_trajectory(path: Path) -> None:
     Raises
     ------
     UserError
-        If something is there that is no trajectory of this program.
+        If something is there that is neither a trajectory of this program, whole or damaged, nor
+        empty.
     """
     check_output(path)
-    if os.path.lexists(path) and _application(path) != APPLICATION:
+    if not os.path.lexists(path) or (os.path.isfile(path) and not os.path.getsize(path)):
+        return
+    if _application(path) != APPLICATION:
         raise UserError(
             f"{path}: the trajectory of this run would take its place, and this program did not "
             "write it; move it away, or choose another name for the result"
@@ -278,13 +282,19 @@ def _digest(frame, before):
 
 
 def _application(path):
-    """What wrote a GSD file; None if it is none."""
+    """What wrote a GSD file, as its header says; None if it is none.
+
+    The rest of the file may be damaged, where a run was killed.
+    """
+    header = gsd.pygsd.gsd_header_struct
     try:
         with open(path, "rb") as file:
-            return gsd.pygsd.GSDFile(file).application
+            head = file.read(header.size)
     except OSError as problem:
-        if problem.errno:
-            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+    if len(head) < header.size:
         return None
-    except Exception:  # as in `trajectory_to_read`
-        return None
+    found = gsd.pygsd.gsd_header._make(header.unpack(head))
+    return (
+        found.application.rstrip(b"\0").decode(errors="replace") if found.magic == MAGIC else None
+    )

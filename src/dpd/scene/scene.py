@@ -134,7 +134,7 @@ class Scene:
         return tuple(sorted({name for kind in self.molecules for name in kind.beads}))
 
     @cached_property
-    def kinds(self):
+    def kinds(self) -> np.ndarray:
         """(n,) uint8 array: the number of the species of each bead."""
         number = {name: place for place, name in enumerate(self.species)}
         each = [

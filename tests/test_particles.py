@@ -1,0 +1,405 @@
+"""Configurations of beads in files: there and back, and what is wrong with a file."""
+
+import os
+import random
+import re
+
+import gsd.hoomd
+import MDAnalysis
+import numpy as np
+import pytest
+
+from dpd.errors import UserError
+from dpd.files import write as write_netcdf
+from dpd.particles.formats import read, write
+from dpd.particles.particles import Particles, checked
+from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.scene.scene import Scene
+from dpd.start.files import write_start
+from dpd.start.make import make_start
+from tests.conftest import SCENE
+
+BOXES = {2: (5.0, 6.3), 3: (5.0, 6.3, 7.1)}
+KINDS = ("gsd", "data", "lmp", "nc")
+
+
+def melt(dimension, velocities=True, bonds=True):
+    """Sixty beads of two species, in chains of twenty."""
+    rng, n, box = np.random.default_rng(dimension), 60, BOXES[dimension]
+    first = np.delete(np.arange(n - 1), [19, 39])
+    return Particles(
+        box=box,
+        position=rng.random((dimension, n)) * np.array(box)[:, None],
+        image=rng.integers(-3, 4, (dimension, n)).astype(np.int32),
+        velocity=rng.normal(size=(dimension, n)) if velocities else None,
+        species=rng.integers(0, 2, n).astype(np.uint8),
+        names=("A", "Solvent"),
+        bonds=np.stack([first, first + 1], axis=1).astype(np.uint32)[: 57 * bonds],
+        step=1200,
+    )
+
+
+def assert_same(found, expected, position=0.0):
+    """The same beads; positions as near as said, in r_c."""
+    assert (found.box, found.names, found.step) == (expected.box, expected.names, expected.step)
+    np.testing.assert_allclose(found.position, expected.position, rtol=0, atol=position)
+    for name in ("image", "species", "bonds"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
+        assert getattr(found, name).dtype == getattr(expected, name).dtype
+    if expected.velocity is None:
+        assert found.velocity is None
+    else:
+        np.testing.assert_array_equal(found.velocity, expected.velocity)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("velocities", [True, False])
+@pytest.mark.parametrize("bonds", [True, False])
+def test_there_and_back(tmp_path, dimension, kind, velocities, bonds):
+    """All that a configuration has. A GSD file counts from the middle of the box: one rounding."""
+    expected = melt(dimension, velocities, bonds)
+    write(expected, tmp_path / f"melt.{kind}")
+    rounding = 1e-15 * max(expected.box) if kind == "gsd" else 0.0
+    assert_same(read(tmp_path / f"melt.{kind}"), expected, rounding)
+    assert os.listdir(tmp_path) == [f"melt.{kind}"]
+
+
+def test_what_a_format_cannot_keep_is_said(tmp_path):
+    assert "velocities" in write(melt(3, velocities=False), tmp_path / "melt.gsd")[0]
+    assert write(melt(3), tmp_path / "melt.gsd") == ()
+    assert "names" in write(melt(3), tmp_path / "melt.data")[0]
+    assert write(melt(3), tmp_path / "melt.nc") == ()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_other_programs_read_what_is_written(tmp_path, dimension):
+    """MDAnalysis reads the data file and the GSD file; the latter is in the middle of its box."""
+    expected = melt(dimension)
+    middle = np.zeros(3)
+    middle[:dimension] = np.array(expected.box) / 2
+    for name, shift in (("melt.data", 0), ("melt.gsd", middle)):
+        write(expected, tmp_path / name)
+        found = MDAnalysis.Universe(tmp_path / name)
+        place = found.atoms.positions + shift
+        np.testing.assert_allclose(place[:, :dimension].T, expected.position, atol=1e-6)
+        assert not place[:, dimension:].any()
+        np.testing.assert_allclose(found.dimensions[:dimension], expected.box, rtol=1e-6)
+        assert {tuple(sorted(bond)) for bond in found.bonds.indices.tolist()} == {
+            tuple(bond) for bond in expected.bonds.tolist()
+        }
+    assert found.atoms.types.tolist() == [expected.names[kind] for kind in expected.species]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_file_of_another_program(tmp_path, dimension):
+    """Single precision, beads on the very edge, several frames, and things that are left out."""
+    expected = melt(dimension)
+    with gsd.hoomd.open(tmp_path / "other.gsd", "w") as file:
+        for shift in range(3):
+            frame = gsd.hoomd.Frame()
+            frame.configuration.step = 10 * shift
+            frame.configuration.box = [*expected.box, *[0] * (6 - dimension)]
+            frame.particles.N = expected.beads
+            frame.particles.types = ["B", "A"]
+            frame.particles.typeid = expected.species
+            frame.particles.charge = np.ones(expected.beads)
+            half = np.array(expected.box)[:, None] / 2
+            place = (expected.position + shift + half) % (2 * half) - half
+            place[:, 0] = half[:, 0]  # belongs to the other face
+            frame.particles.position = np.zeros((expected.beads, 3))
+            frame.particles.position[:, :dimension] = place.T
+            frame.angles.N = 1
+            frame.angles.group = [[0, 1, 2]]
+            file.append(frame)
+    for number, shift in ((0, 0), (1, 1), (-1, 2), (-3, 0)):
+        found = read(tmp_path / "other.gsd", number)
+        moved = (expected.position + shift + half) % (2 * half)  # counted from the lower end
+        apart = found.position[:, 1:] - moved[:, 1:]
+        apart -= 2 * half * np.rint(apart / (2 * half))
+        np.testing.assert_allclose(apart, 0, atol=1e-6)
+        assert found.position[0, 0] == 0 and found.image[0, 0] == 1  # 5 is exact, 6.3 is not
+        assert (found.step, found.velocity, found.names) == (10 * shift, None, ("B", "A"))
+        assert found.box == expected.box  # not 6.300000191
+        assert ["charge" in said or "angles" in said for said in found.left_out] == [True, True]
+    for number in (3, -4):
+        with pytest.raises(UserError, match=r"there is no frame -?\d; allowed: 0 to 2, or -1"):
+            read(tmp_path / "other.gsd", number)
+
+
+HEAD = """LAMMPS data file, timestep = 70
+
+{atoms} atoms
+2 atom types   # of them
+1 bonds
+1 bond types
+3 extra bond per atom
+
+-1 3.0 xlo xhi
+0.5 4.5 ylo yhi
+-2.0 2.0 zlo zhi
+0 0 0 xy xz yz
+
+"""
+ATOMS = {
+    "atomic": "7 1 {0} 1 1 0\n12 2 {1} 0 0 -2\n3 1 {2} 0 0 0\n",
+    "bond": "7 1 1 {0} 1 1 0\n12 1 2 {1} 0 0 -2\n3 4 1 {2} 0 0 0\n",
+    "molecular": "7 1 1 {0} 1 1 0 # one\n\n12 1 2 {1} 0 0 -2\n3 4 1 {2} 0 0 0\n",
+    "charge": "7 1 0.5 {0} 1 1 0\n12 2 0 {1} 0 0 -2\n3 1 0 {2} 0 0 0\n",
+    "full": "7 1 1 0.5 {0} 1 1 0\n12 1 2 0 {1} 0 0 -2\n3 4 1 0 {2} 0 0 0\n",
+}
+PLACES = ("-0.5 1.5 0", "2.5 4.25 1e0", "0.0 0.5 -2.0")
+
+
+def data_file(style="bond", comment=True, **changes):
+    """Text of a small data file; atoms 3, 7 and 12 stand in another order."""
+    atoms = ATOMS[style].format(*PLACES)
+    parts = {
+        "masses": "Masses\n\n1 1.0 # Head\n2 1.0 # Tail\n",
+        "atoms": f"Atoms{f' # {style}' if comment else ''}\n\n{atoms}",
+        "velocities": "Velocities\n\n12 4 5 6\n7 1 2 3\n3 7 8 9\n",
+        "bonds": "Bonds\n\n1 1 12 7\n",
+        "coefficients": "Pair Coeffs # dpd\n\n1 25 4.5\n2 25 4.5\n",
+    } | changes
+    return HEAD.format(atoms=3) + "\n".join(part for part in parts.values() if part)
+
+
+@pytest.mark.parametrize("style", ATOMS)
+@pytest.mark.parametrize("comment", [True, False])
+def test_data_files_of_all_styles(tmp_path, style, comment):
+    """The hint behind Atoms says the style, or the number of columns where there is none."""
+    path = tmp_path / "small.data"
+    path.write_text(data_file(style, comment or style == "charge"))
+    found = read(path)
+    np.testing.assert_array_equal(found.position, [[1, 0.5, 3.5], [0, 1, 3.75], [0, 2, 3]])
+    np.testing.assert_array_equal(found.image, [[0, 1, 0], [0, 1, 0], [0, 0, -2]])
+    np.testing.assert_array_equal(found.velocity, [[7, 1, 4], [8, 2, 5], [9, 3, 6]])
+    assert found.species.tolist() == [0, 0, 1] and found.bonds.tolist() == [[2, 1]]
+    assert (found.box, found.names, found.step) == ((4, 4, 4), ("Head", "Tail"), 70)
+    charged = [said for said in found.left_out if "charges" in said]
+    assert len(charged) == (style in ("charge", "full"))
+
+
+def test_data_files_with_labels_or_without_names(tmp_path):
+    path = tmp_path / "small.data"
+    labels = "Atom Type Labels\n\n1 Head\n2 Tail\n\nBond Type Labels\n\n1 H-T\n"
+    lines = ATOMS["bond"].replace("12 1 2", "12 1 Tail").replace("3 4 1", "3 4 Head")
+    path.write_text(
+        data_file(
+            atoms=f"Atoms # bond\n\n{lines.format(*PLACES)}",
+            masses=f"{labels}\nMasses\n\nHead 1\nTail 2.5\n",
+            bonds="Bonds\n\n1 H-T 12 7\n",
+        )
+    )  # fmt: skip
+    found = read(path)
+    assert found.names == ("Head", "Tail") and found.species.tolist() == [0, 0, 1]
+    assert found.left_out == ("masses are left out: every bead here has mass 1",)
+    path.write_text(data_file(masses=""))
+    assert read(path).names == ("A", "B") and "no names" in read(path).left_out[0]
+
+
+@pytest.mark.parametrize("low, high", [(-0.5, 0.5), (-0.1, 0.1), (-5, 5)])
+def test_beads_at_one_height_are_two_dimensions(tmp_path, low, high):
+    path = tmp_path / "flat.data"
+    text = data_file().replace("-2.0 2.0 zlo zhi", f"{low} {high} zlo zhi")
+    for place in PLACES:
+        text = text.replace(place, f"{place.rsplit(' ', 1)[0]} 0.0")
+    path.write_text(text)
+    found = read(path)
+    assert found.box == (4, 4) and found.position.shape == found.velocity.shape == (2, 3)
+
+
+# What is replaced by what in a good file, and what is said.
+WRONG_DATA = {
+    "no header": (" atoms", " particles", "not a whole data file of LAMMPS: there is no line"),
+    "no atoms": ("3 atoms", "0 atoms", "0 atoms; at least one"),
+    "no section": ("Atoms # bond", "Pair Coeffs", "a second section 'Pair Coeffs'"),
+    "nor that": ("Atoms # bond", "Angle Coeffs", "there is no section Atoms"),
+    "no bonds": ("Bonds\n\n1 1 12 7\n", "", "there is no section Bonds"),
+    "fewer atoms": ("3 atoms", "4 atoms", "section Atoms has 3 lines.*header says 4"),
+    "more types": ("2 atom types", "300 atom types", "300 atom types; allowed: 1 to 256"),
+    "type": ("12 1 2 ", "12 1 3 ", "atom 12 is of type 3.*allows 1 to 2"),
+    "style": ("# bond", "# sphere", "atom style 'sphere'.*allowed: atomic"),
+    "columns": ("# bond", "# full", "9 columns in section Atoms.*'full'"),
+    "short line": ("7 1 1 -0.5 ", "7 1 1 ", "8 columns in section Atoms"),
+    "later short line": ("2.5 4.25 ", "2.5 ", "has 8 columns, and 9"),
+    "text": ("4.25", "4.2.5", "line 22, in section Atoms: .*numbers"),
+    "not a number": ("4.25", "nan", "bead 2 has a position.*not a finite"),
+    "infinite speed": ("12 4 5", "12 inf 5", "bead 2 has a velocity"),
+    "fraction": ("12 1 2 ", "12.5 1 2 ", "fraction where a whole number"),
+    "outside": ("2.5 4.25", "2.5 5.25", "bead 2 is at 4.75 along y.*edge is 4"),
+    "twice": ("12 1 2 2", "7 1 2 2", "atom 7 is there twice"),
+    "bond to nobody": ("12 7", "12 8", "in section Bonds.*not there"),
+    "bond to itself": ("12 7\n", "12 12\n", "ties bead 2 to itself"),
+    "velocity of nobody": ("12 4 5", "13 4 5", "each of the atoms once"),
+    "velocity twice": ("12 4 5", "7 4 5", "each of the atoms once"),
+    "no box": ("-1 3.0 xlo", "3 -1.0 xlo", "an edge that is not a positive"),
+    "box in words": ("-1 3.0 xlo", "-1 wide xlo", "line 9: .* two numbers"),
+    "tilted": ("0 0 0 xy", "0.5 0 0 xy", "the box is tilted"),
+    "thin": ("-2.0 2.0 zlo", "-2.0 -0.5 zlo", "1.5 thick along z"),
+    "cut off in a number": ("2 25 4.5\n", "2 25 4", "the last line has no end"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_DATA)
+def test_a_data_file_that_is_wrong(tmp_path, case):
+    """One sentence with the file, the place and what to do."""
+    old, new, said = WRONG_DATA[case]
+    path, text = tmp_path / "small.data", data_file()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(UserError, match=rf"small\.data: .*{said}"):
+        read(path)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A file of each kind; the checkpoint is that of a run that was stopped."""
+    folder = tmp_path_factory.mktemp("made")
+    for kind in ("gsd", "data", "nc"):
+        write(melt(3), folder / f"melt.{kind}")
+    scene = Scene(SCENE | {"observe": [{"thermo": {"every": 50}}, "configuration"]})
+    simulate(scene, folder / "run.nc", make_start(scene))
+    write_start(scene, folder / "start.nc")
+    with pytest.raises(UserError, match="stopped"):
+        simulate(
+            scene, folder / "stopped.nc", make_start(scene),
+            RunSettings(folder / "run.checkpoint", stopping=lambda: True),
+        )  # fmt: skip
+    return folder
+
+
+def test_files_of_this_program(made):
+    """Beads of a start are those that a run begins with, and a checkpoint has the same."""
+    scene = Scene(SCENE)
+    begun, start, last = make_start(scene), read(made / "start.nc"), read(made / "run.nc")
+    np.testing.assert_array_equal(start.position, begun.position)
+    np.testing.assert_array_equal(start.velocity, begun.velocity)
+    kept = read(made / "run.checkpoint")
+    for found in (start, last, kept):
+        assert (found.box, found.names, found.bonds.shape) == ((4, 4, 4), ("A",), (0, 2))
+    assert (start.step, last.step, last.velocity) == (0, 220, None)
+    assert 0 < kept.step < 220 and kept.velocity is not None
+    assert np.abs(kept.position - start.position).max() > 0.01
+
+
+@pytest.mark.parametrize("name", ["melt.gsd", "melt.data", "melt.nc", "start.nc", "run.checkpoint"])
+def test_files_that_are_cut_off(made, tmp_path, name):
+    """At any size that has not all of the beads; nothing but a sentence."""
+    whole = (made / name).read_bytes()
+    path = tmp_path / name
+    rng = random.Random(name)
+    sizes = {0, 1, 7, 100, 255, 256, len(whole) // 2, len(whole) - 1}
+    for size in sizes | {rng.randrange(len(whole)) for _ in range(30)}:
+        path.write_bytes(whole[:size])
+        with pytest.raises(UserError, match=name):
+            read(path)
+
+
+@pytest.mark.parametrize("name", ["melt.gsd", "melt.data", "melt.nc", "run.nc", "run.checkpoint"])
+def test_files_with_other_bytes(made, tmp_path, name):
+    """Some bytes are others: it is read, or refused in a sentence that names the file.
+
+    The part of the GSD library that is written in C ends the process for some of these.
+    """
+    whole = (made / name).read_bytes()
+    path = tmp_path / name
+    for seed in range(150):
+        rng, damaged = random.Random(seed), bytearray(whole)
+        reach = len(whole) if seed % 2 else min(300, len(whole))  # half of them in the header
+        for _ in range(rng.choice([1, 2, 8])):
+            damaged[rng.randrange(reach)] = rng.randrange(256)
+        path.write_bytes(damaged)
+        try:
+            found = read(path)
+        except UserError as problem:
+            assert name in str(problem) and "\n" not in str(problem)
+        else:
+            assert_same(checked(found, path), found)
+
+
+@pytest.mark.parametrize("suffix", ["gsd", "data", "lmp", "nc", "checkpoint"])
+def test_what_is_no_such_file(tmp_path, suffix):
+    """Nothing, a folder, a pipe, an empty file, random bytes, a text."""
+    path = tmp_path / f"x.{suffix}"
+    with pytest.raises(UserError, match="there is no such file"):
+        read(path)
+    for make in (path.mkdir, lambda: os.mkfifo(path)):
+        make()
+        with pytest.raises(UserError, match="is not a file"):
+            read(path)
+        path.rmdir() if path.is_dir() else path.unlink()
+    for content in (b"", random.Random(1).randbytes(5000), b"some text\nof two lines\n"):
+        path.write_bytes(content)
+        with pytest.raises(UserError, match=rf"x\.{suffix}: "):
+            read(path)
+    path.chmod(0)
+    if not os.access(path, os.R_OK):  # it is, for the superuser
+        with pytest.raises(UserError, match="Permission denied"):
+            read(path)
+
+
+def test_a_gsd_file_that_is_wrong(tmp_path):
+    """Each is a whole GSD file."""
+    path = tmp_path / "wrong.gsd"
+    cases = (
+        ("frame.configuration.box = [4, 4, 4, 0.1, 0, 0]", "the box is tilted"),
+        ("frame.configuration.box = [4, 0, 4, 0, 0, 0]", "an edge that is not a positive"),
+        ("frame.configuration.dimensions = 1", "1 dimensions; allowed: 2 or 3"),
+        ("frame.configuration.dimensions = 2", "two dimensions, and bead .* is at z = "),
+        ("frame.particles.position[3, 1] = np.nan", "bead 3 has a position"),
+        ("frame.particles.velocity[4, 0] = np.inf", "bead 4 has a velocity"),
+        ("frame.particles.position[5, 2] = 4", "bead 5 is at 6 along z.*edge is 4"),
+        ("frame.particles.typeid[6] = 7", "bead 6 is of kind 7, and there are 1"),
+        ("frame.bonds.group = [[0, 9]]", "bond 0 has an end at bead 9.*0 to 7"),
+        ("frame.bonds.group = [[2, 2]]", "bond 0 ties bead 2 to itself"),
+        ("frame.particles.position = None", "has position for 0; the file .* lacks them"),
+        ("frame.bonds.N, frame.bonds.group = 2, [[0, 1], [1, 0]]", "0 and 1 are bonded 2 times"),
+    )
+    for change, said in cases:
+        frame = gsd.hoomd.Frame()
+        frame.configuration.box = [4, 4, 4, 0, 0, 0]
+        frame.particles.N, frame.particles.types = 8, ["A"]
+        frame.particles.position = np.random.default_rng(1).random((8, 3))
+        frame.particles.velocity = np.ones((8, 3))
+        frame.particles.typeid = np.zeros(8, int)
+        frame.bonds.N, frame.bonds.types, frame.bonds.group = 1, ["b"], [[0, 1]]
+        exec(change)
+        with gsd.hoomd.open(path, "w") as file:
+            file.append(frame)
+        with pytest.raises(UserError, match=rf"wrong\.gsd: .*{said}"):
+            read(path)
+    with gsd.hoomd.open(path, "w"):
+        pass
+    with pytest.raises(UserError, match="the file has no frames"):
+        read(path)
+
+
+def test_a_netcdf_file_without_beads(tmp_path):
+    write_netcdf(tmp_path / "other.nc", {"x": (("y",), np.zeros(3), "1", "nothing")}, {})
+    with pytest.raises(UserError, match="holds no last configuration"):
+        read(tmp_path / "other.nc")
+
+
+def test_the_command_converts(folder, dpd, capsys):
+    """Round through all formats; what is lost is said; a bad source writes nothing."""
+    write(melt(3), "melt.nc")
+    for source, target in (("melt.nc", "a.gsd"), ("a.gsd", "b.data"), ("b.data", "c.nc")):
+        assert dpd("convert", source, target) == (0, "")
+    assert_same(read("c.nc"), melt(3), 1e-14)
+    for source, target, said in (
+        ("melt.nc", "x.xyz", "suffix '.xyz'.*allowed: .gsd, .data, .lmp, .nc"),
+        ("scene.yaml", "x.gsd", "suffix '.yaml'.*allowed: .*checkpoint"),
+        ("none.gsd", "x.gsd", "there is no such file"),
+        ("melt.nc", "melt.nc", "would take the place of what is read"),
+        ("melt.nc --frame 2", "x.gsd", "there is no frame 2: the file holds one"),
+        ("a.gsd --frame -2", "x.nc", "there is no frame -2; allowed: 0 to 0"),
+        ("a.gsd", "none/of/x.checkpoint", "suffix '.checkpoint'"),
+    ):
+        code, errors = dpd("convert", *source.split(), target)
+        assert code == 1 and "Traceback" not in errors
+        assert re.search(said, errors), errors
+    os.truncate("a.gsd", 3000)
+    assert dpd("convert", "a.gsd", "x.nc")[0] == 1
+    assert not list(folder.glob("x.*")) and not (folder / "none").exists()
+    assert dpd("convert", "b.data", "/proc/x.gsd")[0] == 1

@@ -1,0 +1,423 @@
+"""Trajectories: what is in them, who reads them, and the same bits however often one is killed."""
+
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import freud
+import gsd.fl
+import gsd.hoomd
+import MDAnalysis
+import numpy as np
+import pytest
+import yaml
+from MDAnalysis.analysis.msd import EinsteinMSD
+
+from dpd.digest import ROOT
+from dpd.engine.simulation import Simulation
+from dpd.errors import UserError
+from dpd.files import read
+from dpd.observe import observables
+from dpd.pipeline.plan import sizes_of
+from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.scene.scene import Scene
+from dpd.sources import file_of, reachable
+from dpd.stages import STAGES, unused_modules
+from dpd.start.make import make_start, system_of
+from tests.conftest import SCENE
+from tests.test_pipeline import copy_repository, planned, snakemake
+
+CHAINS = {
+    "dimension": 2,
+    "box": [7.0, 8.0],
+    "molecules": [{"architecture": "A 3 B 2", "count": 20}, {"architecture": "B", "count": 12}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "bond": {"stiffness": 50, "length": 0.3},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 10, "sample": 600},
+    "observe": ["thermo", {"trajectory": {"every": 4}}],
+}
+
+
+def watched(every, base=SCENE, **changes):
+    """A scene with a trajectory, and something beside it."""
+    return Scene(base | {"observe": ["thermo", {"trajectory": {"every": every}}]} | changes)
+
+
+def unfolded(path):
+    """(frames, n, 3) positions, each bead along its way through the images."""
+    with gsd.hoomd.open(path) as file:
+        return np.array([
+            frame.particles.position
+            + frame.particles.image * frame.configuration.box[:3].astype(float)
+            for frame in file
+        ])  # fmt: skip
+
+
+@pytest.mark.parametrize("base", [SCENE, CHAINS], ids=["3D", "2D"])
+def test_frames_are_the_states_of_the_run(tmp_path, base):
+    """Positions, velocities, types, bonds, steps and box; and images that go on at faces."""
+    scene = watched(5, base, steps={"equilibrate": 30, "sample": 24})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert sorted(os.listdir(tmp_path)) == ["run.gsd", "run.nc"]
+    simulation, d = Simulation(system_of(scene), make_start(scene)), scene.dimension
+    simulation.advance(30)
+    half = np.array(scene.box)[:, None] / 2
+    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
+        assert file.file.application == "dpd-papers" and len(file) == 4
+        for number, frame in enumerate(file):
+            simulation.advance(5)
+            state = simulation.state
+            position = state.by_identity(state.position) - half
+            beads, configuration = frame.particles, frame.configuration
+            np.testing.assert_array_equal(beads.position[:, :d].T, position.astype(np.float32))
+            velocity = state.by_identity(state.velocity).astype(np.float32)
+            np.testing.assert_array_equal(beads.velocity[:, :d].T, velocity)
+            assert configuration.step == 30 + 5 * (number + 1)
+            assert configuration.dimensions == d
+            thick = [2] * (3 - d)
+            assert configuration.box.tolist() == [*scene.box, *thick, 0, 0, 0]
+            assert beads.types == list(scene.species)
+            np.testing.assert_array_equal(beads.typeid, scene.kinds)
+            np.testing.assert_array_equal(frame.bonds.group, scene.bonded)
+            assert (beads.mass == 1).all()
+            for array in (beads.position, beads.velocity, beads.image):
+                assert not array[:, d:].any()
+
+
+def test_images_are_those_of_a_bead_that_is_followed_step_by_step(tmp_path):
+    scene = watched(5, steps={"equilibrate": 0, "sample": 400})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    simulation, box = Simulation(system_of(scene), make_start(scene)), np.array(scene.box)[:, None]
+    moved, last = 0, None
+    for step in range(1, 401):
+        simulation.advance(1)
+        now = simulation.state.by_identity(simulation.state.position)
+        if step > 5:
+            moved = moved + (now - last + box / 2) % box - box / 2
+        last = now
+    found = unfolded(tmp_path / "run.gsd")
+    np.testing.assert_allclose((found[-1] - found[0]).T, moved, atol=1e-5)
+    assert np.abs(moved).max() > 4
+
+
+class Killed(BaseException):
+    """What ends a run at once, without any of its clean-up."""
+
+
+def kill_after(steps):
+    """Progress that ends a run."""
+
+    def progress(done):
+        if done >= steps:
+            raise Killed
+
+    return progress
+
+
+@pytest.mark.parametrize("every", [1, 4, 25, 600])
+def test_a_run_that_was_killed_leaves_the_same_file(tmp_path, every):
+    """Frames up to 600, for which the index of the file grows three times; killed at 8 places."""
+    scene = watched(every, CHAINS)
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    simulate(scene, whole / "run.nc", make_start(scene))
+    rng, stops = random.Random(every), 0
+    for _ in range(8):
+        settings = RunSettings(
+            killed / "run.checkpoint",
+            every_seconds=rng.choice([0, 1e9]),
+            progress=kill_after(rng.randrange(1, 610)),
+        )
+        try:
+            simulate(scene, killed / "run.nc", make_start(scene), settings)
+        except Killed:
+            stops += 1
+            assert not (killed / "run.gsd").exists()
+    assert stops
+    simulate(scene, killed / "run.nc", make_start(scene), RunSettings(killed / "run.checkpoint"))
+    assert (killed / "run.gsd").read_bytes() == (whole / "run.gsd").read_bytes()
+    assert sorted(os.listdir(killed)) == ["run.gsd", "run.nc"]
+    with gsd.hoomd.open(killed / "run.gsd") as file:
+        assert len(file) == 600 // every
+
+
+@pytest.mark.slow
+def test_a_process_that_was_killed_leaves_the_same_file(tmp_path):
+    """SIGKILL at any time, also while a frame is appended, or the checkpoint written."""
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(CHAINS | {
+        "steps": {"equilibrate": 0, "sample": 40_000},
+        "observe": ["thermo", {"trajectory": {"every": 20}}],
+    }))  # fmt: skip
+    command = [sys.executable, "-m", "dpd", "run", "scene.yaml", "--checkpoint-every", "0.1", "-o"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    options = {"cwd": tmp_path, "env": environment, "stdout": subprocess.DEVNULL}
+    subprocess.run([*command, "whole.nc"], check=True, stderr=subprocess.DEVNULL, **options)
+    rng, kills = random.Random(1), 0
+    for _ in range(15):
+        with subprocess.Popen([*command, "run.nc"], stderr=subprocess.PIPE, **options) as process:
+            grown, before = tmp_path / "run.unfinished.gsd", saved(tmp_path)
+            while process.poll() is None and saved(tmp_path) == before:
+                time.sleep(0.01)
+            time.sleep(rng.random() * 0.5)
+            if process.poll() is None:
+                process.send_signal(signal.SIGKILL)
+                kills += 1
+            _, errors = process.communicate()
+        assert b"starting anew" not in errors
+        if (tmp_path / "run.nc").exists() and not grown.exists():
+            break
+    else:
+        subprocess.run([*command, "run.nc"], check=True, stderr=subprocess.DEVNULL, **options)
+    assert kills >= 3
+    assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
+
+
+def saved(folder):
+    """When the checkpoint was written last."""
+    try:
+        return (folder / "run.checkpoint").stat().st_mtime_ns
+    except FileNotFoundError:
+        return 0
+
+
+def test_a_run_that_is_stopped_can_be_looked_at(tmp_path):
+    """The unfinished file has all frames so far, and the former trajectory is still there."""
+    scene = watched(4, CHAINS)
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    former = (tmp_path / "run.gsd").read_bytes()
+    settings = RunSettings(tmp_path / "run.checkpoint", stopping=lambda: True)
+    for _ in range(5):
+        with pytest.raises(UserError, match="stopped at step") as stopped:
+            simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+        with gsd.hoomd.open(tmp_path / "run.unfinished.gsd") as file:
+            step = int(re.search(r"step (\d+)", str(stopped.value))[1])
+            assert len(file) == (step - 10) // 4 > 0
+    assert (tmp_path / "run.gsd").read_bytes() == former
+
+
+def test_a_bad_scene_leaves_the_former_trajectory(folder, dpd):
+    Path("scene.yaml").write_text(yaml.safe_dump(CHAINS))
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    former = Path("run.gsd").read_bytes()
+    for change in ({"box": 1}, {"integrator": {"scheme": "gw-vv", "dt": 10}}, {"seed": 2.5}):
+        Path("scene.yaml").write_text(yaml.safe_dump(CHAINS | change))
+        assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 1
+        assert Path("run.gsd").read_bytes() == former
+
+
+def test_a_file_of_somebody_else_is_refused(folder, dpd):
+    """One of another program, a text, a folder, the start itself; under either of the names."""
+    Path("scene.yaml").write_text(yaml.safe_dump(CHAINS))
+    gsd.fl.open("other.gsd", "w", "my analysis", "hoomd", [1, 4]).close()
+    for name in ("run.gsd", "run.unfinished.gsd"):
+        for make in (
+            lambda name=name: shutil.copy("other.gsd", name),
+            lambda name=name: Path(name).write_text("mine"),
+            lambda name=name: os.mkdir(name),
+        ):
+            make()
+            code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
+            assert code == 1 and errors.startswith(f"error: {name}: "), errors
+            assert re.search("did not write it; move it away|is a folder", errors)
+            assert sorted(os.listdir()) == sorted(["other.gsd", "scene.yaml", name])
+            shutil.rmtree(name) if os.path.isdir(name) else os.unlink(name)
+
+
+def damage(path, number):
+    """Change a byte of the third frame's positions."""
+    with gsd.fl.open(str(path), "r") as file:
+        place = file.read_chunk(frame=2, name="particles/position").tobytes()
+    data = bytearray(path.read_bytes())
+    data[data.index(place) + number] ^= 1
+    path.write_bytes(data)
+
+
+WRONG = {
+    "gone": lambda path: path.unlink(),
+    "empty": lambda path: path.write_bytes(b""),
+    "cut off": lambda path: os.truncate(path, path.stat().st_size // 2),
+    "other bits": lambda path: damage(path, 100),
+    "random": lambda path: path.write_bytes(random.Random(1).randbytes(50_000)),
+    "no index": lambda path: path.write_bytes(path.read_bytes()[:300] + bytes(20_000)),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_frames_that_are_not_those_of_the_checkpoint(tmp_path, case):
+    """The run says so and starts anew, to the same bits; or somebody else's file stays."""
+    scene, said = watched(4, CHAINS), []
+    simulate(scene, tmp_path / "whole.nc", make_start(scene))
+    settings = RunSettings(tmp_path / "run.checkpoint", 0.0, progress=kill_after(500))
+    with pytest.raises(Killed):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    WRONG[case](tmp_path / "run.unfinished.gsd")
+    settings = RunSettings(tmp_path / "run.checkpoint", say=said.append)
+    if case == "random":
+        with pytest.raises(UserError, match="did not write it; move it away"):
+            simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+        return
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    assert re.search(r"checkpoint that cannot be right \(.*gsd.*\); starting anew", said[0])
+    assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
+
+
+@pytest.mark.parametrize("unstable", ["fail", "record"])
+def test_a_bead_that_cannot_be_followed_ends_the_run(tmp_path, unstable):
+    """As for displacements: with a sentence, or recorded. Frames before that are kept."""
+    scene = watched(40, steps={"sample": 200}, unstable=unstable)
+    if unstable == "fail":
+        with pytest.raises(UserError, match=r"observe\.trajectory\.every: .* 40 steps apart"):
+            simulate(scene, tmp_path / "run.nc", make_start(scene))
+        assert os.listdir(tmp_path) == ["run.unfinished.gsd"]
+        return
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    lost = read(tmp_path / "run.nc")[1]["lost_step"]
+    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
+        assert [frame.configuration.step for frame in file] == list(range(40, lost, 40))
+
+
+def test_room_is_asked_for_before(tmp_path, monkeypatch):
+    """A trajectory is there twice in the end; `plan` counts it too."""
+    scene = watched(1, steps={"sample": 100_000})
+    needed = 2 * 100_000 * 36 * scene.beads
+    assert needed < 2**20 * sizes_of(scene).beside < 1.2 * needed
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=needed))
+    with pytest.raises(UserError, match=r"1\.3 GiB are free there, 1\.\d GiB are needed"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene))
+
+
+def test_a_disk_that_is_full_later(tmp_path):
+    """The system refuses a larger file: a sentence, and the checkpoint stays; then it goes on."""
+    scene, said = watched(4, CHAINS), []
+    simulate(scene, tmp_path / "whole.nc", make_start(scene))
+    size = (tmp_path / "whole.gsd").stat().st_size
+    settings = RunSettings(tmp_path / "run.checkpoint", 0.0, say=said.append)
+    former = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size // 2, former[1]))
+    try:
+        with pytest.raises(UserError, match=r"unfinished\.gsd: cannot be written \(File too large"):
+            simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, former)
+    assert (tmp_path / "run.checkpoint").exists() and not (tmp_path / "run.gsd").exists()
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
+    assert not any(said)
+
+
+def test_without_a_path_nothing_is_written(tmp_path, monkeypatch):
+    """For measurements of speed, and for kernels that compile."""
+    monkeypatch.chdir(tmp_path)
+    scene = watched(4, CHAINS)
+    simulation = Simulation(system_of(scene), make_start(scene))
+    for observer in observables(scene, system_of(scene)):
+        observer.sample(simulation, simulation.measure())
+    assert os.listdir(tmp_path) == []
+
+
+def test_other_runs_do_not_depend_on_it():
+    """No module of it counts in the digest of a scene that does not name it."""
+    modules = {file_of(f"dpd.{name}") for name in ("observe.trajectory", "particles.gsd_files")}
+    for named, expected in (({"thermo"}, set()), ({"thermo", "trajectory"}, modules)):
+        without = unused_modules(frozenset(), frozenset(named))
+        assert reachable(STAGES["simulate"], without) & modules == expected
+
+
+def test_freud_finds_the_same_structure(tmp_path):
+    """The radial distribution function of each frame, against that of the run at the same steps."""
+    scene = Scene(SCENE | {
+        "box": 6, "steps": {"equilibrate": 100, "sample": 500},
+        "observe": [
+            {"rdf": {"every": 10, "range": 2.5, "bin": 0.05}}, {"trajectory": {"every": 10}}
+        ],
+    })  # fmt: skip
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    found = freud.density.RDF(bins=50, r_max=2.5)
+    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
+        for frame in file:
+            found.compute(frame, reset=False)
+    ours = read(tmp_path / "run.nc")[0]["rdf"].mean(axis=0)
+    # freud counts neighbours per bead and density, N / V; we have (N - 1) / V, of 647 others.
+    np.testing.assert_allclose(found.rdf * 648 / 647, ours, rtol=2e-3, atol=2e-3)
+    assert ours.max() > 1.1
+
+
+def test_mdanalysis_finds_the_same_bonds_and_displacements(tmp_path):
+    scene = Scene(CHAINS | {
+        "steps": {"equilibrate": 50, "sample": 400},
+        "observe": [{"displacement": {"every": 4}}, {"trajectory": {"every": 4}}],
+    })  # fmt: skip
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    found = MDAnalysis.Universe(tmp_path / "run.gsd")
+    assert len(found.trajectory) == 100 and len(found.atoms) == scene.beads
+    np.testing.assert_array_equal(found.bonds.indices, scene.bonded)
+    assert found.atoms.types.tolist() == [scene.species[kind] for kind in scene.kinds]
+    np.testing.assert_allclose(found.dimensions, [7, 8, 2, 90, 90, 90])
+    way = unfolded(tmp_path / "run.gsd")
+    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
+        for number in (0, 50, 99):
+            found.trajectory[number]
+            np.testing.assert_allclose(
+                found.atoms.positions, file[number].particles.position, atol=1e-6
+            )
+    way -= way.mean(axis=1, keepdims=True)  # less the drift of the box, as ours
+    centres = way[:, :100].reshape(100, 20, 5, 3).mean(axis=2)
+    msd = EinsteinMSD(
+        MDAnalysis.Universe.empty(20, trajectory=True).load_new(centres), msd_type="xy", fft=False
+    ).run()
+    ours, _ = read(tmp_path / "run.nc")
+    lags = np.rint(ours["lag_time"] / (4 * 0.02)).astype(int)
+    expected = msd.results.msds_by_particle[lags[:10]]
+    np.testing.assert_allclose(ours["msd_centre"][:10, :20], expected, rtol=2e-4, atol=1e-5)
+
+
+def paper_of(**sweeps):
+    return yaml.safe_dump({
+        "title": "A paper of mine", "reference": "nowhere", "figures": {},
+        "sweeps": {name: {"scene": scene, "replicas": 2} for name, scene in sweeps.items()},
+    })  # fmt: skip
+
+
+@pytest.fixture
+def papers(tmp_path):
+    """A copy of the repository with two papers; one sweep of the first has trajectories."""
+    folder = copy_repository(tmp_path / "copy")
+    seen = SCENE | {"observe": ["thermo", {"trajectory": {"every": 5}}]}
+    for name, text in (
+        ("mine", paper_of(fluid=seen, plain=SCENE)), ("other", paper_of(fluid=SCENE))
+    ):  # fmt: skip
+        (folder / "config" / "papers" / f"{name}.yaml").write_text(text)
+    return folder
+
+
+OF_PAPERS = ("--config", "study=smoke", "papers=[mine,other]")
+
+
+def test_a_study_knows_of_trajectories(papers):
+    """Of those runs alone: not of others of the same name, nor of others of the same paper."""
+    jobs = planned(papers, *OF_PAPERS)
+    assert (jobs["simulate"], jobs["simulate_with_trajectory"]) == (4, 2)
+    asked = "results/smoke/mine/runs/fluid/replica=1/run.gsd"
+    assert planned(papers, asked, *OF_PAPERS)["simulate_with_trajectory"] == 1
+    refused = snakemake(papers, "-n", asked.replace("mine", "other"), *OF_PAPERS)
+    assert refused.returncode != 0 and "MissingRuleException" in refused.stdout + refused.stderr
+
+
+@pytest.mark.slow
+def test_a_study_makes_trajectories(papers):
+    done = snakemake(papers, *OF_PAPERS)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    results = papers / "results" / "smoke"
+    made = [path.relative_to(results).parts for path in results.glob("*/runs/*/*/*.gsd")]
+    assert sorted(made) == [
+        ("mine", "runs", "fluid", f"replica={number}", "run.gsd") for number in (0, 1)
+    ]
+    assert planned(papers, *OF_PAPERS) == {}
