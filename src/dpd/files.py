@@ -264,7 +264,7 @@ def attribute(path: str | Path, name: str) -> Any:
         return file.getncattr(name)
 
 
-def check_input(path):
+def check_input(path: str | Path) -> None:
     """Refuse to read what is no file.
 
     Parameters
