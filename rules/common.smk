@@ -63,7 +63,8 @@ def kernels_of_run(wildcards):
 
 def kernels_of_start(wildcards):
     """The same of a first configuration."""
-    kernels = kernels_name(start_terms(first_with_start(wildcards)[1].scene))
+    _, point = first_with_start(wildcards)
+    kernels = kernels_name(start_terms(point.scene))
     return ancient(OUT.compiled(wildcards.paper, kernels))
 
 
@@ -179,7 +180,8 @@ def names_with_start(wildcards):
 
 def sources_of_start(wildcards):
     """Digest of the sources that a start depends on."""
-    return start_sources(first_with_start(wildcards)[1].scene)
+    _, point = first_with_start(wildcards)
+    return start_sources(point.scene)
 
 
 def option(name):

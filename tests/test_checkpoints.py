@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd.engine.checkpoint import MARK, Checkpoint, _checksum, note_of
+from dpd.engine.checkpoint import MARK, Checkpoint, checksum_of, note_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.jit import kernel
@@ -67,7 +67,7 @@ def resumed(arrays, path):
 def sealed(arrays):
     """The same with a checksum that fits, as by one who knows how."""
     rest = {name: array for name, array in arrays.items() if name != "checksum"}
-    return rest | {"checksum": np.array(_checksum(rest))}
+    return rest | {"checksum": np.array(checksum_of(rest))}
 
 
 def test_a_good_one_is_taken(good, tmp_path):

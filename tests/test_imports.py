@@ -14,7 +14,7 @@ from dpd.digest import PACKAGE, ROOT
 ORDER = (
     ("__main__",),
     ("commands",),
-    ("report", "benchmark"),
+    ("api", "report", "benchmark"),
     ("pipeline",),
     ("analysis", "start", "observe"),
     ("particles",),

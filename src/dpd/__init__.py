@@ -1,1 +1,52 @@
-"""dpd-papers: regenerate the figures of three dissipative particle dynamics papers."""
+"""Dissipative particle dynamics from Python: simulate a scene, and look at what was measured.
+
+A *scene* says what is simulated and how long; config/README.md of the repository lists its keys.
+
+>>> import dpd
+>>> fluid = {
+...     "dimension": 3, "box": 6, "molecules": [{"architecture": "A", "density": 3}],
+...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+...     "steps": {"equilibrate": 100, "sample": 400}, "observe": ["thermo", "rdf"],
+... }
+>>> run = dpd.run(fluid, progress=False)
+>>> bool(0.9 < run.kT.mean() < 1.1)
+True
+
+- `dpd.run`: simulate a scene; what it measured, as an `xarray.Dataset`.
+- `dpd.Scene`: a scene that was checked and knows its beads, density and bonds.
+- `dpd.load`: the result of an earlier run or sweep.
+- `dpd.sweep`: all combinations of some values of a scene, on several cores.
+- `dpd.UserError`: what they raise over anything that the user can mend, with a sentence on it.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dpd.api.datasets import load as load
+    from dpd.api.runs import run as run
+    from dpd.api.sweeps import sweep as sweep
+    from dpd.errors import UserError as UserError
+    from dpd.scene.scene import Scene as Scene
+
+__version__ = "0.2.0"  # the one place: pyproject.toml reads it
+
+# Imported at their first use: to import what compiles and what plots takes two seconds.
+_MODULES = {
+    "Scene": "dpd.scene.scene",
+    "UserError": "dpd.errors",
+    "load": "dpd.api.datasets",
+    "run": "dpd.api.runs",
+    "sweep": "dpd.api.sweeps",
+}
+__all__ = ["Scene", "UserError", "load", "run", "sweep"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'dpd' has no attribute {name!r}")
+    return getattr(import_module(_MODULES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES})

@@ -5,6 +5,7 @@ import math
 import os
 
 THREADS_PER_CORE = 4  # more only wait for each other
+MOST_STEPS = 10**12
 
 
 def count(text: str) -> int:
@@ -27,4 +28,15 @@ def seconds(text: str) -> float:
         found = math.nan
     if not 0 <= found < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no time; allowed: 0, 60, ... seconds")
+    return found
+
+
+def steps(text: str) -> int:
+    """A number of steps, at least one."""
+    try:
+        found = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if not 1 <= found <= MOST_STEPS:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1 to {MOST_STEPS}")
     return found

@@ -6,7 +6,21 @@ import os
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent
-ROOT = PACKAGE.parent.parent
+
+
+def _repository() -> Path:
+    """The repository of these sources; of installed ones, the folder that is worked in."""
+    own = PACKAGE.parent.parent
+    if (own / "config" / "config.yaml").is_file():
+        return own
+    try:
+        return Path.cwd()
+    except OSError:  # it was removed
+        return own
+
+
+# It may be any folder: only papers and studies need the repository (`dpd.pipeline.study`).
+ROOT = _repository()
 
 
 def cache_folder(name: str) -> Path:

@@ -7,6 +7,7 @@ import shutil
 import stat
 from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import netCDF4
@@ -23,11 +24,15 @@ if TYPE_CHECKING:
     # Dimensions, values, units, long_name.
     Variable = tuple[Sequence[str], npt.ArrayLike, str, str]
 
+ONE_AT_A_TIME = RLock()  # of all threads: the HDF5 library is not made for several
 OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
 def write(
-    path: str | Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any]
+    path: str | Path,
+    variables: Mapping[str, Variable],
+    attributes: Mapping[str, Any],
+    groups: Mapping[str, Mapping[str, np.ndarray]] | None = None,
 ) -> None:
     """Write a NetCDF file; a kill while writing leaves nothing under its name.
 
@@ -38,8 +43,11 @@ def write(
         Name to (dimensions, array, units, long_name).
     attributes : dict
         Strings and numbers.
+    groups : dict or None
+        Name of a group to its plain arrays by name, see `read_group`. Who opens the file does not
+        see them unless they ask for the group.
     """
-    replace_whole(path, lambda draft: _fill(draft, variables, attributes))
+    replace_whole(path, lambda draft: _fill(draft, variables, attributes, groups or {}))
 
 
 def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
@@ -174,18 +182,40 @@ def asking_system(draft: str | Path, size: int) -> Iterator[None]:
         raise OSError(reason(problem)) from None
 
 
-def _fill(draft, variables, attributes):
+def _fill(draft, variables, attributes, groups):
+    plain = [array for group in groups.values() for array in group.values()]
     size = sum(np.asarray(values).nbytes for _, values, _, _ in variables.values())
-    with asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
+    size += sum(array.nbytes for array in plain)
+    with ONE_AT_A_TIME, asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
         _put(file, variables, attributes)
+        for name, arrays in groups.items():
+            _put_plain(file.createGroup(name), arrays)
+
+
+def _dimension(file, axis, size):
+    """The dimension of an axis; one of its own where another variable has another size there.
+
+    Observables with few samples have as many blocks as samples, each its own number of them.
+    """
+    if axis in file.dimensions and file.dimensions[axis].size != size:
+        axis = f"{axis}_{size}"
+    if axis not in file.dimensions:
+        file.createDimension(axis, size)
+    return axis
+
+
+def _put_plain(group, arrays):
+    """Arrays without units; a dimension for each size."""
+    for name, array in arrays.items():
+        sizes = [_dimension(group, f"size_{size}", size) for size in array.shape]
+        compressed = {"zlib": True, "complevel": 1} if array.ndim else {}
+        group.createVariable(name, array.dtype, sizes, **compressed)[...] = array
 
 
 def _put(file, variables, attributes):
     for name, (dimensions, values, units, long_name) in variables.items():
         values = np.asarray(values)
-        for axis, size in zip(dimensions, values.shape):
-            if axis not in file.dimensions:
-                file.createDimension(axis, size)
+        dimensions = [_dimension(file, *pair) for pair in zip(dimensions, values.shape)]
         kind = str if values.dtype.kind in "UO" else values.dtype
         compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
         variable = file.createVariable(name, kind, dimensions, **compressed)
@@ -213,6 +243,21 @@ def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         return variables, {name: file.getncattr(name) for name in file.ncattrs()}
 
 
+def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
+    """Arrays of a group of a NetCDF file by name; none where it has no such group.
+
+    Raises
+    ------
+    UserError
+        If it is missing or is not NetCDF.
+    """
+    with _opened(path) as file:
+        file.set_auto_mask(False)
+        if name not in file.groups:
+            return {}
+        return {key: variable[...] for key, variable in file.groups[name].variables.items()}
+
+
 def attribute(path: str | Path, name: str) -> Any:
     """One attribute of a NetCDF file, its variables left unread."""
     with _opened(path) as file:
@@ -238,12 +283,18 @@ def check_input(path: str | Path) -> None:
         raise UserError(f"{path}: is not a file")
 
 
+def attributes(path):
+    """All attributes of a NetCDF file, its variables left unread."""
+    with _opened(path) as file:
+        return {name: file.getncattr(name) for name in file.ncattrs()}
+
+
 @contextmanager
 def _opened(path):
     """A NetCDF file to read from."""
     check_input(path)
     try:
-        with netCDF4.Dataset(path) as file:
+        with ONE_AT_A_TIME, netCDF4.Dataset(path) as file:
             yield file
     except (OSError, RuntimeError) as problem:
         if is_of_system(problem):

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from dpd.drafts import remove_temporary
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
@@ -58,6 +58,35 @@ def listening() -> Iterator[None]:
 def asked() -> int:
     """The number of the signal that asks to stop, or 0."""
     return _Asked.number
+
+
+@contextmanager
+def ctrl_c() -> Iterator[Callable[[], int]]:
+    """While a run that was called from Python looks whether it is asked to stop.
+
+    The first Ctrl-C asks for it, a second one does what it did before. Python tells its main thread
+    alone of signals: nobody asks a run in another one.
+
+    Yields
+    ------
+    callable
+        Returns the number of the signal that asks to stop, or 0.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: 0
+        return
+    came = []
+    former = signal.getsignal(signal.SIGINT)
+
+    def ask(number, frame):
+        signal.signal(signal.SIGINT, former)
+        came.append(number)
+
+    signal.signal(signal.SIGINT, ask)
+    try:
+        yield lambda: came[0] if came else 0
+    finally:
+        signal.signal(signal.SIGINT, former)
 
 
 def _attend(read):

@@ -25,13 +25,16 @@ if TYPE_CHECKING:
 
 # The packages that are followed: `dpd` itself, and the figures of papers.
 HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
+# What their files are called in digests, wherever they lie: installed sources have the same.
+PLACES = {"dpd": "src/dpd"}
 # Modules that decide no number and no picture, whoever imports them. They check input and word
 # messages, and what they fill in stands in a scene's own digest (defaults, a scheme chosen); or
-# they show progress, tidy up, and make these digests. `dpd` itself only hands on what others make.
+# they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
+# `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
-    "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts", "dpd.progress",
-    "dpd.scene.automatic", "dpd.scene.limits", "dpd.scene.plain_yaml", "dpd.scene.schema",
-    "dpd.sources", "dpd.stages", "dpd.streams",
+    "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts", "dpd.pipeline.kept",
+    "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
+    "dpd.scene.plain_yaml", "dpd.scene.schema", "dpd.sources", "dpd.stages", "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 # Kernels of the benchmark are compiled into folders of their own.
@@ -80,11 +83,19 @@ def sources_digest(*modules: str | Path, without: Collection[str] = ()) -> str:
 @cache
 def _digest_of(modules, without):
     def find():
-        found = sorted(reachable(modules, without.union(DECIDE_NOTHING)))
-        lines = [f"{path.relative_to(ROOT)} {source_of(path).digest}" for path in found]
+        found = reachable(modules, without.union(DECIDE_NOTHING))
+        lines = sorted(f"{_place(path)} {source_of(path).digest}" for path in found)
         return text_digest("\n".join(lines))
 
     return kept(f"{modules} {sorted(without)}", find)
+
+
+def _place(path):
+    """The name of a file in digests, such as ``src/dpd/jit.py``."""
+    for package, home in HOMES.items():
+        if path.is_relative_to(home):
+            return f"{PLACES.get(package, package)}/{path.relative_to(home)}"
+    return str(path)
 
 
 @cache
@@ -149,7 +160,7 @@ def _state():
                 path = os.path.join(folder, name)
                 with open(path, "rb") as file:
                     content = hashlib.sha256(file.read()).hexdigest()
-                total.update(f"{os.path.relpath(path, ROOT)} {content}\n".encode())
+                total.update(f"{os.path.relpath(path, home)} {content}\n".encode())
     return total.hexdigest()[:12]
 
 

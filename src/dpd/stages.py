@@ -41,6 +41,8 @@ TERMS = {
     "exchange": "dpd.physics.exchange",
     "langevin": "dpd.physics.langevin",
 }
+# Methods of `start` that only some scenes name.
+METHODS = {"file": "dpd.start.from_file"}
 OBSERVE = "dpd.observe"  # the package whose OBSERVABLES lists all observables
 
 
@@ -64,7 +66,8 @@ def stage_digest(stage: str) -> str:
 def run_sources(scene: Scene) -> str:
     """Digest of the sources of a run, less those of what its scene does without.
 
-    Those are observables that it does not name, and terms of the physics that it lacks.
+    Those are observables and a method of the start that it does not name, and terms of the physics
+    that it lacks.
 
     Parameters
     ----------
@@ -75,15 +78,20 @@ def run_sources(scene: Scene) -> str:
     str
         Twelve hexadecimal digits.
     """
-    return _run_sources(terms_of(scene), frozenset(scene.observe))
+    return _run_sources(terms_of(scene), frozenset(scene.observe), _method_of(scene))
+
+
+def _method_of(scene):
+    """The method of a scene's start, if it is one of `METHODS`."""
+    return frozenset({scene.data["start"]["method"]}).intersection(METHODS)
 
 
 @cache
-def _run_sources(terms, observables):
+def _run_sources(terms, observables, methods):
     return kept(
-        f"run {sorted(terms)} {sorted(observables)}",
+        f"run {sorted(terms)} {sorted(observables)} {sorted(methods)}",
         lambda: sources_digest(
-            *STAGES["simulate"], without=NOT_IN_RUNS | unused_modules(terms, observables)
+            *STAGES["simulate"], without=NOT_IN_RUNS | unused_modules(terms, observables, methods)
         ),
     )
 
@@ -93,7 +101,7 @@ def start_sources(scene: Scene) -> str:
 
     It is the same for all scenes that share a start.
     """
-    return _sources_with("start", start_terms(scene))
+    return _sources_with("start", start_terms(scene), _method_of(scene))
 
 
 def kernels_name(terms: frozenset[str]) -> str:
@@ -106,14 +114,14 @@ def kernels_name(terms: frozenset[str]) -> str:
     terms : frozenset of str
         Keys of `TERMS`.
     """
-    return text_digest(f"{sorted(terms)} {_sources_with('compile', terms)}")
+    return text_digest(f"{sorted(terms)} {_sources_with('compile', terms, frozenset())}")
 
 
 @cache
-def _sources_with(stage, terms):
+def _sources_with(stage, terms, methods):
     return kept(
-        f"{stage} {sorted(terms)}",
-        lambda: sources_digest(*STAGES[stage], without=unused_modules(terms, frozenset())),
+        f"{stage} {sorted(terms)} {sorted(methods)}",
+        lambda: sources_digest(*STAGES[stage], without=unused_modules(terms, frozenset(), methods)),
     )
 
 
@@ -144,21 +152,27 @@ def start_terms(scene: Scene) -> frozenset[str]:
     return frozenset(start_description(scene).get("forces", {})).intersection(TERMS)
 
 
-def unused_modules(terms: frozenset[str], observables: frozenset[str]) -> frozenset[str]:
-    """Modules of the terms and observables that are not named, nor imported by one that is.
+def unused_modules(
+    terms: frozenset[str], observables: frozenset[str], methods: frozenset[str] = frozenset()
+) -> frozenset[str]:
+    """Modules of what is not named, nor imported by one that is.
 
     Parameters
     ----------
     terms : frozenset of str
         Keys of `TERMS`.
     observables : frozenset of str
+    methods : frozenset of str
+        Keys of `METHODS`.
 
     Returns
     -------
     frozenset of str
     """
     unused = set()
-    for named, modules in ((terms, TERMS), (observables, observable_modules())):
+    for named, modules in (
+        (terms, TERMS), (observables, observable_modules()), (methods, METHODS),
+    ):  # fmt: skip
         used = tuple(module for name, module in modules.items() if name in named)
         needed = reachable(used, frozenset({OBSERVE})).union({None})  # None: there is no such page
         unused |= {module for module in modules.values() if file_of(module) not in needed}

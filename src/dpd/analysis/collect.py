@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         def derived(self) -> tuple: ...
 
 
+LAST = "last_"  # what variables of the last configuration begin with: it stays with its run
 RECORDED = {
     "number_density": ("1 / r_c^dimension", "number density"),
     "beads": ("1", "number of beads"),
@@ -192,7 +193,7 @@ def _read(path, scene):
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:
         raise UserError(f"{scene.where}: observe: a sweep needs 'thermo' among its observables")
-    return run
+    return run.drop_vars([name for name in run.variables if str(name).startswith(LAST)])
 
 
 @contextmanager

@@ -30,7 +30,7 @@ def _closest_contact(at):
     return closest_contact(at).value
 
 
-# By the names in config/schema/paper.yaml.
+# By the names in src/dpd/schemas/paper.yaml.
 QUANTITIES = {"closest_contact": _closest_contact}
 
 

@@ -63,7 +63,7 @@ def published(paper: str) -> dict[str, dict[str, Any]]:
     Raises
     ------
     UserError
-        If an entry is not as config/schema/published.yaml has it.
+        If an entry is not as src/dpd/schemas/published.yaml has it.
     """
     return _all_published().get(paper, {})
 

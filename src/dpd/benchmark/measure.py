@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-# The names that config/schema/paper.yaml allows.
+# The names that src/dpd/schemas/paper.yaml allows.
 MEASUREMENTS: dict[str, Callable[..., xr.Dataset]] = {
     "lammps": beside_lammps,
     "scaling": scaling,

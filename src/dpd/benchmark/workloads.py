@@ -55,7 +55,7 @@ class Workload(NamedTuple):
     system : str
         The system in words, for tables.
     scene : dict
-        As config/schema/scene.yaml has it.
+        As src/dpd/schemas/scene.yaml has it.
     """
 
     system: str

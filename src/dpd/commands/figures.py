@@ -36,8 +36,8 @@ def add_to(stages: Stages) -> None:
     )
     report.add_argument("--archived", type=Path, metavar="FILE", help="verdicts of a long study")
     stages.add(
-        "schemes", _schemes, "write config/schemes.yaml, for scheme auto, from the benchmark",
-        "study", output="schemes.yaml",
+        "schemes", _schemes, "write automatic.yaml, for scheme auto, from the benchmark",
+        "study", output="automatic.yaml",
     )  # fmt: skip
     stages.add("archive", _archive, "keep in git what a study has found", "study")
     stages.add(
@@ -107,7 +107,7 @@ def _archive(options: Namespace) -> None:
     from dpd.benchmark.measure import processor
     from dpd.report.whole_archive import Machine, keep
 
-    for path in keep(options.study, Machine(processor(), os.cpu_count())):
+    for path in keep(options.study, Machine(processor(), os.cpu_count() or 1)):
         print(f"kept: {path}")
     print("now: python -m dpd readme")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from dpd.commands.parser import new_parser
 from dpd.errors import Stopped, UserError, reason
 from dpd.interrupts import asked
+from dpd.sources import HOMES
 from dpd.streams import unprinted
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"{where}{reason(problem)}")
     except MemoryError as problem:
         return _fail(f"there is not enough memory: {problem}")
+    except ModuleNotFoundError as problem:
+        return _fail(_not_installed(problem))
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     return 0
@@ -56,6 +59,16 @@ def _check_place(options: Namespace) -> None:
         from dpd.files import check_output
 
         check_output(options.output, options.suffix)
+
+
+def _not_installed(problem: ModuleNotFoundError) -> str:
+    """A sentence on a library that is missing; what misses one of our own modules is a fault."""
+    if (problem.name or "dpd").partition(".")[0] in HOMES:
+        raise problem
+    return (
+        f"the library {problem.name!r} is not installed, and this stage needs it: "
+        "pip install 'dpd-papers[pipeline]'"
+    )
 
 
 def _fail(problem: Exception | str, code: int = 1) -> int:

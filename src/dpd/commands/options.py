@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.arguments import THREADS_PER_CORE, count
+from dpd.arguments import THREADS_PER_CORE, count, seconds
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -23,6 +23,15 @@ def add_threads(parser: ArgumentParser) -> None:
         "--threads", type=count, default=1, metavar="N",
         help=f"threads that share the work (default 1, at most {THREADS_PER_CORE} per core); the "
         "results are the same bits",
+    )  # fmt: skip
+
+
+def add_checkpoints(parser: ArgumentParser) -> None:
+    """How often the state of a run is kept while it runs."""
+    parser.add_argument(
+        "--checkpoint-every", type=seconds, default=60.0, metavar="SECONDS",
+        help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
+        "clock); the same command resumes from one",
     )  # fmt: skip
 
 

@@ -8,15 +8,17 @@ every process that a study makes would pay for imports at the top of a module.
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands import figures, particles, people, points, runs
+from dpd.commands import extend, figures, particles, people, points, runs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-GROUPS = (runs, particles, people, points, figures)  # in the order in which --help lists them
+# In the order in which --help lists them.
+GROUPS = (runs, extend, particles, people, points, figures)
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 
@@ -69,10 +71,15 @@ class Stages:
         return parser
 
 
+def _called() -> str:
+    """The command as it was typed: an installed program ``dpd``, or a module of Python."""
+    return "dpd" if Path(sys.argv[0]).stem == "dpd" else "python -m dpd"
+
+
 def new_parser() -> argparse.ArgumentParser:
     """The parser of all stages."""
     parser = argparse.ArgumentParser(
-        prog="python -m dpd", description="Dissipative particle dynamics: runs, figures, verdicts."
+        prog=_called(), description="Dissipative particle dynamics: runs, figures, verdicts."
     )
     stages = Stages(parser)
     for group in GROUPS:

@@ -106,7 +106,7 @@ def _simulate(options: Namespace) -> None:
     found = run_alone(
         Order(
             scene, options.output, f"{options.sweep} {options.point}", options.start,
-            threads=options.threads, inputs=inputs, wait=True,
+            keep=False, threads=options.threads, inputs=inputs, wait=True,
         )
     )  # fmt: skip
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.arguments import seconds
-from dpd.commands.options import add_threads
+from dpd.commands.options import add_checkpoints, add_threads
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -17,14 +16,11 @@ if TYPE_CHECKING:
 def add_to(stages: Stages) -> None:
     """Declare the stage."""
     run = stages.add("run", _run, "run a scene of your own", "scene", output="run.nc")
-    run.add_argument(
-        "--checkpoint-every", type=seconds, default=60.0, metavar="SECONDS",
-        help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
-        "clock); the same command resumes from one",
-    )  # fmt: skip
+    add_checkpoints(run)
     run.add_argument(
         "--start", type=Path, metavar="FILE",
-        help="first configuration: read if the file is there, otherwise made and kept in it",
+        help="first configuration: if the file is there, it is read (GSD, LAMMPS data, a run.nc or "
+        "start.nc, a checkpoint), with its velocities; otherwise made and kept in it",
     )  # fmt: skip
     add_threads(run)
 
@@ -36,7 +32,7 @@ def _run(options: Namespace) -> None:
 
     inputs = [options.scene, *([options.start] if options.start else [])]
     check_output(options.output, ".nc", inputs)
-    if options.start and not options.start.exists():
+    if options.start and not options.start.exists() and options.start.suffix == ".nc":
         check_output(options.start, ".nc", [options.scene])
     scene = Scene.read(options.scene)
     for sentence in scene.notes:

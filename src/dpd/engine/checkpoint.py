@@ -20,7 +20,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError, reason
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from dpd.engine.loop import Observer
     from dpd.engine.simulation import Simulation
@@ -40,6 +40,26 @@ def stretch_of(beads: int) -> int:
 def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
     """Step of the observer's next sample after ``now``."""
     return equilibrate + (_taken(observer, now, equilibrate) + 1) * observer.every
+
+
+def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
+    """The next step at which the clock is looked at.
+
+    They follow the last sample at equal distances, whether a run began before that or goes on from
+    a shorter one.
+    """
+    stretch = stretch_of(beads)
+    return now + stretch - (now - _last_sample(now, observers, equilibrate)) % stretch
+
+
+def _last_sample(now, observers, equilibrate):
+    """Step of the last sample of any observer; 0 before the first."""
+    sampled = [
+        equilibrate + taken * observer.every
+        for observer in observers
+        if (taken := _taken(observer, now, equilibrate))
+    ]
+    return max(sampled, default=0)
 
 
 def _taken(observer, now, equilibrate):
@@ -88,7 +108,13 @@ def note_of(path: str | Path) -> Any:
     return json.loads(str(stored[NOTE])) if stored and NOTE in stored else None
 
 
-def whole(path: str | Path) -> dict[str, Any] | None:
+def key_of(path: str | os.PathLike[str]) -> dict[str, object]:
+    """What run a checkpoint is of; nothing where there is none, or a damaged one."""
+    stored = whole(path) if os.path.isfile(path) else None
+    return json.loads(str(stored[MARK])) if stored else {}
+
+
+def whole(path: str | os.PathLike[str]) -> dict[str, np.ndarray] | None:
     """All arrays of a checkpoint but its checksum; None if it is damaged or none.
 
     Parameters
@@ -98,7 +124,7 @@ def whole(path: str | Path) -> dict[str, Any] | None:
     try:
         with np.load(path) as file:
             stored = dict(file)
-        whole = str(stored.pop("checksum")) == _checksum(stored)
+        whole = str(stored.pop("checksum")) == checksum_of(stored)
     except Exception:  # NumPy and zipfile have a dozen for files that are damaged
         return None
     return stored if whole else None
@@ -133,8 +159,8 @@ class Checkpoint:
         for file in filter(None, map(file_of, observers)):
             file.flush()
         arrays = {MARK: np.array(self.key), NOTE: np.array(self.note)}
-        arrays |= _kept(simulation.state, observers)
-        arrays["checksum"] = np.array(_checksum(arrays))
+        arrays |= arrays_of(simulation.state, observers)
+        arrays["checksum"] = np.array(checksum_of(arrays))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with draft_of(self.path) as draft:
@@ -178,21 +204,11 @@ class Checkpoint:
         if str(stored.pop(MARK)) != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
         stored.pop(NOTE, None)
-        wrong = _mistake(stored, simulation, observers, steps) or _cut_files(stored, observers)
+        state, box = simulation.state, simulation.system.box
+        wrong = mistake_in(stored, state, box, observers, steps) or _cut_files(stored, observers)
         if wrong:
             return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
-        simulation.state = State(
-            stored["position"],
-            stored["velocity"],
-            stored["force"],
-            stored["identity"],
-            stored.get("species"),
-            int(stored["step"]),
-            stored.get("reference"),
-        )
-        for i, observer in enumerate(observers):
-            for name, array in observer.arrays.items():
-                array[...] = stored[f"{i}/{name}"]
+        simulation.state = put_back(stored, observers)
         self.is_ours = True
         return ""
 
@@ -213,8 +229,19 @@ def _cut_files(stored, observers):
     return ""
 
 
-def _kept(state, observers):
-    """All arrays of a checkpoint by name, but for mark and checksum."""
+def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
+    """All that a run consists of, as arrays by name: its state, and what observers have so far.
+
+    Parameters
+    ----------
+    state : State
+    observers : list
+
+    Returns
+    -------
+    dict of str to array
+        ``step``, the arrays of the state, and ``0/NAME`` of the first observer, and so on.
+    """
     arrays = {"step": np.array(state.step)}
     for name in ("position", "velocity", "force", "identity", "species", "reference"):
         if getattr(state, name) is not None:
@@ -224,8 +251,40 @@ def _kept(state, observers):
     return arrays
 
 
-def _checksum(arrays):
-    """Digest of names, types, shapes and values."""
+def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> State:
+    """What `arrays_of` took apart: the state, and observers filled with what they had.
+
+    Parameters
+    ----------
+    stored : dict of str to array
+        In which `mistake_in` has found none.
+    observers : list
+        They are changed.
+
+    Returns
+    -------
+    State
+    """
+    for i, observer in enumerate(observers):
+        for name, array in observer.arrays.items():
+            array[...] = stored[f"{i}/{name}"]
+    return State(
+        stored["position"], stored["velocity"], stored["force"], stored["identity"],
+        stored.get("species"), int(stored["step"]), stored.get("reference"),
+    )  # fmt: skip
+
+
+def checksum_of(arrays: Mapping[str, np.ndarray]) -> str:
+    """Digest of names, types, shapes and values.
+
+    Parameters
+    ----------
+    arrays : dict of str to array
+
+    Returns
+    -------
+    str
+    """
     total = hashlib.sha256()
     for name in sorted(arrays):
         array = np.asarray(arrays[name])
@@ -234,9 +293,32 @@ def _checksum(arrays):
     return total.hexdigest()
 
 
-def _mistake(stored, simulation, observers, steps):
-    """What in some arrays cannot be of this run, or nothing."""
-    fresh = _kept(simulation.state, observers)
+def mistake_in(
+    stored: Mapping[str, np.ndarray],
+    state: State,
+    box: tuple[float, ...],
+    observers: Sequence[Any],
+    steps: tuple[int, int],
+) -> str:
+    """What in some arrays cannot be of a run, or nothing.
+
+    Parameters
+    ----------
+    stored : dict of str to array
+        As `arrays_of` has them.
+    state : State
+        Of the run at its beginning, whole: arrays of the right shapes, and the species.
+    box : tuple of float
+    observers : list
+        At their beginning.
+    steps : (int, int)
+        Of the run: to equilibrate, to sample.
+
+    Returns
+    -------
+    str
+    """
+    fresh = arrays_of(state, observers)
     if stored.keys() != fresh.keys():
         return f"parts missing or too many: {', '.join(sorted(stored.keys() ^ fresh.keys()))}"
     for name, array in fresh.items():
@@ -248,7 +330,7 @@ def _mistake(stored, simulation, observers, steps):
             return f"{name} has values that are not finite numbers"
     return (
         _wrong_step(int(stored["step"]), observers, steps, stored["identity"].size)
-        or _wrong_beads(stored, simulation)
+        or _wrong_beads(stored, state, box)
         or _wrong_samples(stored, observers, steps)
     )
 
@@ -258,28 +340,24 @@ def _wrong_step(step, observers, steps, beads):
     (equilibrate, _), last = steps, sum(steps)
     if not 0 <= step <= last:
         return f"step {step} of {last}"
-    sampled = [
-        equilibrate + taken * observer.every
-        for observer in observers
-        if (taken := _taken(observer, step, equilibrate))
-    ]
-    if step != last and (step - max(sampled, default=0)) % stretch_of(beads):
+    since = step - _last_sample(step, observers, equilibrate)
+    if step != last and since % stretch_of(beads):
         return f"step {step}, at which no checkpoint is made"
     return ""
 
 
-def _wrong_beads(stored, simulation):
+def _wrong_beads(stored, state, box):
     """Whether every bead is there once, of its species, in the box."""
-    state, identity = simulation.state, stored["identity"]
+    identity = stored["identity"]
     if not np.array_equal(np.sort(identity), np.arange(identity.size)):
         return "beads that are there twice or not at all"
     if state.species is not None:
         species = state.by_identity(state.species)
         if not np.array_equal(stored["species"], species[identity]):
             return "beads of another species"
-    box = np.array(simulation.system.box)[:, None]
+    edges = np.array(box)[:, None]
     for name in ("position", "reference"):
-        if name in stored and not ((stored[name] >= 0) & (stored[name] <= box)).all():
+        if name in stored and not ((stored[name] >= 0) & (stored[name] <= edges)).all():
             return f"{name} outside the box"
     return ""
 

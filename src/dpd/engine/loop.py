@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Protocol
 
-from dpd.engine.checkpoint import next_sample, stretch_of
+from dpd.engine.checkpoint import next_look, next_sample, stretch_of
 from dpd.errors import Stopped
 
 if TYPE_CHECKING:
@@ -76,12 +76,12 @@ def run(
     say = say or (lambda sentence: None)
     if checkpoint is not None:
         say(checkpoint.resume(simulation, observers, steps))
-    stretch = stretch_of(simulation.state.identity.size)
+    beads = simulation.state.identity.size
     begun = simulation.state.step
     saved, former = time.monotonic(), ""
     while (now := simulation.state.step) < last:
         samples = [next_sample(observer, now, equilibrate) for observer in observers]
-        stop = min([now + stretch, last, *samples])
+        stop = min([next_look(now, observers, equilibrate, beads), last, *samples])
         due = [o for o in observers if stop > equilibrate and (stop - equilibrate) % o.every == 0]
         sums = simulation.advance(stop - now, measure=any(o.needs_forces for o in due))
         for observer in due:

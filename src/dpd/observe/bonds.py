@@ -38,9 +38,9 @@ class BondLengths:
         self._system = system
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
         # The first two places hold the sums of r and r^2.
-        self._blocks = BlockSums((len(self._edges) + 1,), scene.steps.sample // every)
-        self._longest = np.zeros(self._blocks.count)
-        self.arrays = self._blocks.arrays | {"longest": self._longest}
+        samples = scene.steps.sample // every
+        self.averages = BlockSums((len(self._edges) + 1,), samples)
+        self.arrays = self.averages.arrays | {"longest": np.full(samples, np.nan)}
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
@@ -48,26 +48,23 @@ class BondLengths:
         position = simulation.state.by_identity(simulation.state.position)
         apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], self._system.box)
         length = np.sqrt((apart**2).sum(axis=0))
-        into = self._blocks.open()
-        block = self._blocks.current
-        self._longest[block] = max(self._longest[block], length.max())
-        into[0] += length.mean()
-        into[1] += (length**2).mean()
-        into[2:] += np.histogram(length, self._edges)[0] / (len(length) * self._edges[1])
+        density = np.histogram(length, self._edges)[0] / (len(length) * self._edges[1])
+        self.arrays["longest"][self.averages.taken] = length.max()
+        self.averages.add(np.concatenate([[length.mean(), (length**2).mean()], density]))
 
     def variables(self) -> Variables:
         """Bond lengths in blocks for the file."""
-        means = self._blocks.means()
+        means = self.averages.means()
         middle = 0.5 * (self._edges[1:] + self._edges[:-1])
         return {
             "bond_mean": (("block",), means[:, 0], "r_c", "mean bond length"),
             "bond_mean_square": (("block",), means[:, 1], "r_c^2", "mean square bond length"),
-            "bond_longest": (("block",), self._longest, "r_c", "longest bond met in each block"),
+            "bond_longest": (
+                ("block",), self.averages.largest(self.arrays["longest"]), "r_c",
+                "longest bond met in each block",
+            ),
             "bond_length": (("bond_length",), middle, "r_c", "bond length"),
             "bond_density": (
-                ("block", "bond_length"),
-                means[:, 2:],
-                "1 / r_c",
-                "density of lengths",
+                ("block", "bond_length"), means[:, 2:], "1 / r_c", "density of lengths",
             ),
-        }
+        }  # fmt: skip

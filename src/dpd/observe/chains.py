@@ -36,22 +36,23 @@ class Chains:
         self.every = every
         self._system = system
         self._kinds = [(kind.count, len(kind.beads)) for kind in scene.molecules]
-        self._blocks = BlockSums((len(self._kinds), 2), scene.steps.sample // every)
-        self.arrays = self._blocks.arrays
+        self.averages = BlockSums((len(self._kinds), 2), scene.steps.sample // every)
+        self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
         position = state.by_identity(state.position)
-        into, first = self._blocks.open(), 0
-        for row, (count, length) in enumerate(self._kinds):
+        found, first = [], 0
+        for count, length in self._kinds:
             beads = position[:, first : first + count * length].reshape(-1, count, length)
-            into[row] += sizes(unwrapped(beads, self._system.box))
+            found.append(sizes(unwrapped(beads, self._system.box)))
             first += count * length
+        self.averages.add(np.array(found))
 
     def variables(self) -> Variables:
         """Sizes in blocks for the file."""
-        means = self._blocks.means()
+        means = self.averages.means()
         along = ("block", "kind")
         return {
             "gyration_square": (along, means[..., 0], "r_c^2", "squared radius of gyration"),

@@ -35,16 +35,16 @@ class Configurational:
         self.every = every
         self._system = system
         self._beads = scene.beads
-        self._blocks = BlockSums((2,), scene.steps.sample // every)
-        self.arrays = self._blocks.arrays
+        self.averages = BlockSums((2,), scene.steps.sample // every)
+        self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self._blocks.open()[:] += force_and_curvature(self._system, simulation.state)
+        self.averages.add(force_and_curvature(self._system, simulation.state))
 
     def variables(self) -> Variables:
         """Both per bead, in blocks for the file."""
-        means = self._blocks.means() / self._beads
+        means = self.averages.means() / self._beads
         return {
             "force_square": (
                 ("block",), means[:, 0], "(kT / r_c)^2", "squared conservative force per bead",

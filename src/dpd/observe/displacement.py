@@ -42,15 +42,15 @@ class Displacement:
         self._lengths = lengths
         self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
         d, molecules = system.dimension, len(lengths)
-        self._correlation = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
-        self.arrays = self._correlation.arrays | {
+        self.averages = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
+        self.arrays = self.averages.arrays | {
             "last": np.zeros((d, scene.beads)),
             "moved": np.zeros((d, scene.beads)),
         }
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self._correlation.add(self._tracked(simulation.state), squares)
+        self.averages.add(self._tracked(simulation.state), squares)
 
     def _tracked(self, state):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
@@ -67,7 +67,7 @@ class Displacement:
 
     def variables(self) -> Variables:
         """Displacements of each molecule, and sums in parts of the run, by increasing lag."""
-        lag, means, counts, sums = self._correlation.results()
+        lag, means, counts, sums = self.averages.results()
         along = ("lag", "molecule")
         parts = ("part", "lag")
         return {

@@ -39,8 +39,8 @@ class EndToEnd:
         lengths = scene.lengths[scene.lengths > 1]
         self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
         samples = scene.steps.sample // every
-        self._correlation = MultipleTau(samples, (system.dimension, len(lengths)), 1)
-        self.arrays = self._correlation.arrays | {"square": np.zeros(len(lengths))}
+        self.averages = MultipleTau(samples, (system.dimension, len(lengths)), 1)
+        self.arrays = self.averages.arrays | {"square": np.zeros(len(lengths))}
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
@@ -49,11 +49,11 @@ class EndToEnd:
         bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], self._system.box)
         vector = np.add.reduceat(bonds, self._bonds_first, axis=1)
         self.arrays["square"] += (vector**2).sum(axis=0)
-        self._correlation.add(vector, product)
+        self.averages.add(vector, product)
 
     def variables(self) -> Variables:
         """Correlations of each molecule, and sums in parts of the run, by increasing lag."""
-        lag, means, counts, sums = self._correlation.results()
+        lag, means, counts, sums = self.averages.results()
         taken = max(1, int(self.arrays["taken"][0]))
         return {
             "end_lag_time": (("end_lag",), lag * self.every * self._system.dt, "tau", "time apart"),

@@ -36,8 +36,8 @@ class Profile:
         self._names = scene.species
         self._axis = int(np.argmax(system.box))
         self._bins = int(np.ceil(system.box[self._axis] / bin))
-        self._blocks = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
-        self.arrays = self._blocks.arrays
+        self.averages = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
+        self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
@@ -48,7 +48,7 @@ class Profile:
         if state.species is not None:
             slices += self._bins * state.species.astype(np.int64)
         counts = np.bincount(slices, minlength=len(self._names) * self._bins)
-        self._blocks.open()[:] += counts.reshape(len(self._names), self._bins)
+        self.averages.add(counts.reshape(len(self._names), self._bins))
 
     def variables(self) -> Variables:
         """Profiles in blocks for the file."""
@@ -59,7 +59,7 @@ class Profile:
             "z": (("z",), middle, "r_c", "position along the longest axis"),
             "species": (("species",), np.array(self._names), "1", "species"),
             "density_profile": (
-                ("block", "species", "z"), self._blocks.means() / slice_volume,
+                ("block", "species", "z"), self.averages.means() / slice_volume,
                 "1 / r_c^dimension", "number density in blocks of the run",
             ),
         }  # fmt: skip

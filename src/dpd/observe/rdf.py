@@ -42,8 +42,8 @@ class RadialDistribution:
         self._system = system
         bins = max(1, round(range / bin))
         self._edges = np.linspace(0.0, range, bins + 1)
-        self._blocks = BlockSums((bins,), scene.steps.sample // every)
-        self.arrays = self._blocks.arrays
+        self.averages = BlockSums((bins,), scene.steps.sample // every)
+        self.arrays = self.averages.arrays
         self._beads = scene.beads
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
@@ -51,7 +51,7 @@ class RadialDistribution:
         counts = pair_histogram(
             simulation.state.position, self._system.box, self._edges[-1], len(self._edges) - 1
         )
-        self._blocks.open()[:] += counts
+        self.averages.add(counts)
 
     def variables(self) -> Variables:
         """g(r) in blocks for the file."""
@@ -63,7 +63,7 @@ class RadialDistribution:
         return {
             "r": (("r",), middle, "r_c", "distance"),
             "rdf": (
-                ("block", "r"), self._blocks.means() / ideal, "1",
+                ("block", "r"), self.averages.means() / ideal, "1",
                 "radial distribution function g(r) in blocks of the run",
             ),
         }  # fmt: skip

@@ -7,7 +7,7 @@ import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import gsd.fl
 import gsd.hoomd
@@ -59,6 +59,7 @@ class TrajectoryFile:
         self.path = Path(path)
         self.unfinished = unfinished(self.path)
         self._trajectory: gsd.hoomd.HOOMDTrajectory | None = None
+        self._before: _Before | None = None
         self._flushed = time.monotonic()
 
     def refuse_other_files(self) -> None:
@@ -92,19 +93,27 @@ class TrajectoryFile:
             If it cannot be written.
         """
         source = self.unfinished if self.unfinished.exists() else self.path
-        found = np.zeros(DIGEST, np.uint8)
         try:
             with self._replacing(self.unfinished) as trajectory:
-                for frame in _first_frames(source, frames):
-                    found = _digest(frame, found)
-                    trajectory.append(frame)
-                if not np.array_equal(found, digest):
-                    raise _Refused(f"{source}: its frames are not those of the checkpoint")
+                _copy(_Before(source, frames, digest), trajectory)
                 trajectory.flush()
         except _Refused as problem:
             return str(problem)
         self._trajectory = trajectory
         return ""
+
+    def go_on_after(self, source: Path, frames: int, digest: np.ndarray) -> None:
+        """Begin with the frames of a shorter run, unless a checkpoint says more (`cut`).
+
+        Parameters
+        ----------
+        source : Path
+            The trajectory of that run. It is read when the first frame is appended.
+        frames : int
+        digest : (`DIGEST`,) uint8 array
+            Of these frames.
+        """
+        self._before = _Before(source, frames, digest.copy())
 
     def append(self, particles: Particles, digest: np.ndarray) -> np.ndarray:
         """Append a frame.
@@ -140,6 +149,8 @@ class TrajectoryFile:
         UserError
             If they cannot be written.
         """
+        if self._trajectory is None and self._before is None:
+            return  # there is no frame, or the trajectory is in its place already
         with self._writing():
             self._opened().flush()
         self._flushed = time.monotonic()
@@ -152,10 +163,11 @@ class TrajectoryFile:
         UserError
             If it cannot be written.
         """
+        trajectory = self._opened()
         self.flush()
-        frames = len(self._opened())
-        self._opened().close()
-        self._trajectory = None
+        frames = len(trajectory)
+        trajectory.close()
+        self._trajectory = self._before = None
         with self._replacing(self.path) as trajectory:
             for frame in _first_frames(self.unfinished, frames):
                 trajectory.append(frame)
@@ -166,8 +178,19 @@ class TrajectoryFile:
         """The file to append to; a new one at the beginning."""
         if self._trajectory is None:
             with self._replacing(self.unfinished) as trajectory:
+                if self._before is not None:
+                    self._copy_former(trajectory)
                 self._trajectory = trajectory
         return self._trajectory
+
+    def _copy_former(self, trajectory):
+        try:
+            _copy(self._before, trajectory)
+        except _Refused as problem:
+            raise UserError(
+                f"{problem}; the run cannot be made longer without them: put the trajectory back "
+                "that was made with it"
+            ) from None
 
     @contextmanager
     def _replacing(self, path):
@@ -210,6 +233,24 @@ def refuse_other_trajectory(path: Path) -> None:
 
 class _Refused(Exception):
     """Frames that are not there, or are others."""
+
+
+class _Before(NamedTuple):
+    """Frames that a trajectory begins with: the first so many of a file, and their digest."""
+
+    source: Path
+    frames: int
+    digest: np.ndarray
+
+
+def _copy(before, trajectory):
+    """Append frames from another file, if they are those that are meant."""
+    found = np.zeros(DIGEST, np.uint8)
+    for frame in _first_frames(before.source, before.frames):
+        found = _digest(frame, found)
+        trajectory.append(frame)
+    if not np.array_equal(found, before.digest):
+        raise _Refused(f"{before.source}: its frames are not those that the run has counted")
 
 
 def _first_frames(path: Path, count: int) -> Iterator[gsd.hoomd.Frame]:

@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -13,6 +14,7 @@ from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
 from dpd.files import attribute, check_output
 from dpd.interrupts import asked, listening
+from dpd.pipeline.beginning import Begun, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
@@ -20,10 +22,15 @@ from dpd.progress import Progress
 from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
-from dpd.start.files import read_start, write_start
-from dpd.start.make import make_start
+from dpd.start.files import read_start
 
 BYTES_PER_BEAD = 288  # of a run, measured
+
+
+def say(sentence: str) -> None:
+    """A warning to the terminal; nothing for an empty one."""
+    if sentence:
+        print(f"warning: {sentence}", file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True)
@@ -40,7 +47,10 @@ class Order:
     start : Path or None
         First configuration; without one it is made.
     keep_start : bool
-        Make the file of the start where it is not there.
+        As for a run of one's own: make the file of the start where it is not there, and take one of
+        any origin that holds the beads of the scene. Otherwise it must be the start of this scene.
+    keep : bool
+        See `dpd.pipeline.simulate.RunSettings`.
     threads : int
     every_seconds : float
         Wall clock between checkpoints.
@@ -49,6 +59,12 @@ class Order:
     wait : bool
         As Snakemake does: wait for another run on the same output, and take a result that was
         made for a Snakemake that is no more.
+    stopping : callable or None
+        Whether to stop; signals ask for it if there is none.
+    say, tell : callable
+        Called with a warning, and with a sentence on what is done.
+    progress : callable
+        Makes a `dpd.progress.Progress` from a number of steps and a label.
     """
 
     scene: Scene
@@ -56,10 +72,20 @@ class Order:
     label: str
     start: Path | None = None
     keep_start: bool = False
+    keep: bool = True
     threads: int = 1
     every_seconds: float = 60.0
     inputs: tuple = ()
     wait: bool = False
+    stopping: Callable[[], int] | None = None
+    say: Callable[[str], None] = say
+    tell: Callable[[str], None] = print
+    progress: Callable[[int, str], Progress] = Progress
+
+    def stop_if_asked(self, at_work: str) -> None:
+        """Raise `Stopped` where nothing is kept of what is at work."""
+        if (self.stopping or asked)():
+            raise Stopped(f"stopped while {at_work}, as asked")
 
 
 def run_alone(order: Order) -> dict[str, float]:
@@ -85,7 +111,7 @@ def run_alone(order: Order) -> dict[str, float]:
     if order.wait:
         _refuse_other_left(order)
     starter = _starter()
-    with alone(order.output, say, order.wait) as waited:
+    with alone(order.output, order.say, order.wait) as waited:
         if order.wait and (found := _made(order, waited)):
             return found
         for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
@@ -174,51 +200,48 @@ def _refuse_too_large(scene):
 
 
 def _run(order, checkpoint):
-    scene, begun = order.scene, time.perf_counter()
+    scene, since = order.scene, time.perf_counter()
     _refuse_too_large(scene)
-    if checkpoint.exists():
-        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
-    with _stoppable(Progress(start_work(scene), f"{order.label}: start")) as progress:
-        if order.start and order.keep_start and not order.start.exists():
-            write_start(scene, order.start, progress)
-        state = read_start(scene, order.start) if order.start else make_start(scene, progress)
-    scene = _settled(scene, state, checkpoint)
+    say_if_resumed(checkpoint)
+    with _stoppable(order, order.progress(start_work(scene), f"{order.label}: start")) as progress:
+        if order.start and not order.keep_start:
+            scene, state = Begun(scene, read_start(scene, order.start))
+        else:
+            scene, state = begun(scene, order.start, progress, order.tell)
+    scene = _settled(scene, state, checkpoint, order)
     if scene.chosen:
-        print(scene.chosen["said"])
-    with Progress(sum(scene.steps), order.label) as progress:
+        order.tell(scene.chosen["said"])
+    with order.progress(sum(scene.steps), order.label) as progress:
         settings = RunSettings(
-            checkpoint, order.every_seconds, order.threads, progress, asked, say, begun
-        )
+            checkpoint, order.every_seconds, order.threads, progress, order.stopping or asked,
+            order.say, since, order.keep,
+        )  # fmt: skip
         return simulate(scene, order.output, state, settings)
 
 
-def _settled(scene, state, checkpoint):
+def say_if_resumed(checkpoint: Path) -> None:
+    """Tell a person that there may be a run to resume."""
+    if checkpoint.exists():
+        print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
+
+
+def _settled(scene, state, checkpoint, order):
     """The scene with the time step that it names, that it began with, or that is found now."""
     if not scene.is_auto:
         return scene
     note = note_of(checkpoint)
     before = settled_before(scene, note.get("chosen") if isinstance(note, dict) else None)
-    return before or settle(scene, state, partial(_stop_if_asked, "a time step was looked for"))
+    look = partial(order.stop_if_asked, "a time step was looked for")
+    return before or settle(scene, state, look)
 
 
 @contextmanager
-def _stoppable(progress):
+def _stoppable(order, progress):
     """Progress of work that keeps no state: it ends where a run would be stopped."""
 
     def step(done):
-        _stop_if_asked("the first configuration was made")
+        order.stop_if_asked("the first configuration was made")
         progress(done)
 
     with progress:
         yield step
-
-
-def _stop_if_asked(at_work):
-    if asked():
-        raise Stopped(f"stopped while {at_work}, as asked")
-
-
-def say(sentence: str) -> None:
-    """A warning to the terminal; nothing for an empty one."""
-    if sentence:
-        print(f"warning: {sentence}", file=sys.stderr, flush=True)

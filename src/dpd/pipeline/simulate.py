@@ -19,6 +19,8 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
+from dpd.observe.longer import go_on_from
+from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
 from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
 from dpd.start.make import system_of
@@ -55,6 +57,12 @@ class RunSettings:
     begun : float or None
         When the work on this run began, as `time.perf_counter` has it: with its start, where the
         run made that itself. Otherwise when it is called.
+    keep : bool
+        Whether the result keeps the last configuration, and the state that a longer run goes on
+        from, if the scene does not say.
+    former : list or None
+        Observables of the shorter run that this one goes on from, at its end; the state is then
+        that of its end as well. See `dpd.pipeline.kept.Former`.
     """
 
     checkpoint: Path | None = None
@@ -64,6 +72,8 @@ class RunSettings:
     stopping: Callable | None = None
     say: Callable | None = None
     begun: float | None = None
+    keep: bool = False
+    former: list | None = None
 
 
 def simulate(
@@ -77,7 +87,8 @@ def simulate(
     path : path
         The NetCDF file; written at the end, whole.
     state : State
-        From `dpd.start.files.read_start` or `dpd.start.make.make_start`.
+        From `dpd.start.files.read_start` or `dpd.start.make.make_start`, or the end of a shorter
+        run.
     settings : RunSettings
 
     Returns
@@ -100,13 +111,17 @@ def simulate(
     system = system_of(scene)
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system, path)
+    keeps = scene.data.get("keep_state", settings.keep)
+    not_kept = remember_if_small(observers, settings.say) if keeps else ""
+    for observer, former in zip(observers, settings.former or ()):
+        go_on_from(observer, former, state.step - scene.steps.equilibrate)
     own_files = list(filter(None, map(file_of, observers)))
     for file in own_files:
         file.refuse_other_files()
     _check_room(path, settings.checkpoint, simulation, observers)
     sources, keeper = run_sources(scene), None
     if settings.checkpoint:
-        key = {"scene": scene.digest, "sources": sources}
+        key = {"scene": scene.digest, "sources": sources, "kept": keeps}
         note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
         keeper = Checkpoint(settings.checkpoint, key, note)
     running, lost = time.perf_counter(), -1
@@ -131,18 +146,23 @@ def simulate(
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
     }
+    if settings.former:
+        attributes["extended_from_step"] = state.step
     if warning := temperature_warning(scene, values):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
+    kept = NOTHING
+    if keeps and lost < 0:
+        kept = kept_of(scene, simulation.state, observers, not_kept)
     try:
-        files.write(path, variables, attributes)
+        for file in own_files:
+            file.finish()  # before the result, which says that all is there
+        files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:
         if keeper and lost < 0:
             keeper.save(simulation, observers)
         raise _with_place(problem, scene, keeper) from None
-    for file in own_files:
-        file.finish()
     if keeper:
         keeper.discard()
     return summary(scene, values, attributes)

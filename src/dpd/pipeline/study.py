@@ -37,7 +37,7 @@ class Paper:
     sweeps: dict
     measurements: tuple
     figures: dict
-    sampling: tuple = ()  # what the paper says of its own, see config/schema/paper.yaml
+    sampling: tuple = ()  # what the paper says of its own, see src/dpd/schemas/paper.yaml
 
 
 def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -53,8 +53,8 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     dict
         ``study``: a name, ``papers``: names.
     """
-    path = CONFIG / "config.yaml"
-    config = read_yaml(path) | (overrides or {})
+    check_repository()
+    config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
     validate(config, "config", "config/config.yaml")
     _known("study", config["study"], "studies")
     for name in config["papers"]:
@@ -125,11 +125,13 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
     }
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
-    sweeps = {
-        sweep: unfold(name, sweep, given, changes.get(sweep, {}), where, axes[sweep], study)
-        for sweep, given in paper["sweeps"].items()
-        if only is None or sweep in only
-    }
+    sweeps = {}
+    for sweep, given in paper["sweeps"].items():
+        if only is None or sweep in only:
+            change, key = changes.get(sweep, {}), f"{where}: sweeps.{sweep}"
+            sweeps[sweep] = unfold(
+                name, sweep, given, change, key, axes[sweep], study, CONFIG / "papers"
+            )
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
     return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures, sampling)
@@ -177,7 +179,22 @@ def _feeds(given, sweeps, measurements, key):
     return Figure(**named)
 
 
+def check_repository() -> None:
+    """Refuse to go on without the project's repository, where its papers and studies are.
+
+    Raises
+    ------
+    UserError
+    """
+    if not (CONFIG / "config.yaml").is_file():
+        raise UserError(
+            f"{CONFIG}: there is no config.yaml, and papers and studies are wanted, which only the "
+            "project's repository holds; change to the folder of a clone and try again there"
+        )
+
+
 def _known(key, name, folder):
+    check_repository()
     _check_name(key, name)
     names = sorted(path.stem for path in (CONFIG / folder).glob("*.yaml"))
     if name not in names:

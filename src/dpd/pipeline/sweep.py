@@ -2,6 +2,7 @@
 
 from dataclasses import astuple, dataclass
 from itertools import product
+from pathlib import Path
 from typing import Any
 from zlib import crc32
 
@@ -90,14 +91,13 @@ def described_axes(
 
 
 def unfold(
-    paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], where: str,
-    described: dict[str, dict[str, Any]], study: str,
+    paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
+    described: dict[str, dict[str, Any]], study: str, folder: str | Path = "",
 ) -> Sweep:  # fmt: skip
-    """All points of a sweep."""
+    """All points of a sweep; paths of files to start from count from a folder."""
     changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
-    key = f"{where}: sweeps.{name}"
     base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
     check_axes(described, replicas, key)
@@ -114,7 +114,7 @@ def unfold(
         check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
-        points.append(Point(at, labels, fixed(Scene(scene, where))))
+        points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
     derived = tuple(
         Derived(target, rule["from"], rule["quantity"])
         for target, rule in given.get("derive", {}).items()

@@ -5,8 +5,8 @@ from dpd.scene.schema import schema
 
 INTRODUCTION = """# Configuration and result files
 
-`python -m dpd readme` writes this page from the schemas in `config/schema` and from the observables
-in `src/dpd/observe`. Edit those.
+`python -m dpd readme` writes this page from the schemas in `src/dpd/schemas` and from the
+observables in `src/dpd/observe`. Edit those.
 
 - `config.yaml` says which study of which papers `snakemake` makes.
 - `papers/` holds one file for each paper: its sweeps and its figures, at the paper's own sizes. A
@@ -64,9 +64,24 @@ attributes of the file say what made it: scene, seed, versions, and digests
 
 {run}
 
-A first configuration that takes long to make can be kept: `python -m dpd run SCENE.yaml --start
-start.nc -o run.nc` makes it and keeps it in `start.nc`, with the record of how chains grew. If the
-file is there already, the same command uses it. It is a file of its own, not the result of a run.
+A run of your own also keeps how it ended: `last_position`, `last_velocity`, `last_species` (numbers
+in `last_names`) and `last_bonds`, molecule after molecule as in the scene, and the attributes
+`last_box` and `last_step`. A run of a study keeps that if its scene says `keep_state: true`. The
+group `state` of the file holds what `python -m dpd extend run.nc --sample 10000` needs to make the
+run longer, to the same bits as a run that was planned that long. Among that is every sample of the
+observables that average over parts of the run, so the file is about as large as a checkpoint.
+
+## First configurations
+
+`start` of a scene says where beads begin. `method: file` reads that from a file: GSD, LAMMPS data,
+a `run.nc`, `start.nc` or checkpoint. The file must have the box and the molecules of the scene, in
+any order; the content of the file is part of the scene, so that an edited file is another scene.
+`python -m dpd run SCENE.yaml --start FILE -o run.nc` is short for that, without relaxation: the
+velocities are those of the file. With another seed, temperature, repulsion or time step it is how
+one run goes on from another.
+
+A first configuration that takes long to make can be kept: if `--start start.nc` is not there yet,
+it is made as the scene says and kept, with the record of how chains grew.
 
 ## Variables of a sweep file
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from dpd.digest import ROOT
 from dpd.files import replace_whole
+from dpd.pipeline.study import check_repository
 from dpd.report.archive import FIGURES
 from dpd.report.document import config_readme
 from dpd.report.paper_page import paper_page, papers_with_pages
@@ -15,6 +16,7 @@ from dpd.report.readme import filled
 
 def pages() -> dict[Path, str]:
     """Path to text of every such page, as it should be now."""
+    check_repository()
     readme = ROOT / "README.md"
     made = {readme: filled(readme.read_text()), ROOT / "config" / "README.md": config_readme()}
     made |= {FIGURES / name / "README.md": paper_page(name) for name in papers_with_pages()}

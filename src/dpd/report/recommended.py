@@ -1,4 +1,4 @@
-"""config/schemes.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
+"""src/dpd/scene/automatic.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HEAD = """\
 # errors in pressure and in kT are within the tolerance, each with 97.5 % confidence. (Pressure may
 # be right by two errors that cancel. Lowe-Andersen, whose friction is another, is left out.)
 # Measured by the benchmark:
-# snakemake --cores 2 benchmark; python -m dpd schemes quick -o config/schemes.yaml
+# snakemake --cores 2 benchmark; python -m dpd schemes quick -o src/dpd/scene/automatic.yaml
 # stiffness: a rho and C of the systems that it was measured in."""
 STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
 

@@ -1,22 +1,23 @@
 """``integrator: {scheme: auto}``: a first guess, from what was measured in two systems.
 
-config/schemes.yaml holds what the benchmark found: for a fluid and for a melt of stiff bonds, at
-two frictions, the scheme and step of least run time for each tolerance in pressure and kT. Other
-scenes heat up at other steps: `dpd.pipeline.probing` tries the guess on the scene itself.
+automatic.yaml, beside this file, holds what the benchmark found: for a fluid and for a melt of
+stiff bonds, at two frictions, the scheme and step of least run time for each tolerance in pressure
+and kT. Other scenes heat up at other steps: `dpd.pipeline.probing` tries the guess on the scene
+itself.
 """
 
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.scene.schema import read_yaml
 
-TABLE = ROOT / "config" / "schemes.yaml"
+TABLE = Path(__file__).with_name("automatic.yaml")
 # Beads per r_c^3 of the systems measured. Two beads that meet alone are no softer than there.
 DENSITY = {"fluid": 3.0, "melt": 1.0}
 

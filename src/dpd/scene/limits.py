@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError
-from dpd.scene.start import start_forces
+from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
 
 if TYPE_CHECKING:
@@ -85,6 +85,7 @@ def check_limits(scene: Scene) -> None:
         refuse("molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}")
     _check_length(scene, refuse)
     _check_observe(scene, refuse)
+    _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
     _check_bond_length(scene, refuse)
 
@@ -140,6 +141,17 @@ def _check_observe(scene, refuse):
                 "observe.trace.every",
                 f"{every} keeps {numbers:.3g} coordinates of the first molecule; allowed: <= "
                 f"{MOST_NUMBERS}, every >= {least}",
+            )
+
+
+def _check_start_file(scene, refuse):
+    """Keys of a start from a file have no effect on other ones."""
+    for key in OF_FILE:
+        if key in scene.data["start"] and not reads_file(scene):
+            refuse(
+                f"start.{key}",
+                f"has no effect with method {scene.data['start']['method']!r}; take "
+                "'method: file', or remove the key",
             )
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,12 +14,11 @@ from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.physics.schemes import scheme_named
 from dpd.scene.automatic import choose
+from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule, beads_of
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from dpd.scene.start import reads_file, with_file
 
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
@@ -47,9 +47,11 @@ class Scene:
     Parameters
     ----------
     data : dict
-        As config/schema/scene.yaml has it.
+        As src/dpd/schemas/scene.yaml has it.
     where : str
         File to name in messages.
+    folder : path
+        From which the path of a file to start from counts; the working folder if not given.
 
     Raises
     ------
@@ -57,10 +59,12 @@ class Scene:
         If anything in it is not allowed, or does not fit together.
     """
 
-    def __init__(self, data: dict[str, Any], where: str = "scene") -> None:
+    def __init__(self, data: dict[str, Any], where: str = "scene", folder: str | Path = "") -> None:
         validate(data, "scene", where)
         self.data = with_defaults(data, schema("scene"))
         check_beads(self.data, where)
+        if reads_file(self):
+            self.data["start"] = with_file(self.data["start"], folder, where)
         self.where = where
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen = None  # type: dict[str, Any] | None
@@ -72,7 +76,10 @@ class Scene:
     @classmethod
     def read(cls, path: str | Path) -> Scene:
         """Read a scene from a YAML file."""
-        return cls(read_yaml(path), str(path))
+        return cls(read_yaml(path), str(path), Path(path).parent)
+
+    def __repr__(self):
+        return description(self)
 
     def _choose_integrator(self):
         integrator = self.data["integrator"]
@@ -89,8 +96,35 @@ class Scene:
 
     @cached_property
     def digest(self) -> str:
-        """Digest of all that decides the run, settings of observables that have defaults too."""
-        return value_digest(self.data | {"observe": self.observe})
+        """Digest of all that decides the run, settings of observables that have defaults too.
+
+        Of a file to start from its content counts, not where it lies.
+        """
+        decides = self.data | {"observe": self.observe}
+        if reads_file(self):
+            start = self.data["start"]
+            decides["start"] = {key: value for key, value in start.items() if key != "path"}
+        return value_digest(decides)
+
+    def starting_from(self, path: str | Path) -> Scene:
+        """The same scene with its first configuration from a file, as it stands there.
+
+        Parameters
+        ----------
+        path : path
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        UserError
+            If the file cannot be read.
+        """
+        kept = {key: self.data["start"][key] for key in ("kT", "seed") if key in self.data["start"]}
+        start = kept | {"method": "file", "path": str(path)}
+        return Scene(self.data | {"start": start}, self.where)
 
     @property
     def dimension(self) -> int:

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from dpd.digest import PACKAGE, ROOT, cache_folder
+from dpd.digest import PACKAGE, cache_folder
 from dpd.errors import UserError, reason, shown
 from dpd.scene.plain_yaml import LOADER, Problem, load_plain
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-SCHEMAS = ROOT / "config" / "schema"
+SCHEMAS = PACKAGE / "schemas"
 PAGES = PACKAGE / "physics"  # of the terms, each with its part of the scene's schema
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
 LARGEST_NUMBER = 2**63  # of a whole number

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import value_digest
+from dpd.errors import UserError, reason
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from dpd.scene.scene import Scene
 
 FLIGHT = 0.8  # r_c, a step of a random flight where bonds have no rest length
+OF_FILE = ("path", "frame", "sha256")  # keys of method file alone
+LAST_FRAME = -1  # of a file with several configurations
+PIECE = 2**20  # bytes of a file that are read at once
 SMALL = 0.1  # of a run's steps: a start that takes no more is made by the run itself
 
 
@@ -27,7 +36,9 @@ def start_description(scene: Scene) -> dict[str, Any]:
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
-    if grows(scene):
+    if reads_file(scene):
+        kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
+    elif grows(scene):
         kept["polymerize"] = start["polymerize"]
     elif "bond" in data:
         kept["flight"] = float(data["bond"]["length"]) or FLIGHT
@@ -73,6 +84,80 @@ def start_is_shared(scene: Scene) -> bool:
 def grows(scene: Scene) -> bool:
     """Whether the chains of a scene grow from monomers."""
     return scene.data["start"]["method"] == "polymerize"
+
+
+def reads_file(scene: Scene) -> bool:
+    """Whether the first configuration of a scene is read from a file."""
+    return scene.data["start"]["method"] == "file"
+
+
+def with_file(start: dict[str, Any], folder: str | Path, where: str) -> dict[str, Any]:
+    """What a scene says of a start from a file, with the file's whole path and its content.
+
+    Parameters
+    ----------
+    start : dict
+        Valid, of method ``file``.
+    folder : path
+        From which a relative path counts.
+    where : str
+        File to name in messages.
+
+    Returns
+    -------
+    dict
+        With ``path`` and ``sha256``. A digest that is given stays: the file is then not looked at
+        before it is needed.
+
+    Raises
+    ------
+    UserError
+        If there is no path, or no file that can be read.
+    """
+    if "path" not in start:
+        raise UserError(
+            f"{where}: start: the key 'path' is missing: the file that method 'file' reads"
+        )
+    path = os.path.abspath(os.path.join(folder, start["path"]))
+    return start | {"path": path, "sha256": start.get("sha256") or file_digest(path, where)}
+
+
+def file_digest(path: str, where: str) -> str:
+    """SHA-256 of what is in a file.
+
+    Parameters
+    ----------
+    path : str
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    UserError
+        If it cannot be read.
+    """
+    from dpd.files import check_input  # NetCDF, which few scenes need to be read
+
+    try:
+        check_input(path)
+        found = os.stat(path)
+        return _digest_of(path, found.st_mtime_ns, found.st_size)
+    except UserError as problem:
+        raise UserError(f"{where}: start.path: {problem}") from None
+    except OSError as problem:
+        raise UserError(
+            f"{where}: start.path: {path}: cannot be read ({reason(problem)})"
+        ) from None
+
+
+@cache
+def _digest_of(path, changed, size):
+    """The same; a file that has not changed is read once for all scenes of a sweep."""
+    digest = hashlib.sha256()
+    with open(path, "rb") as file:
+        while piece := file.read(PIECE):
+            digest.update(piece)
+    return digest.hexdigest()
 
 
 def _relaxing(scene):

@@ -29,7 +29,10 @@ REMEDY = (
 
 
 def write_start(
-    scene: Scene, path: str | Path, progress: Callable[[int], object] | None = None
+    scene: Scene,
+    path: str | Path,
+    progress: Callable[[int], object] | None = None,
+    say: Callable[[str], object] | None = None,
 ) -> None:
     """Make the first configuration of a scene and write it.
 
@@ -37,11 +40,11 @@ def write_start(
     ----------
     scene : Scene
     path : path
-    progress : callable or None
+    progress, say : callable or None
         See `dpd.start.make.make_start`.
     """
     begun = time.perf_counter()
-    state, record = make_start_and_record(scene, progress)
+    state, record = make_start_and_record(scene, progress, say)
     variables = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),

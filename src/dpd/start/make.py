@@ -18,7 +18,9 @@ from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
 from dpd.scene.start import FLIGHT, start_description, start_forces
+from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
+from dpd.start.velocities import thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -90,26 +92,34 @@ def _start_system(scene, dt):
     )
 
 
-def make_start(scene: Scene, progress: Callable[[int], object] | None = None) -> State:
-    """Build, and where the scene asks for it relax, the first configuration.
+def make_start(
+    scene: Scene,
+    progress: Callable[[int], object] | None = None,
+    say: Callable[[str], object] | None = None,
+) -> State:
+    """Build or read, and where the scene asks for it relax, the first configuration.
 
     Parameters
     ----------
     scene : Scene
     progress : callable or None
         Called with the work done so far, out of `dpd.scene.start.start_work`.
+    say : callable or None
+        Called with a sentence for what a file had otherwise than the scene wants it.
 
     Returns
     -------
     State
         In the order of identities, with no force yet and step 0.
     """
-    state, _ = make_start_and_record(scene, progress)
+    state, _ = make_start_and_record(scene, progress, say)
     return state
 
 
 def make_start_and_record(
-    scene: Scene, progress: Callable[[int], object] | None = None
+    scene: Scene,
+    progress: Callable[[int], object] | None = None,
+    say: Callable[[str], object] | None = None,
 ) -> tuple[State, dict[str, np.ndarray]]:
     """As `make_start`, with how it came about.
 
@@ -123,7 +133,8 @@ def make_start_and_record(
     Raises
     ------
     UserError
-        If chains cannot be grown, or if bonds cross while they relax.
+        If chains cannot be grown, or if bonds cross while they relax, or if a file cannot be
+        read or holds another system.
     """
     description = start_description(scene)
     grown = description["method"] == "polymerize"
@@ -133,6 +144,8 @@ def make_start_and_record(
             scene, description["polymerize"], system, description["seed"], description["kT"],
             progress,
         )  # fmt: skip
+    elif description["method"] == "file":
+        state, record = state_from_file(scene, species_of(scene), say or _be_silent), {}
     else:
         state, record = _random(scene, description), {}
     if "relax" in description:
@@ -144,8 +157,12 @@ def make_start_and_record(
         # Chains that grow and spare monomers that vanish leave flows across the box, which
         # only viscosity would bring to rest.
         rng = np.random.default_rng([description["seed"], 1])
-        state.velocity = _velocities(state.position.shape, description["kT"], rng)
+        state.velocity = thermal_velocities(state.position.shape, description["kT"], rng)
     return state, record
+
+
+def _be_silent(sentence):
+    """Where nobody listens."""
 
 
 def _random(scene, description):
@@ -153,15 +170,9 @@ def _random(scene, description):
     rng = np.random.default_rng(description["seed"])
     flight = description.get("flight", FLIGHT)
     position = _positions(scene, description["method"], flight, rng)
-    velocity = _velocities(position.shape, description["kT"], rng)
+    velocity = thermal_velocities(position.shape, description["kT"], rng)
     identity = np.arange(position.shape[1], dtype=np.uint32)
-    return State(position, velocity, None, identity, _species(scene), 0)
-
-
-def _velocities(shape, kT, rng):
-    """Maxwellian velocities, at rest as a whole."""
-    velocity = rng.normal(scale=np.sqrt(kT), size=shape)
-    return velocity - velocity.mean(axis=1, keepdims=True)
+    return State(position, velocity, None, identity, species_of(scene), 0)
 
 
 def _positions(scene, method, flight, rng):
@@ -191,8 +202,18 @@ def _flights(count, length, size, flight, rng):
     return np.concatenate([first, steps], axis=1).cumsum(axis=1)
 
 
-def _species(scene):
-    """(n,) uint8 numbers of species, or None where there is one."""
+def species_of(scene: Scene) -> np.ndarray | None:
+    """Species of each bead by its identity.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    (n,) uint8 array or None
+        Numbers in ``scene.species``; None where there is one species.
+    """
     if len(scene.species) == 1:
         return None
     numbers = [

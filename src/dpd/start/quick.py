@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dpd.scene.scene import Scene
-from dpd.scene.start import grows
+from dpd.scene.start import OF_FILE, grows, reads_file
 from dpd.start.make import make_start
 
 if TYPE_CHECKING:
@@ -16,11 +16,14 @@ BOX = 8  # r_c, of that melt
 
 
 def random_start(scene: Scene) -> Scene:
-    """A scene whose molecules are placed where they would grow."""
+    """A scene whose molecules are placed where they would grow or be read from a file."""
+    start = scene.data["start"]
+    if reads_file(scene):
+        rest = {key: value for key, value in start.items() if key not in OF_FILE}
+        return _with(scene, start=rest | {"method": "random"})
     if not grows(scene):
         return scene
-    seed = scene.data["start"].get("seed", 1)
-    return _with(scene, start={"method": "random", "seed": seed})
+    return _with(scene, start={"method": "random", "seed": start.get("seed", 1)})
 
 
 def compile_start(scene: Scene) -> State:

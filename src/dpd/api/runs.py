@@ -1,0 +1,185 @@
+"""A run from Python."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from argparse import ArgumentTypeError
+from collections.abc import Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dpd.api.datasets import load
+from dpd.arguments import count
+from dpd.errors import Stopped, UserError
+from dpd.files import check_output
+from dpd.interrupts import ctrl_c
+from dpd.pipeline.running import Order, run_alone
+from dpd.progress import Progress
+from dpd.scene.beside import files_beside
+from dpd.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import xarray as xr
+
+
+def run(
+    scene: str | os.PathLike | Mapping[str, Any] | Scene,
+    *,
+    start: str | os.PathLike | None = None,
+    output: str | os.PathLike | None = None,
+    threads: int = 1,
+    progress: bool | None = None,
+) -> xr.Dataset:
+    """Simulate a scene.
+
+    Ctrl-C stops it after the steps under way, with a `KeyboardInterrupt`. With an ``output``, the
+    state is kept beside it once a minute and then, and the same call goes on from there, to the
+    same bits.
+
+    Parameters
+    ----------
+    scene : path, dict or dpd.Scene
+        What to simulate; a path is that of a YAML file.
+    start : path, optional
+        First configuration, as ``dpd run --start`` takes it: read if the file is there, otherwise
+        made and kept in it. Without it, it is made as the scene says.
+    output : path, optional
+        A file to keep the result in, whose name ends in ``.nc``. Without it nothing is left on the
+        disk.
+    threads : int, optional
+        Threads that share the work. The results are the same bits.
+    progress : bool, optional
+        Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere a line
+        on standard error every 20 seconds.
+
+    Returns
+    -------
+    xarray.Dataset
+        What was measured, see `dpd.load`.
+
+    Raises
+    ------
+    dpd.UserError
+        If the scene is not allowed, a file cannot be read or written, or the run blows up.
+
+    Examples
+    --------
+    >>> import dpd
+    >>> fluid = {
+    ...     "dimension": 3, "box": 6, "molecules": [{"architecture": "A", "density": 3}],
+    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    ...     "steps": {"equilibrate": 100, "sample": 400}, "observe": ["thermo", "rdf"],
+    ... }
+    >>> run = dpd.run(fluid, progress=False)
+    >>> bool(0.9 < run.kT.mean() < 1.1)
+    True
+    >>> g = run.rdf.mean("block")  # the radial distribution function
+    >>> bool(g.sel(r=2.5, method="nearest") > 0.8)
+    True
+
+    A dict of another system follows from this one:
+
+    >>> hotter = dpd.run(fluid | {"thermostat": {"kT": 2}}, progress=False)
+    >>> bool(hotter.kT.mean() > 1.8)
+    True
+    """
+    scene = as_scene(scene)
+    if output is None:
+        _refuse_files_beside(scene)
+    with _output(output) as path:
+        inputs = _inputs(scene, start)
+        check_output(path, ".nc", inputs)
+        with ctrl_c() as asked:
+            order = Order(
+                scene, path, "dpd.run", Path(start) if start else None, keep_start=True,
+                threads=checked_threads(threads), inputs=inputs, stopping=asked, say=_warn,
+                tell=_say_nothing, progress=partial(Progress, bar=progress),
+            )  # fmt: skip
+            try:
+                run_alone(order)
+            except Stopped as stopped:
+                raise KeyboardInterrupt(str(stopped)) from None
+        return load(path)
+
+
+def as_scene(given: str | os.PathLike | Mapping[str, Any] | Scene) -> Scene:
+    """A scene from what a person gives for one.
+
+    Raises
+    ------
+    dpd.UserError
+        If it is not allowed.
+    """
+    if isinstance(given, Scene):
+        return given
+    if isinstance(given, str | os.PathLike):
+        return Scene.read(Path(given))
+    if isinstance(given, Mapping):
+        return Scene(plain(given))
+    raise UserError(
+        f"scene: {type(given).__name__} is none; allowed: a path of a YAML file, a dict, or a "
+        "dpd.Scene"
+    )
+
+
+def plain(value: Any) -> Any:
+    """The same as YAML has it: arrays and tuples as lists, numbers of NumPy as Python's."""
+    if isinstance(value, Mapping):
+        return {key: plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def checked_threads(threads: int) -> int:
+    """A number of threads that is one.
+
+    Raises
+    ------
+    dpd.UserError
+    """
+    try:
+        return count(str(threads))
+    except ArgumentTypeError as problem:
+        raise UserError(f"threads: {problem}") from None
+
+
+@contextmanager
+def _output(given: str | os.PathLike | None) -> Iterator[Path]:
+    """A path for the result: as asked for, or one that is there for a while."""
+    if given is not None:
+        yield Path(given)
+        return
+    with TemporaryDirectory(prefix="dpd-") as folder:
+        yield Path(folder) / "run.nc"
+
+
+def _refuse_files_beside(scene: Scene) -> None:
+    """Refuse a run whose files would be lost."""
+    for name in files_beside(scene, "run.nc"):
+        raise UserError(
+            f"{scene.where}: observe.{name}: writes a file beside the result, and no result is "
+            "kept; name one, as dpd.run(..., output='run.nc')"
+        )
+
+
+def _inputs(scene: Scene, start: str | os.PathLike | None) -> tuple[Path, ...]:
+    """Files that are read."""
+    return tuple(Path(path) for path in (scene.where, start) if path and Path(path).is_file())
+
+
+def _warn(sentence: str) -> None:
+    if sentence:
+        warnings.warn(sentence, stacklevel=2)
+
+
+def _say_nothing(sentence: str) -> None:
+    """What a command prints stands in the attributes of the result."""

@@ -1,0 +1,249 @@
+"""A sweep from Python: runs on several cores, kept in a folder, gathered into one dataset."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import yaml
+
+from dpd.analysis.collect import collect, save
+from dpd.api.datasets import CONVENTIONS, UNITS
+from dpd.api.runs import as_scene, checked_threads, plain
+from dpd.digest import PACKAGE
+from dpd.errors import UserError, shown
+from dpd.files import replace_whole
+from dpd.pipeline.paths import run_file
+from dpd.pipeline.points import fixed
+from dpd.pipeline.simulate import is_made
+from dpd.pipeline.sweep import Point, Sweep, unfold
+from dpd.progress import Progress
+from dpd.scene.schema import validate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import xarray as xr
+
+    from dpd.scene.scene import Scene
+
+WARNING = "warning: "  # what a command puts before one
+
+
+def sweep(
+    scene: str | os.PathLike | Mapping[str, Any] | Scene,
+    axes: Mapping[str, Sequence | Mapping],
+    *,
+    replicas: int = 1,
+    processes: int | None = None,
+    threads: int = 1,
+    output: str | os.PathLike | None = None,
+    progress: bool | None = None,
+) -> xr.Dataset:
+    """Simulate all combinations of some values of a scene.
+
+    Each run is a process of its own, with a seed that follows from the scene's seed and from the
+    values: more values or replicas change none of the former runs. Ctrl-C stops them all.
+
+    Parameters
+    ----------
+    scene : path, dict or dpd.Scene
+        See `dpd.run`. It names its scheme and time step, and observes ``thermo``.
+    axes : dict
+        Keys of the scene, joined by dots, as ``"core.radius"`` or ``"molecules.0.density"``; each
+        with a list of its values, which are numbers or words. Several keys, or text such as
+        ``"A 10"``, need a name and what the axis of a paper has (see config/README.md), as
+        ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
+    replicas : int, optional
+        Runs of each combination, with seeds of their own.
+    processes : int, optional
+        Runs at a time; if not given, as many as there are cores for.
+    threads : int, optional
+        Threads of each run.
+    output : path, optional
+        A folder for the results. Those that are there already, of the same scene and the same
+        version of this program, are not made again; a run that was stopped goes on. The dataset is
+        kept in it as ``sweep.nc``. Without it nothing is left on the disk.
+    progress : bool, optional
+        See `dpd.run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dimensions are the axes, by their keys, and ``replica``. A time series such as ``kT``
+        becomes its mean, with ``kT_error`` (a standard error that knows about correlation),
+        ``kT_correlation_time`` and more; averages and tables are kept whole.
+
+    Raises
+    ------
+    dpd.UserError
+        If a scene is not allowed, before anything is run; or if runs fail, once all have ended.
+
+    Examples
+    --------
+    >>> import dpd
+    >>> fluid = {
+    ...     "dimension": 3, "box": 4, "molecules": [{"architecture": "A", "density": 3}],
+    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    ...     "steps": {"equilibrate": 100, "sample": 300},
+    ... }
+    >>> found = dpd.sweep(fluid, {"repulsion.A A": [10, 25]}, replicas=2, progress=False)
+    >>> dict(found.pressure.sizes)
+    {'repulsion.A A': 2, 'replica': 2}
+    >>> soft, hard = found.pressure.mean("replica")
+    >>> bool(soft < hard), bool((found.pressure_error > 0).all())
+    (True, True)
+    """
+    planned = _planned(as_scene(scene), axes, replicas)
+    threads = checked_threads(threads)
+    workers = _workers(processes, threads)
+    with _folder(output) as folder:
+        _run_all(planned, folder, workers, threads, progress)
+        paths = [run_file(folder, point.name) for point in planned.points]
+        data = collect(planned, paths)
+        # Last configurations are for those who go on from a run.
+        data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
+        data = data.assign_attrs(Conventions=CONVENTIONS, comment=UNITS)
+        if output is not None:
+            save(data, folder / "sweep.nc")
+    return data
+
+
+def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int) -> Sweep:
+    """The points of a sweep.
+
+    Raises
+    ------
+    dpd.UserError
+    """
+    key = f"{fixed(scene).where}: sweep"
+    described = {}
+    for name, values in plain(axes).items():
+        if isinstance(values, dict):
+            axis = {"scene": {}, "axes": {name: values}}
+            paper = {"title": "", "reference": "", "figures": {}, "sweeps": {"sweep": axis}}
+            validate(paper, "paper", key)
+            described[name] = values
+        elif isinstance(values, list):
+            described[name] = {"values": values, "set": name, "units": "reduced", "long_name": name}
+        else:
+            raise UserError(f"{key}.axes.{name}: {shown(values)} is no list, such as [0.1, 0.2]")
+    if isinstance(replicas, bool) or not isinstance(replicas, int) or replicas < 1:
+        raise UserError(f"replicas: {replicas!r} is out of range; allowed: 1, 2, ...")
+    given = {"scene": scene.data, "replicas": replicas}
+    return unfold("dpd", "sweep", given, {}, key, described, "")
+
+
+def _workers(processes: int | None, threads: int) -> int:
+    cores = len(os.sched_getaffinity(0))
+    if processes is None:
+        return max(1, cores // threads)
+    if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
+        raise UserError(f"processes: {processes!r} is out of range; allowed: 1, 2, ...")
+    return processes
+
+
+@contextmanager
+def _folder(given: str | os.PathLike | None) -> Iterator[Path]:
+    """A folder for the results: as asked for, or one that is there for a while."""
+    if given is not None:
+        yield Path(given)
+        return
+    with TemporaryDirectory(prefix="dpd-") as folder:
+        yield Path(folder)
+
+
+class _Outcome(NamedTuple):
+    """What became of a point: sentences of warning, and what went wrong, if anything."""
+
+    point: str
+    warnings: Sequence[str] = ()
+    problem: str = ""
+
+
+class _Runs:
+    """Processes that run points of a sweep, each `python -m dpd run`.
+
+    Processes that Python's own pool starts would run a script anew that has no guard of
+    ``__main__``, and could not be stopped so that they keep their states.
+    """
+
+    def __init__(self, folder: Path, threads: int):
+        self._folder, self._threads = folder, threads
+        self._at_work: set[subprocess.Popen] = set()
+        self._stopped = False
+
+    def run(self, point: Point) -> _Outcome:
+        """Run a point, unless it was run before."""
+        result = Path(run_file(self._folder, point.name))
+        if self._stopped or is_made(point.scene, result):
+            return _Outcome(point.name)
+        scene = result.with_name("scene.yaml")
+        text = yaml.safe_dump(point.scene.data)
+        replace_whole(scene, lambda draft: draft.write_text(text))
+        command = [sys.executable, "-P", "-m", "dpd", "run", scene, "-o", result]
+        path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
+        child = subprocess.Popen(
+            [*map(str, command), "--threads", str(self._threads)], text=True,
+            env=os.environ | {"PYTHONPATH": path}, stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        )  # fmt: skip
+        self._at_work.add(child)
+        if self._stopped:
+            child.terminate()
+        _, said = child.communicate()
+        self._at_work.discard(child)
+        lines = said.strip().splitlines()
+        warned = [line.removeprefix(WARNING) for line in lines if line.startswith(WARNING)]
+        if child.returncode == 0:
+            return _Outcome(point.name, warned)
+        problem = lines[-1] if lines else f"ended with code {child.returncode}"
+        problem = problem.removeprefix("error: ").removeprefix(f"{scene}: ")
+        return _Outcome(point.name, warned, problem)
+
+    def stop(self) -> None:
+        """Ask all of them to keep their states and to end."""
+        self._stopped = True
+        for child in list(self._at_work):
+            child.terminate()
+
+
+def _run_all(
+    planned: Sweep, folder: Path, workers: int, threads: int, progress: bool | None
+) -> None:
+    """Run all points of a sweep that have not been run.
+
+    Raises
+    ------
+    dpd.UserError
+        If some of them failed, once the others have ended.
+    """
+    runs = _Runs(folder, threads)
+    points = planned.points
+    with (
+        Progress(len(points), "dpd.sweep", progress) as done,
+        ThreadPoolExecutor(workers) as pool,
+    ):
+        under_way: list[Future] = [pool.submit(runs.run, point) for point in points]
+        try:
+            for number, _ in enumerate(as_completed(under_way), 1):
+                done(number)
+        except BaseException:
+            runs.stop()
+            pool.shutdown(cancel_futures=True)
+            raise
+    outcomes = [future.result() for future in under_way]
+    for outcome in outcomes:
+        for sentence in outcome.warnings:
+            warnings.warn(f"{outcome.point}: {sentence}", stacklevel=3)
+    failed = [f"{outcome.point}: {outcome.problem}" for outcome in outcomes if outcome.problem]
+    if failed:
+        raise UserError(f"{len(failed)} of {len(points)} runs failed; the first: {failed[0]}")

@@ -1,0 +1,103 @@
+"""How a run begins: its first configuration is made, or read from a file of whatever origin."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from dpd import files
+from dpd.errors import UserError
+from dpd.scene.start import start_digest
+from dpd.stages import start_sources
+from dpd.start.files import read_start, write_start
+from dpd.start.make import make_start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dpd.engine.state import State
+    from dpd.scene.scene import Scene
+
+NETCDF = ".nc"
+# Parts of a scene that decide how beads move; a start from a run that had others is said to be one.
+MOTION = ("repulsion", "core", "bond", "thermostat", "integrator")
+
+
+class Begun(NamedTuple):
+    """A scene that knows where it starts from, and its first configuration."""
+
+    scene: Scene
+    state: State
+
+
+def begun(
+    scene: Scene,
+    path: Path | None,
+    progress: Callable[[int], object] | None,
+    say: Callable[[str], object],
+) -> Begun:
+    """Begin a run of one's own.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : Path or None
+        Of the first configuration. If nothing is there, it is made and kept there. A start of this
+        scene is taken as it is. Of any other file the scene's part ``start`` is replaced by
+        ``{method: file}``, so that what is in it becomes part of the scene.
+    progress : callable or None
+        See `dpd.start.make.make_start`.
+    say : callable
+        Called with a sentence for what a person should know of the file.
+
+    Returns
+    -------
+    Begun
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read, or holds another system.
+    """
+    if path is None:
+        return Begun(scene, make_start(scene, progress, say))
+    if not path.exists():
+        if path.suffix != NETCDF:
+            raise UserError(
+                f"{path}: there is no such file to start from. (A name in {NETCDF} that is not "
+                "there yet would be made.)"
+            )
+        write_start(scene, path, progress, say)
+        return Begun(scene, read_start(scene, path))
+    attributes = _attributes(path)
+    if "start_digest" in attributes and attributes["start_digest"] == start_digest(scene):
+        if attributes.get("start_sources") == start_sources(scene):
+            return Begun(scene, read_start(scene, path))
+        say(f"{path}: made by other sources than today's, which may make other bits of it")
+    former = _scene_of(attributes)
+    if changed := [key for key in MOTION if former and former.get(key) != scene.data.get(key)]:
+        say(f"{path}: made with other values of {', '.join(changed)} than this scene has")
+    if "scene_digest" in attributes and former.get("seed") == scene.data["seed"]:
+        say(
+            f"{path}: its run had the seed {scene.data['seed']} as well, so the same noise comes "
+            "again; another 'seed' makes the two independent"
+        )
+    scene = scene.starting_from(path)
+    return Begun(scene, make_start(scene, progress, say))
+
+
+def _attributes(path):
+    """Attributes of a NetCDF file; none of another one."""
+    if path.suffix != NETCDF:
+        return {}
+    return files.attributes(path)
+
+
+def _scene_of(attributes):
+    """What a file keeps of the scene that it was made from; nothing if that cannot be read."""
+    try:
+        found = json.loads(attributes.get("scene", "{}"))
+    except (ValueError, TypeError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,152 @@
+"""A finished run made longer, to the same bits as one that was planned that long."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dpd.drafts import remove_drafts
+from dpd.engine.checkpoint import key_of, refuse_other_file
+from dpd.files import attributes, check_output
+from dpd.interrupts import asked, listening
+from dpd.pipeline.kept import Former, read_former, refuse_other
+from dpd.pipeline.lock import alone
+from dpd.pipeline.running import say, say_if_resumed
+from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
+from dpd.progress import Progress
+from dpd.scene.scene import Scene
+from dpd.stages import run_sources
+
+NETCDF = ".nc"
+
+
+@dataclass(frozen=True)
+class Extension:
+    """Which run to make longer, and how.
+
+    Attributes
+    ----------
+    run : Path
+        The result of a run that kept its state.
+    sample : int
+        Steps of sampling to add.
+    output : Path
+        The file to write; it may be that of the run, which stays until the longer one is whole.
+    threads : int
+    every_seconds : float
+        Wall clock between checkpoints.
+    stopping, say, progress : callable
+        See `dpd.pipeline.running.Order`.
+    """
+
+    run: Path
+    sample: int
+    output: Path
+    threads: int = 1
+    every_seconds: float = 60.0
+    stopping: Callable[[], int] = asked
+    say: Callable[[str], None] = say
+    progress: Callable[[int, str], Progress] = Progress
+
+
+def extend(extension: Extension) -> dict[str, float]:
+    """Make a run longer, or go on with that where it was stopped or killed.
+
+    Parameters
+    ----------
+    extension : Extension
+
+    Returns
+    -------
+    dict
+        Summary, see `dpd.pipeline.simulate.simulate`.
+
+    Raises
+    ------
+    UserError
+        If the file is no run that can be made longer, see `dpd.pipeline.kept.read_former`; or as
+        `dpd.pipeline.running.run_alone` does.
+    Stopped
+        If a signal asked for it.
+    """
+    run, output = extension.run, extension.output
+    checkpoint = checkpoint_path(output)
+    check_output(output, NETCDF, [] if output == run else [run])
+    check_output(checkpoint, "", [run])
+    refuse_other_file(checkpoint)
+    refuse_other(run, attributes(run))  # before there is a lock beside what is no run at all
+    with alone(output, extension.say):
+        for path in (output, checkpoint):
+            remove_drafts(path)
+        former = read_former(run)  # as it is now that nobody else is at work on it
+        if output == run and _is_done(former, extension.sample, checkpoint):
+            checkpoint.unlink()
+            extension.say(
+                f"{run}: has been made longer before; what a killed command left is removed"
+            )
+            return summary_of_file(former.scene, run)
+        with listening():
+            return _go_on(former, extension, checkpoint)
+
+
+def _is_done(former: Former, sample: int, checkpoint: Path) -> bool:
+    """Whether this very extension was killed between its result and the end of its tidying up."""
+    first = former.attributes.get("extended_from_step")
+    left = key_of(checkpoint)
+    return (
+        first is not None
+        and int(first) + sample == former.state.step
+        and left.get("scene") == former.scene.digest
+    )
+
+
+def _go_on(former: Former, extension: Extension, checkpoint: Path) -> dict[str, float]:
+    begun = time.perf_counter()
+    scene = longer(former.scene, extension.sample)
+    if former.attributes.get("sources") != run_sources(scene):
+        extension.say(
+            f"{extension.run}: made by other sources than today's, so its last bits may differ "
+            "from those of a run that was made today"
+        )
+    say_if_resumed(checkpoint)
+    with extension.progress(sum(scene.steps), f"{extension.run}: longer") as progress:
+        how = RunSettings(
+            checkpoint, extension.every_seconds, extension.threads, progress, extension.stopping,
+            extension.say, begun, keep=True, former=former.observers,
+        )  # fmt: skip
+        return simulate(scene, extension.output, former.state, how)
+
+
+def longer(scene: Scene, sample: int) -> Scene:
+    """A scene with more steps of sampling.
+
+    An observable for which the scene does not say how often it looks may look less often in a
+    longer run. It then keeps its interval, unless the longer run would not have looked yet.
+
+    Parameters
+    ----------
+    scene : Scene
+    sample : int
+        Steps to add.
+
+    Returns
+    -------
+    Scene
+    """
+    done = scene.steps.sample
+    data: dict[str, Any] = scene.data | {"steps": scene.data["steps"] | {"sample": done + sample}}
+    found = Scene(data, scene.where)
+    kept = {
+        name: settings
+        for name, settings in scene.observe.items()
+        if settings["every"] != found.observe[name]["every"] <= done
+    }
+    if kept:
+        observe = []
+        for item in data["observe"]:
+            name = item if isinstance(item, str) else next(iter(item))
+            observe.append({name: kept[name]} if name in kept else item)
+        found = Scene(data | {"observe": observe}, scene.where)
+    found.chosen = scene.chosen
+    return found

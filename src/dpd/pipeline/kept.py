@@ -1,0 +1,245 @@
+"""What a run keeps in its result beside what it measured: its last configuration and its state.
+
+The last configuration is for everybody, see `dpd.particles.netcdf`. The group ``state`` is for
+`dpd.pipeline.extend` alone. It holds the arrays of a checkpoint (`dpd.engine.checkpoint.arrays_of`)
+that the last configuration lacks:
+
+- ``identity``, the order in which the engine stores beads: sums over pairs are added up in it;
+- ``force``, which a step begins with, and whose noise is that of the step before;
+- ``reference``, where the beads were when the list of pairs was made, if there is a list;
+- ``step``;
+- as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene, with
+  the samples that it remembers for a longer run (`dpd.observe.longer`).
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from dpd import files
+from dpd.engine.checkpoint import arrays_of, checksum_of, mistake_in, put_back
+from dpd.engine.state import State
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.observe.longer import MOST_REMEMBERED, bytes_to_remember, remember
+from dpd.particles.netcdf import attributes_of, particles_of, variables_of
+from dpd.particles.particles import Particles
+from dpd.scene.scene import Scene
+from dpd.start.make import species_of, system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+STATE = "state"  # name of the group
+IN_CONFIGURATION = ("position", "velocity", "species")
+CHECKSUM = "state_checksum"
+NO_STATE = "not_extendable"  # attribute that says why there is no such group
+
+
+class Kept(NamedTuple):
+    """What `dpd.files.write` takes: variables, attributes, groups."""
+
+    variables: dict[str, tuple]
+    attributes: dict[str, Any]
+    groups: dict[str, dict[str, np.ndarray]]
+
+
+NOTHING = Kept({}, {}, {})
+
+
+class Former(NamedTuple):
+    """A finished run that a longer one can go on from.
+
+    Attributes
+    ----------
+    scene : Scene
+    state : State
+    observers : list
+        With all that they had in the end.
+    attributes : dict
+        Of its file.
+    """
+
+    scene: Scene
+    state: State
+    observers: list[Any]
+    attributes: dict[str, Any]
+
+
+def remember_if_small(observers: list[Any], say: Callable[[str], object] | None) -> str:
+    """Let observables keep what a longer run needs, if that is not too much.
+
+    Parameters
+    ----------
+    observers : list
+    say : callable or None
+        Called with what is returned.
+
+    Returns
+    -------
+    str
+        Why they do not, or nothing.
+    """
+    size = bytes_to_remember(observers)
+    if size <= MOST_REMEMBERED:
+        remember(observers)
+        return ""
+    why = (
+        f"`dpd extend` cannot make this run longer: the samples that it needs would take "
+        f"{size / 2**20:.0f} MiB of memory and disk, and a run keeps up to "
+        f"{MOST_REMEMBERED / 2**20:.0f}; a larger 'every' of its observables makes them fewer"
+    )
+    if say:
+        say(why)
+    return why
+
+
+def last_configuration(scene: Scene, state: State) -> Particles:
+    """The beads of a state in the order of their identities."""
+    species = species_of(scene)
+    return Particles(
+        box=scene.box,
+        position=state.by_identity(state.position),
+        image=np.zeros(state.position.shape, np.int32),
+        velocity=state.by_identity(state.velocity),
+        species=np.zeros(scene.beads, np.uint8) if species is None else species,
+        names=scene.species,
+        bonds=scene.bonded,
+        step=state.step,
+    )
+
+
+def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str) -> Kept:
+    """What a run keeps at its end.
+
+    Parameters
+    ----------
+    scene : Scene
+    state : State
+    observers : list
+    why_not : str
+        From `remember_if_small`: if it says something, there is no group ``state``.
+    """
+    last = last_configuration(scene, state)
+    attributes = attributes_of(last)
+    if why_not:
+        return Kept(variables_of(last), attributes | {NO_STATE: why_not}, {})
+    arrays = arrays_of(state, observers)
+    attributes[CHECKSUM] = checksum_of(arrays)
+    stored = {
+        name.replace("/", "."): np.asarray(array)
+        for name, array in arrays.items()
+        if name not in IN_CONFIGURATION
+    }
+    return Kept(variables_of(last), attributes, {STATE: stored})
+
+
+def read_former(path: str | Path) -> Former:
+    """The finished run in a file.
+
+    Parameters
+    ----------
+    path : path
+        Of a ``run.nc``.
+
+    Returns
+    -------
+    Former
+
+    Raises
+    ------
+    UserError
+        If it is not the result of a run, or of one that cannot be made longer, or is damaged. All
+        arrays must be such as its run could have had in the end.
+    """
+    refuse_other(path, files.attributes(path))
+    variables, attributes = files.read(path)
+    stored = files.read_group(path, STATE)
+    scene = _scene_of(path, attributes)
+    if not stored:
+        why = attributes.get(NO_STATE) or (
+            "it holds no state to go on from. `dpd run` keeps one; a run of a study does if its "
+            "scene says 'keep_state: true'"
+        )
+        raise UserError(f"{path}: {why}")
+    last = particles_of(variables, attributes, path)
+    observers: list[Any] = list(observables(scene, system_of(scene), path))
+    remember(observers)
+    blank = _blank_state(scene)
+    arrays = _as_checkpoint(stored, last, blank)
+    whole = attributes.get(CHECKSUM) == checksum_of(arrays)
+    wrong = "" if whole else "its checksum does not fit"
+    wrong = wrong or mistake_in(arrays, blank, scene.box, observers, scene.steps)
+    if not wrong and int(arrays["step"]) != sum(scene.steps):
+        wrong = f"step {arrays['step']} of {sum(scene.steps)}"
+    if wrong:
+        raise UserError(
+            f"{path}: the state that it holds cannot be right ({wrong}), so no run can go on from "
+            "it; make the file anew"
+        )
+    return Former(scene, put_back(arrays, observers), observers, attributes)
+
+
+def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
+    """Refuse what is no result, and that of a run which was lost.
+
+    Parameters
+    ----------
+    path : path
+    attributes : dict
+        Of that file.
+
+    Raises
+    ------
+    UserError
+    """
+    if "scene" not in attributes or "scene_digest" not in attributes:
+        what = "a first configuration" if "start_digest" in attributes else "some other NetCDF file"
+        raise UserError(f"{path}: this is {what}, not the result of a run; name a run.nc")
+    lost = int(attributes.get("lost_step", -1))
+    if lost >= 0:
+        raise UserError(
+            f"{path}: this run was lost at step {lost} (it blew up, or its beads could not be "
+            "followed), so nothing can go on from it; run its scene with a smaller dt"
+        )
+
+
+def _scene_of(path, attributes):
+    """The scene of a result, with the scheme and step that were chosen for it."""
+    try:
+        data = json.loads(attributes["scene"])
+    except (ValueError, TypeError):
+        data = None
+    if not isinstance(data, dict):
+        raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
+    scene = Scene(data, str(path))
+    if "chosen" in attributes:
+        scene.chosen = {"said": attributes["chosen"]}
+    return scene
+
+
+def _blank_state(scene):
+    """A state of the scene as far as shapes and species go."""
+    zeros = np.zeros((scene.dimension, scene.beads))
+    identity = np.arange(scene.beads, dtype=np.uint32)
+    reference = zeros if scene.skin > 0 else None
+    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference)
+
+
+def _as_checkpoint(
+    stored: Mapping[str, np.ndarray], last: Particles, blank: State
+) -> dict[str, np.ndarray]:
+    """The arrays of a checkpoint, from those of the group and from the last configuration."""
+    arrays = {name.replace(".", "/"): np.asarray(array) for name, array in stored.items()}
+    identity = arrays.get("identity")
+    if identity is None or not np.array_equal(np.sort(identity), blank.identity):
+        return arrays  # which lack positions, and so cannot be right
+    arrays["position"] = last.position[:, identity]
+    arrays["velocity"] = last.velocity[:, identity] if last.velocity is not None else np.zeros(0)
+    if blank.species is not None:
+        arrays["species"] = last.species[identity]
+    return arrays

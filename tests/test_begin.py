@@ -1,0 +1,445 @@
+"""Runs that begin with a configuration from a file of any origin."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import yaml
+
+from dpd import files
+from dpd.commands.main import main
+from dpd.digest import PACKAGE
+from dpd.errors import UserError
+from dpd.particles.formats import read, write
+from dpd.pipeline.kept import last_configuration
+from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.pipeline.sweep import described_axes, merge, unfold
+from dpd.scene.scene import Scene
+from dpd.scene.start import start_digest
+from dpd.sources import file_of
+from dpd.stages import METHODS, unused_modules
+from dpd.start.make import make_start, species_of
+from dpd.start.matching import chains_of, order_of
+from dpd.start.quick import compile_start
+
+MELT = {
+    "dimension": 3,
+    "box": [4, 4.5, 5],
+    "molecules": [
+        {"architecture": "A 2 B", "count": 20}, {"architecture": "B", "count": 9},
+        {"architecture": "A B A", "count": 5}, {"architecture": "B", "count": 4},
+    ],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "bond": {"stiffness": 20, "length": 0.4},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 10, "sample": 40},
+    "observe": [{"thermo": {"every": 5}}, {"chains": {"every": 5}}],
+}  # fmt: skip
+
+
+def from_file(path, **more):
+    return MELT | {"start": {"method": "file", "path": str(path)} | more}
+
+
+@pytest.fixture
+def melt():
+    """A scene, and particles that are a start of it."""
+    scene = Scene(MELT)
+    return scene, last_configuration(scene, make_start(scene))
+
+
+def shuffled(particles, order):
+    """The same particles, bead ``order[k]`` of which is now bead k."""
+    number = np.empty(len(order), np.uint32)
+    number[order] = np.arange(len(order))
+    return particles._replace(
+        position=particles.position[:, order],
+        velocity=particles.velocity[:, order],
+        image=particles.image[:, order],
+        species=particles.species[order],
+        bonds=number[particles.bonds],
+    )
+
+
+@pytest.mark.parametrize("kind", ["nc", "gsd", "data"])
+def test_a_file_is_the_start(melt, tmp_path, kind):
+    """With its velocities, as exactly as the format has them."""
+    _, particles = melt
+    path = tmp_path / f"melt.{kind}"
+    write(particles, path)
+    said = []
+    state = make_start(Scene(from_file(path)), say=said.append)
+    close = {"nc": 0, "gsd": 1e-15, "data": 0}[kind]
+    np.testing.assert_allclose(state.position, particles.position, rtol=0, atol=10 * close)
+    np.testing.assert_array_equal(state.velocity, particles.velocity)
+    np.testing.assert_array_equal(state.species, particles.species)
+    assert state.step == 0 and state.force is None and said == []
+
+
+def test_a_checkpoint_and_a_start(tmp_path, folder, dpd):
+    """What this program leaves can be begun with as well."""
+    Path("melt.yaml").write_text(yaml.safe_dump(MELT))
+    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "run.nc")[0] == 0
+    begun = make_start(Scene(from_file("start.nc")))
+    np.testing.assert_array_equal(begun.position, make_start(Scene(MELT)).position)
+    np.testing.assert_array_equal(begun.velocity, make_start(Scene(MELT)).velocity)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_molecules_in_another_order(melt, tmp_path, seed):
+    """Any order of beads, also within molecules: each gets a place that its molecule has."""
+    scene, particles = melt
+    order = np.random.default_rng(seed).permutation(scene.beads)
+    path = tmp_path / "melt.nc"
+    write(shuffled(particles, order), path)
+    said = []
+    state = make_start(Scene(from_file(path)), say=said.append)
+    assert len(said) == 1 and "are in another order" in said[0]
+    # Which bead of the scene's own numbering each one was.
+    was = order[order_of(scene, read(path), "melt.nc")]
+    assert np.array_equal(np.sort(was), np.arange(scene.beads))
+    np.testing.assert_array_equal(state.position, particles.position[:, was])
+    np.testing.assert_array_equal(state.velocity, particles.velocity[:, was])
+    np.testing.assert_array_equal(species_of(scene)[was], species_of(scene))
+    bonds = {frozenset(bond) for bond in scene.bonded.tolist()}
+    assert {frozenset(bond) for bond in was[scene.bonded].tolist()} == bonds
+
+
+def test_the_same_order_stays(melt):
+    """Also where two kinds have the same beads, or a molecule is the same from both ends."""
+    scene, particles = melt
+    assert np.array_equal(order_of(scene, particles, "melt"), np.arange(scene.beads))
+
+
+def test_chains():
+    """By length, from their lower ends; found whatever the order of bonds."""
+    bonds = np.array([[4, 2], [2, 9], [7, 0], [9, 5], [1, 6]])
+    found = chains_of(bonds, 11, "file")
+    assert {length: table.tolist() for length, table in found.items()} == {
+        1: [[3], [8], [10]], 2: [[0, 7], [1, 6]], 4: [[4, 2, 9, 5]],
+    }  # fmt: skip
+
+
+def without(particles, bead):
+    """Particles that lack a bead, and its bonds."""
+    keep = np.arange(particles.position.shape[1]) != bead
+    bonds = particles.bonds[(particles.bonds != bead).all(axis=1)]
+    return particles._replace(
+        position=particles.position[:, keep], velocity=particles.velocity[:, keep],
+        image=particles.image[:, keep], species=particles.species[keep],
+        bonds=(bonds - (bonds > bead)).astype(np.uint32),
+    )  # fmt: skip
+
+
+def with_species(particles, bead, number):
+    species = particles.species.copy()
+    species[bead] = number
+    return particles._replace(species=species)
+
+
+def bonded(particles, *more):
+    bonds = np.concatenate([particles.bonds, np.array(more, np.uint32)])
+    return particles._replace(bonds=bonds)
+
+
+DIFFERENT = {
+    "box": (
+        lambda p: p._replace(box=(4, 4.5, 5.001)), ["its box is [4, 4.5, 5.001]", "[4, 4.5, 5]"],
+    ),
+    "dimension": (
+        lambda p: p._replace(
+            box=p.box[:2], position=p.position[:2], velocity=p.velocity[:2], image=p.image[:2]
+        ),
+        ["2 dimensions", "has 3"],
+    ),
+    "name": (lambda p: p._replace(names=("A", "W")), ["species 'W'", "has A, B"]),
+    "names the other way round": (
+        lambda p: p._replace(names=("B", "A")), ["0 molecules A 2 B for the 20"],
+    ),
+    "one bead less": (lambda p: without(p, 62), ["12 molecules B for the 13", "50 A, 37 B"]),
+    "one chain less": (
+        lambda p: without(without(without(p, 2), 1), 0), ["19 molecules A 2 B for the 20"],
+    ),
+    "a bond less": (lambda p: p._replace(bonds=p.bonds[1:]), ["19 molecules A 2 B for the 20"]),
+    "a bond more": (lambda p: bonded(p, [60, 61]), ["11 molecules B for the 13"]),
+    "chains joined": (lambda p: bonded(p, [2, 3]), ["18 molecules A 2 B for the 20"]),
+    "a branch": (lambda p: bonded(p, [1, 60]), ["bead 1 has 3 bonds", "linear"]),
+    "a ring": (lambda p: bonded(p, [2, 0]), ["bead 0 is of a molecule that is a ring"]),
+    "a bead of another species": (lambda p: with_species(p, 61, 0), ["12 molecules B for the 13"]),
+    "an end of another species": (
+        lambda p: with_species(p, 2, 0), ["19 molecules A 2 B for the 20"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_another_system_is_refused(melt, tmp_path, name):
+    """For what it is, with the first difference."""
+    change, words = DIFFERENT[name]
+    path = tmp_path / "melt.nc"
+    write(change(melt[1]), path)
+    with pytest.raises(UserError) as caught:
+        make_start(Scene(from_file(path), "scene.yaml"))
+    said = str(caught.value)
+    assert said.startswith(str(path)) and all(word in said for word in words), said
+
+
+def test_more_than_the_scene_has(melt, tmp_path):
+    """Also of a kind that it has."""
+    write(melt[1], tmp_path / "melt.nc")
+    for molecules, word in (
+        (
+            [*MELT["molecules"][:3], {"architecture": "B", "count": 3}],
+            "1 molecules more than scene; the first is B with",
+        ),
+        (
+            [*MELT["molecules"][:2], *MELT["molecules"][3:]],
+            "5 molecules more than scene; the first is A B A",
+        ),
+    ):
+        with pytest.raises(UserError, match=word):
+            make_start(Scene(from_file(tmp_path / "melt.nc") | {"molecules": molecules}))
+
+
+def test_velocities_that_are_missing(melt, tmp_path):
+    """They are drawn at the temperature of the start, by its seed, and that is said."""
+    write(melt[1]._replace(velocity=None), tmp_path / "melt.gsd")
+    said = []
+    one, other = (
+        make_start(Scene(from_file(tmp_path / "melt.gsd", kT=4, seed=seed)), say=said.append)
+        for seed in (1, 2)
+    )
+    np.testing.assert_array_equal(one.position, other.position)
+    assert (one.velocity != other.velocity).all()
+    assert 3 < np.mean(one.velocity**2) < 5 and np.abs(one.velocity.mean(axis=1)).max() < 1e-12
+    assert len(said) == 2 and "no velocities, so they are drawn at kT 4" in said[0]
+
+
+def test_relaxation_after_a_file(melt, tmp_path):
+    """As after any other method."""
+    write(melt[1], tmp_path / "melt.nc")
+    data = from_file(tmp_path / "melt.nc", relax={"steps": 20, "dt": 0.005})
+    relaxed = make_start(Scene(data)).position
+    assert (relaxed != melt[1].position).any() and np.isfinite(relaxed).all()
+
+
+def test_the_content_counts(melt, tmp_path):
+    """And not the place: an edited file is another start, and another scene."""
+    write(melt[1], tmp_path / "one.nc")
+    shutil.copy(tmp_path / "one.nc", tmp_path / "two.nc")
+    one, two = (Scene(from_file(tmp_path / name)) for name in ("one.nc", "two.nc"))
+    assert (one.digest, start_digest(one)) == (two.digest, start_digest(two))
+    write(melt[1]._replace(position=melt[1].position[:, ::-1]), tmp_path / "two.nc")
+    edited = Scene(from_file(tmp_path / "two.nc"))
+    assert edited.digest != one.digest and start_digest(edited) != start_digest(one)
+    with pytest.raises(UserError, match=r"not that of start\.sha256"):
+        make_start(two)  # which was read before the edit
+    first = Scene(from_file(tmp_path / "one.nc", frame=0))
+    assert first.digest != one.digest and start_digest(first) != start_digest(one)
+    # A scene that knows the content needs no file before it begins: as that of a finished run.
+    (tmp_path / "one.nc").unlink()
+    assert Scene(one.data).digest == one.digest
+
+
+def test_where_a_path_counts_from(melt, tmp_path, monkeypatch):
+    """From the file of the scene; without one, from the working folder; in a sweep, as told."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    write(melt[1], tmp_path / "scenes" / "melt.nc")
+    path = tmp_path / "scenes" / "scene.yaml"
+    path.write_text(yaml.safe_dump(from_file("melt.nc")))
+    assert Scene.read(path).data["start"]["path"] == str(tmp_path / "scenes" / "melt.nc")
+    assert Scene.read("../scenes/scene.yaml").digest == Scene.read(path).digest
+    with pytest.raises(UserError, match=r"start\.path: .*work/melt\.nc: there is no such file"):
+        Scene(from_file("melt.nc"))
+    assert Scene(from_file("../scenes/melt.nc")).digest == Scene.read(path).digest
+    given = {"scene": from_file("melt.nc"), "axes": {}}
+    axes = described_axes(given, {}, "key", "quick")
+    sweep = unfold("p", "s", given, {}, "where", axes, "quick", tmp_path / "scenes")
+    assert sweep.points[0].scene.data["start"]["sha256"] == Scene.read(path).data["start"]["sha256"]
+
+
+BAD_SCENES = {
+    "no path": ({"method": "file"}, "the key 'path' is missing"),
+    "not there": ({"method": "file", "path": "no.gsd"}, "no such file"),
+    "a folder": ({"method": "file", "path": "."}, "is not a file"),
+    "empty": ({"method": "file", "path": ""}, "start.path"),
+    "a path for nothing": ({"path": "a.gsd"}, "start.path: has no effect with method 'random'"),
+    "a frame for nothing": ({"method": "slabs", "frame": 1}, "start.frame: has no effect"),
+    "no digest": ({"method": "file", "path": "a.gsd", "sha256": "12"}, "start.sha256"),
+    "half a frame": ({"method": "file", "path": "a.gsd", "frame": 0.5}, "start.frame"),
+    "forces for nothing": (
+        {"method": "file", "path": "a.gsd", "sha256": "0" * 64, "forces": {"gamma": 1}},
+        "start.forces: has no effect",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_SCENES)
+def test_what_a_scene_may_not_say(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    start, words = BAD_SCENES[name]
+    with pytest.raises(UserError) as caught:
+        Scene(MELT | {"start": start}, "scene.yaml")
+    assert str(caught.value).startswith("scene.yaml: ") and words in str(caught.value)
+
+
+def test_scenes_that_read_no_file_do_not_depend_on_readers():
+    """Their runs and starts stay as they are when a reader is edited."""
+    assert unused_modules(frozenset(), frozenset()) >= set(METHODS.values())
+    assert not unused_modules(frozenset(), frozenset(), frozenset(METHODS)) & set(METHODS.values())
+    assert all(file_of(module).is_relative_to(PACKAGE) for module in METHODS.values())
+
+
+def test_kernels_are_compiled_without_the_file():
+    """Which need not be there yet, or may be large."""
+    start = {"method": "file", "path": "no.gsd", "sha256": "0" * 64}
+    relax = {"relax": {"steps": 500, "dt": 0.001}}
+    assert compile_start(Scene(MELT | {"start": start | relax})).position.shape == (3, 88)
+
+
+# The command.
+
+
+@pytest.fixture
+def told(capsys):
+    """A command in this process: its exit code and all that it said."""
+
+    def command(*words):
+        code = main([str(word) for word in words])
+        said = capsys.readouterr()
+        return code, said.out + said.err
+
+    return command
+
+
+@pytest.fixture
+def work(folder):
+    """A scene in the working folder, and the finished run of it."""
+    Path("melt.yaml").write_text(yaml.safe_dump(MELT))
+    scene = Scene(MELT)
+    simulate(scene, "run.nc", make_start(scene), RunSettings(keep=True))
+    return folder
+
+
+def begun_with(path):
+    """Positions and velocities with which a run begins."""
+    state = make_start(Scene(from_file(path)))
+    return np.stack([state.position, state.velocity])
+
+
+def test_a_run_begins_where_another_ended(work, told):
+    """With its velocities; other parameters are said, and so is the same noise."""
+    code, said = told("run", "melt.yaml", "--start", "run.nc", "-o", "next.nc")
+    assert code == 0 and "the same noise comes again" in said and "other values" not in said
+    other = merge(MELT, {"repulsion": {"A B": 40}, "thermostat": {"kT": 0.9}, "seed": 7})
+    Path("melt.yaml").write_text(yaml.safe_dump(other))
+    code, said = told("run", "melt.yaml", "--start", "run.nc", "-o", "third.nc")
+    assert code == 0 and "other values of repulsion, thermostat than" in said
+    assert "noise" not in said
+    attributes = files.read("third.nc")[1]
+    start = json.loads(attributes["scene"])["start"]
+    assert start["method"] == "file" and start["path"] == os.path.abspath("run.nc")
+    last = files.read("run.nc")[0]
+    np.testing.assert_array_equal(
+        begun_with("run.nc"), np.stack([last["last_position"], last["last_velocity"]])
+    )
+
+
+@pytest.mark.parametrize("kind", ["gsd", "data"])
+def test_a_run_begins_with_a_file_of_another_program(work, dpd, kind):
+    """The option, and the key of the scene, are the same."""
+    assert dpd("convert", "run.nc", f"melt.{kind}")[0] == 0
+    assert dpd("run", "melt.yaml", "--start", f"melt.{kind}", "-o", "one.nc")[0] == 0
+    Path("melt.yaml").write_text(yaml.safe_dump(from_file(f"melt.{kind}")))
+    assert dpd("run", "melt.yaml", "-o", "two.nc")[0] == 0
+    (one, told), (two, also) = files.read("one.nc"), files.read("two.nc")
+    assert told["scene_digest"] == also["scene_digest"]
+    for name, values in one.items():
+        np.testing.assert_array_equal(values, two[name], err_msg=name)
+
+
+def test_a_start_of_other_sources(work, dpd, told):
+    """One's own run takes it and says so; another scene's start is taken if the beads are there."""
+    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "one.nc")[0] == 0
+    with netCDF4.Dataset("start.nc", "a") as file:
+        file.start_sources = "0" * 12
+    code, said = told("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")
+    assert code == 0 and "start.nc: made by other sources than today's" in said
+    one, two = (files.read(name)[0] for name in ("one.nc", "two.nc"))
+    for name, values in one.items():
+        np.testing.assert_array_equal(values, two[name], err_msg=name)
+    Path("melt.yaml").write_text(yaml.safe_dump(MELT | {"seed": 5}))
+    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")[0] == 0
+    fewer = [{"architecture": "A 2 B", "count": 20}, {"architecture": "A B A", "count": 5}]
+    Path("melt.yaml").write_text(yaml.safe_dump(MELT | {"molecules": fewer}))
+    code, said = dpd("run", "melt.yaml", "--start", "start.nc", "-o", "three.nc")
+    assert (
+        code == 1
+        and "13 molecules more than melt.yaml; the first is B" in said
+        and not Path("three.nc").exists()
+    )
+
+
+def test_a_name_that_is_not_there(work, dpd):
+    """It is made if it can be one of ours, and otherwise it is a mistake."""
+    code, said = dpd("run", "melt.yaml", "--start", "melt.gsd", "-o", "one.nc")
+    assert code == 1 and "melt.gsd: there is no such file to start from" in said
+    assert sorted(os.listdir()) == ["melt.yaml", "run.nc", "scene.yaml"]
+
+
+def damaged(kind):
+    """A file in the working folder, and ways to spoil it."""
+    write(read("run.nc"), f"melt.{kind}")
+    data, rng = Path(f"melt.{kind}").read_bytes(), np.random.default_rng(3)
+    for share in (0, 0.001, 0.05, 0.3, 0.6, 0.95, 0.999):
+        yield f"cut off at {share}", data[: int(share * len(data))]
+    for size in (1, 100, 10_000):
+        yield f"{size} random bytes", rng.bytes(size)
+
+
+@pytest.mark.parametrize("kind", ["nc", "gsd", "data", "lmp"])
+def test_damaged_files(work, dpd, kind):
+    """One sentence that names the file, whether by option or in the scene; nothing is written."""
+    for what, data in list(damaged(kind)):
+        Path(f"melt.{kind}").write_bytes(data)
+        Path("other.yaml").write_text(yaml.safe_dump(from_file(f"melt.{kind}")))
+        before = sorted(os.listdir())
+        for words in (("melt.yaml", "--start", f"melt.{kind}"), ("other.yaml",)):
+            code, said = dpd("run", *words, "-o", "out.nc")
+            assert code == 1 and said.startswith("error: "), (what, said)
+            assert f"melt.{kind}" in said and said.count("\n") == 1, (what, said)
+            assert sorted(os.listdir()) == before, what
+
+
+def test_what_is_no_file(work, dpd):
+    """A folder, a device, a suffix that nobody knows, one that may not be read."""
+    Path("melt.gsd").mkdir()
+    Path("melt.txt").write_text("A 0 0 0")
+    for name, words in (
+        ("melt.gsd", "is not a file"), ("/dev/zero", "is not a file"),
+        ("melt.txt", "suffix '.txt'"), ("scene.yaml", "suffix '.yaml'"),
+    ):  # fmt: skip
+        code, said = dpd("run", "melt.yaml", "--start", name, "-o", "out.nc")
+        assert code == 1 and words in said and said.count("\n") == 1, said
+    assert not Path("out.nc").exists()
+
+
+def test_numbers_that_are_none(work, dpd):
+    """In a file that is whole otherwise."""
+    for name in ("last_position", "last_velocity"):
+        shutil.copy("run.nc", "bad.nc")
+        with netCDF4.Dataset("bad.nc", "a") as file:
+            file[name][0, 5] = np.nan
+        code, said = dpd("run", "melt.yaml", "--start", "bad.nc", "-o", "out.nc")
+        assert code == 1 and "bead 5" in said and "not a finite number" in said
+    shutil.copy("run.nc", "bad.nc")
+    with netCDF4.Dataset("bad.nc", "a") as file:
+        file["last_position"][1, 3] = 44.5
+    code, said = dpd("run", "melt.yaml", "--start", "bad.nc", "-o", "out.nc")
+    assert code == 1 and "bead 3 is at 44.5 along y" in said

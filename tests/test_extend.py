@@ -1,0 +1,548 @@
+"""A run made longer is the run that was planned that long, bit for bit."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import yaml
+
+from dpd import files
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.observe import OBSERVABLES, observables
+from dpd.observe.blocks import BlockSums
+from dpd.observe.longer import bytes_to_remember, go_on_from
+from dpd.observe.multitau import MultipleTau
+from dpd.pipeline import kept, probing
+from dpd.pipeline.extend import Extension, extend, longer
+from dpd.pipeline.kept import STATE, read_former
+from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.pipeline.sweep import merge
+from dpd.scene import scene as scene_module
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+
+CHAINS = {
+    "dimension": 2,
+    "box": 6,
+    "molecules": [{"architecture": "A 2 B", "count": 25}, {"architecture": "B", "count": 11}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "bond": {"stiffness": 20, "length": 0.4},
+    "integrator": {"scheme": "gw-vv", "dt": 0.004},
+    "steps": {"equilibrate": 7, "sample": 700},
+    "observe": [
+        "configuration", {"thermo": {"every": 4}}, {"rdf": {"range": 2, "every": 3}},
+        {"profile": {"every": 11}}, {"bonds": {"every": 7}}, {"chains": {"every": 5}},
+        {"displacement": {"every": 2}}, {"end_to_end": {"every": 3}}, {"trace": {"every": 10}},
+        {"configurational": {"every": 50}},
+    ],
+}  # fmt: skip
+IN_PLANE = CHAINS | {
+    "observe": [*CHAINS["observe"], {"crossings": {"every": 6}}, {"trajectory": {"every": 50}}]
+}
+IN_SPACE = CHAINS | {
+    "dimension": 3,
+    "box": [4, 4.5, 5],
+    "observe": [*CHAINS["observe"], {"passes": {"every": 6}}, {"trajectory": {"every": 9}}],
+    "integrator": {"scheme": "dpd-vv", "dt": 0.02},
+}
+# Looking as often as is usual, which in a short run is once, in its end.
+USUAL = IN_PLANE | {
+    "observe": [
+        next(iter(item)) if isinstance(item, dict) else item for item in IN_PLANE["observe"]
+    ],
+    "box": 8, "molecules": [{"architecture": "A 2 B", "count": 40}],
+}  # fmt: skip
+FLUID = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 20, "sample": 1300},
+    "observe": ["thermo", {"rdf": {"range": 2}}, {"displacement": {"every": 1}}],
+}
+
+
+def with_scheme(scheme, base=FLUID):
+    return merge(base, {"integrator": {"scheme": scheme}})
+
+
+CORE = {"core": {"radius": 0.2, "force": 50}, "observe": [{"displacement": {"every": 1}}]}
+LANGEVIN = {"thermostat": {"kind": "langevin"}}
+# Systems, steps of sampling of the shorter run, and threads.
+CASES = {
+    "2D, chains, a list": (IN_PLANE, 333, 1),
+    "2D, chains, threads": (IN_PLANE, 501, 2),
+    "2D, before most have looked": (USUAL, 9, 1),
+    "2D, one step": (USUAL, 1, 1),
+    "2D, as often as usual": (USUAL, 463, 1),
+    "2D, one step is missing": (IN_PLANE, 699, 1),
+    "2D, cells": (merge(IN_PLANE, {"pairs": {"search": "cells"}}), 333, 1),
+    "3D, chains": (IN_SPACE, 345, 1),
+    "3D, chains, a list": (merge(IN_SPACE, {"pairs": {"search": "list"}}), 345, 1),
+    "3D, fluid, longer than a stretch": (FLUID, 777, 1),
+    "3D, no equilibration": (merge(FLUID, {"steps": {"equilibrate": 0}}), 777, 1),
+    "euler": (with_scheme("euler"), 777, 1),
+    "verlet": (with_scheme("verlet-no-acceleration"), 777, 1),
+    "dpd-vv": (with_scheme("dpd-vv"), 777, 1),
+    "shardlow": (with_scheme("shardlow"), 777, 1),
+    "lowe-andersen": (with_scheme("lowe-andersen"), 777, 1),
+    "aboba": (with_scheme("aboba", IN_SPACE), 345, 1),
+    "langevin": (FLUID | LANGEVIN, 777, 1),
+    "core": (FLUID | CORE | {"integrator": {"scheme": "gw-vv", "dt": 0.005}}, 777, 1),
+}
+
+
+def test_all_observables_are_in_the_cases():
+    """One that is new has to be put into one of them."""
+    seen = {name for data, _, _ in CASES.values() for name in Scene(data).observe}
+    assert seen == set(OBSERVABLES)
+
+
+def sampled(data, sample):
+    """The same scene with another number of steps of sampling."""
+    return merge(data, {"steps": {"sample": sample}})
+
+
+def run(data, path, **settings):
+    """A run of a scene that keeps its state."""
+    scene = Scene(data)
+    simulate(scene, path, make_start(scene), RunSettings(keep=True, **settings))
+    return path
+
+
+def assert_same(one, other):
+    """All variables of two results, the last configuration, and the state for longer ones."""
+    (first, told), (second, also) = files.read(one), files.read(other)
+    groups = files.read_group(one, STATE), files.read_group(other, STATE)
+    for mine, its in ((first, second), groups):
+        assert mine.keys() == its.keys() and mine
+        for name, values in mine.items():
+            assert values.dtype == its[name].dtype, name
+            np.testing.assert_array_equal(values, its[name], err_msg=name)
+    beside = [Path(path).with_suffix(".gsd") for path in (one, other)]
+    if beside[0].exists() or beside[1].exists():
+        assert beside[0].read_bytes() == beside[1].read_bytes()
+    for name in ("steps", "scene_digest", "sources", "last_step", "state_checksum", "lost_step"):
+        assert told[name] == also[name], name
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_longer_is_as_planned_that_long(tmp_path, case):
+    """Every variable of every observable, whatever it looked at when the shorter run ended."""
+    data, sample, threads = CASES[case]
+    whole = run(data, tmp_path / "whole.nc")
+    part = run(sampled(data, sample), tmp_path / "part.nc")
+    more = Scene(data).steps.sample - sample
+    extend(Extension(part, more, tmp_path / "longer.nc", threads))
+    assert_same(whole, tmp_path / "longer.nc")
+    assert read_former(part).scene.steps.sample == sample  # it stays as it was
+
+
+def test_longer_again_and_again(tmp_path):
+    """In its place."""
+    whole = run(IN_PLANE, tmp_path / "whole.nc")
+    part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
+    for more in (1, 99, 37, 463):
+        extend(Extension(part, more, part))
+    assert_same(whole, part)
+    names = ["part.gsd", "part.nc", "whole.gsd", "whole.nc"]
+    assert [path.name for path in sorted(tmp_path.iterdir())] == names
+
+
+def test_a_trajectory_that_is_gone(tmp_path):
+    """Or another one: said, and nothing is lost."""
+    part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
+    trajectory = tmp_path / "part.gsd"
+    before, frames = part.read_bytes(), trajectory.read_bytes()
+    other = run(sampled(IN_PLANE | {"seed": 2}, 100), tmp_path / "other.nc")
+    for change, words in (
+        (trajectory.unlink, "cannot be read"),
+        (lambda: trajectory.write_bytes(frames[:-1000]), r"part\.gsd"),
+        (lambda: shutil.copy(other.with_suffix(".gsd"), trajectory), "not those that the run has"),
+    ):
+        change()
+        with pytest.raises(UserError, match=words):
+            extend(Extension(part, 100, tmp_path / "longer.nc"))
+        assert part.read_bytes() == before and not (tmp_path / "longer.nc").exists()
+    trajectory.write_bytes(frames)
+    for path in (tmp_path / "longer.nc", part):
+        extend(Extension(part, 600, path))
+    assert_same(run(IN_PLANE, tmp_path / "whole.nc"), tmp_path / "longer.nc")
+    assert_same(tmp_path / "whole.nc", part)
+
+
+@pytest.mark.parametrize("samples", [(1, 2), (5, 700), (17, 160), (159, 161), (640, 3000)])
+def test_correlations_that_go_on(samples):
+    """Over levels that the shorter run was not planned to have, and parts of another length."""
+    part, whole = samples
+    series = np.random.default_rng(part).normal(size=(whole, 2, 3))
+
+    def compare(now, then):
+        return np.stack([(now * then).sum(axis=0), now[0] - then[0]])
+
+    def added(into, some):
+        for sample in some:
+            into.add(sample, compare)
+        return into
+
+    plain = added(MultipleTau(whole, (2, 3), 2), series)
+    shorter = MultipleTau(part, (2, 3), 2)
+    shorter.remember()
+    added(shorter, series[:part])
+    for remembers in (True, False):
+        longer_one = MultipleTau(whole, (2, 3), 2)
+        if remembers:
+            longer_one.remember()
+        longer_one.go_on_from(shorter.arrays)
+        added(longer_one, series[part:])
+        for one, other in zip(plain.results(), longer_one.results()):
+            np.testing.assert_array_equal(one, other)
+
+
+def test_what_is_remembered_changes_no_result():
+    """And takes the room that it is said to take."""
+    for make in (lambda: BlockSums((7,), 345), lambda: MultipleTau(345, (2, 7), 2)):
+        one = make()
+        one.remember()
+        assert one.arrays["each"].nbytes == one.remembered
+
+
+def test_a_run_that_keeps_its_state_measures_the_same(tmp_path):
+    """It has the last configuration beside it, and nothing else."""
+    scene = Scene(IN_PLANE)
+    simulate(scene, tmp_path / "bare.nc", make_start(scene))
+    kept_too = files.read(run(IN_PLANE, tmp_path / "kept.nc"))[0]
+    bare, attributes = files.read(tmp_path / "bare.nc")
+    assert not files.read_group(tmp_path / "bare.nc", STATE) and "last_box" not in attributes
+    for name, values in bare.items():
+        np.testing.assert_array_equal(values, kept_too[name], err_msg=name)
+    more = {"last_position", "last_velocity", "last_species", "last_names", "last_bonds"}
+    assert kept_too.keys() - bare.keys() == more
+
+
+@pytest.mark.parametrize(("asked", "usual"), [(True, False), (False, True)])
+def test_a_scene_may_say_whether_it_is_kept(tmp_path, asked, usual):
+    """Whoever runs it."""
+    scene = Scene(sampled(FLUID, 20) | {"keep_state": asked})
+    simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(keep=usual))
+    assert bool(files.read_group(tmp_path / "run.nc", STATE)) is asked
+    assert ("last_position" in files.read(tmp_path / "run.nc")[0]) is asked
+
+
+def test_a_longer_run_keeps_how_often_it_looks(monkeypatch):
+    """Where the scene does not say it, and a longer run would look less often."""
+    monkeypatch.setattr(scene_module, "MOST_SAMPLES", 50)
+    scene = Scene(FLUID | {"observe": ["thermo", "configuration", {"rdf": {"range": 2}}]})
+    found = longer(scene, 2600)
+    assert scene.observe["thermo"]["every"] == 26  # and not 78
+    assert found.observe["thermo"] == scene.observe["thermo"]
+    assert found.observe["configuration"]["every"] == 3900
+    assert found.data["observe"][1] == "configuration" and found.steps == (20, 3900)
+    # It would not have looked yet: then it looks as the longer run does.
+    short = Scene(sampled(FLUID, 2))
+    assert short.observe["rdf"]["every"] == 2
+    assert longer(short, 1298).digest == Scene(FLUID).digest
+
+
+def test_other_intervals_cannot_be_joined():
+    """Whoever tries it."""
+    scenes = [Scene(FLUID | {"observe": [{"thermo": {"every": every}}]}) for every in (3, 4)]
+    one, other = (observables(scene, system_of(scene))[0] for scene in scenes)
+    go_on_from(other, one, 3)
+    with pytest.raises(ValueError, match="every 4 steps"):
+        go_on_from(other, one, 4)
+
+
+def test_a_length_in_tau(tmp_path):
+    """Steps are added to those that the time makes."""
+    scene = {key: value for key, value in FLUID.items() if key != "steps"}
+    part = run(scene | {"duration": {"equilibrate": 0.8, "sample": 4}}, tmp_path / "part.nc")
+    extend(Extension(part, 33, part))
+    assert files.attribute(part, "steps") == 20 + 100 + 33
+    whole = run(merge(FLUID, {"steps": {"sample": 133}}), tmp_path / "whole.nc")
+    for name, values in files.read(whole)[0].items():
+        np.testing.assert_array_equal(values, files.read(part)[0][name], err_msg=name)
+
+
+def test_the_scheme_that_was_chosen_stays(tmp_path, monkeypatch):
+    """It is not looked for again."""
+    data = FLUID | {"integrator": {"scheme": "auto", "tolerance": 0.05}}
+    scene = Scene(merge(data, {"steps": {"sample": 60}}))
+    state = make_start(scene)
+    settled = probing.settle(scene, state)
+    part = tmp_path / "part.nc"
+    simulate(settled, part, state, RunSettings(keep=True))
+    monkeypatch.setattr(probing, "settle", None)
+    extend(Extension(part, 40, part))
+    attributes = files.read(part)[1]
+    assert attributes["chosen"] == settled.chosen["said"]
+    assert json.loads(attributes["scene"])["integrator"] == settled.data["integrator"]
+
+
+def test_other_sources_are_said(tmp_path, capsys):
+    """And the run goes on."""
+    part = run(sampled(FLUID, 20), tmp_path / "part.nc")
+    extend(Extension(part, 20, part))
+    assert "sources" not in capsys.readouterr().err
+    with netCDF4.Dataset(part, "a") as file:
+        file.sources = "0" * 12
+    extend(Extension(part, 20, part))
+    assert "made by other sources than today's" in capsys.readouterr().err
+
+
+def test_too_much_to_remember(tmp_path, monkeypatch, capsys):
+    """The last configuration is kept; a longer run of a run that remembered is still made."""
+    part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
+    scene = Scene(sampled(IN_PLANE, 100))
+    size = bytes_to_remember(observables(scene, system_of(scene)))
+    assert size > 0
+    monkeypatch.setattr(kept, "MOST_REMEMBERED", size)
+    extend(Extension(part, 600, part))
+    assert "cannot make this run longer" in capsys.readouterr().err
+    whole = run(IN_PLANE, tmp_path / "whole.nc")
+    for name, values in files.read(whole)[0].items():
+        np.testing.assert_array_equal(values, files.read(part)[0][name], err_msg=name)
+    assert "last_position" in files.read(part)[0] and not files.read_group(part, STATE)
+    with pytest.raises(Exception, match="MiB of memory and disk, and a run keeps up to"):
+        extend(Extension(part, 1, part))
+
+
+# The command.
+
+
+@pytest.fixture
+def finished(folder, dpd):
+    """A run in the folder, made by the command."""
+    scene = yaml.safe_load(Path("scene.yaml").read_text())
+    Path("scene.yaml").write_text(yaml.safe_dump(sampled(scene, 100)))
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    Path("scene.yaml").write_text(yaml.safe_dump(sampled(scene, 230)))
+    return Path("run.nc")
+
+
+def test_the_command(finished, dpd):
+    """In place, and elsewhere."""
+    assert dpd("extend", "run.nc", "--sample", 130, "-o", "longer.nc", "--threads", 2)[0] == 0
+    before = finished.read_bytes()
+    assert dpd("extend", "run.nc", "--sample", 130)[0] == 0
+    assert finished.read_bytes() != before
+    assert dpd("run", "scene.yaml", "-o", "whole.nc")[0] == 0
+    assert_same("whole.nc", "longer.nc")
+    assert_same("whole.nc", "run.nc")
+    assert sorted(os.listdir()) == ["longer.nc", "run.nc", "scene.yaml", "whole.nc"]
+
+
+LONG = merge(FLUID, {"steps": {"sample": 30_000}}) | {
+    "observe": [
+        {"thermo": {"every": 10}}, {"displacement": {"every": 5}}, {"trajectory": {"every": 30}}
+    ]
+}  # fmt: skip
+
+
+def started(*arguments):
+    """The command in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "dpd", *map(str, arguments)], stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("place", ["run.nc", "longer.nc"])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_killed_and_gone_on(folder, dpd, number, place):
+    """As often as it happens; the old result is there until the new one is whole."""
+    run(sampled(LONG, 1003), "run.nc")
+    before, frames = Path("run.nc").read_bytes(), Path("run.gsd").read_bytes()
+    command = (
+        "extend", "run.nc", "--sample", 28_997, "-o", place, "--checkpoint-every", 0,
+    )  # fmt: skip
+    checkpoint, kills = checkpoint_path(place), 0
+    for _ in range(3):
+        last = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
+        process = started(*command)
+        while process.poll() is None:
+            if checkpoint.exists() and checkpoint.stat().st_mtime_ns > last:
+                process.send_signal(number)
+                kills += 1
+                break
+            time.sleep(0.001)
+        process.communicate()
+        if process.returncode != 0:
+            assert Path("run.nc").read_bytes() == before
+            assert Path("run.gsd").read_bytes() == frames
+    assert kills > 0
+    if checkpoint.exists():
+        code, said = dpd(*command)
+        assert code == 0 and "run to resume" in said and "starting anew" not in said
+    run(LONG, "whole.nc")
+    assert_same("whole.nc", place)
+    assert not checkpoint.exists()
+
+
+def test_killed_between_the_result_and_the_end(finished, dpd):
+    """The same command does not make the run longer once more; a new one does."""
+    checkpoint = checkpoint_path(finished)
+    former = read_former(finished)
+    scene = longer(former.scene, 50)
+
+    class Enough(Exception):
+        """Ends the run."""
+
+    def stop(done):
+        if checkpoint.exists():
+            raise Enough
+
+    with pytest.raises(Enough):
+        settings = RunSettings(checkpoint, 0, keep=True, progress=stop, former=former.observers)
+        simulate(scene, finished, former.state, settings)
+    left = checkpoint.read_bytes()
+    assert dpd("extend", "run.nc", "--sample", 50)[0] == 0
+    checkpoint.write_bytes(left)
+    code, said = dpd("extend", "run.nc", "--sample", 50)
+    assert code == 0 and "has been made longer before" in said and not checkpoint.exists()
+    assert files.attribute(finished, "steps") == 20 + 150
+    checkpoint.write_bytes(left)
+    code, said = dpd("extend", "run.nc", "--sample", 80)
+    assert code == 0 and files.attribute(finished, "steps") == 20 + 230
+
+
+# What is refused: in one sentence, with nothing written.
+
+
+def refused(dpd, *words, more=10):
+    """What the command says of run.nc, with all files left as they are."""
+    before = {path: path.read_bytes() for path in Path().iterdir() if path.is_file()}
+    code, said = dpd("extend", "run.nc", "--sample", more)
+    assert code == 1 and said.startswith("error: run.") and said.count("\n") == 1, said
+    assert all(word in said for word in words), said
+    assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
+
+
+def test_what_is_no_run(finished, dpd):
+    """Other files, a folder, nothing."""
+    assert dpd("run", "scene.yaml", "--start", "start.nc", "-o", "other.nc")[0] == 0
+    shutil.copy("start.nc", "run.nc")
+    refused(dpd, "a first configuration", "name a run.nc")
+    files.write("run.nc", {}, {})
+    refused(dpd, "some other NetCDF file")
+    finished.unlink()
+    refused(dpd, "no such file")
+    finished.mkdir()
+    refused(dpd, "folder")
+
+
+def test_a_run_that_keeps_no_state(finished, dpd):
+    """As those of a study."""
+    scene = Scene.read("scene.yaml")
+    simulate(scene, finished, make_start(scene))
+    refused(dpd, "holds no state to go on from", "keep_state: true")
+
+
+def test_a_run_that_was_lost(finished, dpd):
+    """It is over."""
+    scene = Scene(FLUID | {"unstable": "record", "integrator": {"scheme": "gw-vv", "dt": 2}})
+    simulate(scene, finished, make_start(scene), RunSettings(keep=True))
+    assert files.attribute(finished, "lost_step") >= 0
+    refused(dpd, "was lost at step", "smaller dt")
+
+
+@pytest.mark.parametrize("share", [0, 0.001, 0.1, 0.5, 0.9, 0.999])
+def test_a_file_that_is_cut_off(finished, dpd, share):
+    """Anywhere."""
+    data = finished.read_bytes()
+    finished.write_bytes(data[: int(share * len(data))])
+    refused(dpd, "not a whole NetCDF file")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_bytes(finished, dpd, seed):
+    """Alone, and in the place of some of its own: read as they are, or refused."""
+    rng = np.random.default_rng(seed)
+    data = bytearray(finished.read_bytes())
+    finished.write_bytes(rng.bytes(5000))
+    refused(dpd, "not a whole NetCDF file")
+    wrong = 0
+    for _ in range(20):
+        bad = bytearray(data)
+        at = rng.integers(len(bad) - 64)
+        bad[at : at + 64] = rng.bytes(64)
+        finished.write_bytes(bad)
+        code, said = dpd("extend", "run.nc", "--sample", 1, "-o", "longer.nc")
+        assert code in (0, 1) and "Traceback" not in said, said
+        assert code == 0 or said.startswith("error: "), said
+        wrong += code
+    assert wrong > 0
+
+
+def edit_variable(name, change):
+    def edit(file):
+        group = file if name.startswith("last") else file.groups[STATE]
+        values = group[name][...].copy()
+        values[...] = change(values)
+        group[name][...] = values
+
+    return edit
+
+
+def edit_attribute(name, value):
+    return lambda file: file.setncattr(name, value)
+
+
+EDITS = {
+    "not a number": (edit_variable("last_position", lambda x: x * np.nan), "checksum"),
+    "moved": (edit_variable("last_position", lambda x: 0.5 * x), "checksum"),
+    "velocities": (edit_variable("last_velocity", lambda x: -x), "checksum"),
+    "force": (edit_variable("force", lambda x: x + 1), "checksum"),
+    "order": (edit_variable("identity", lambda x: x * 0), "cannot be right"),
+    "a sum": (edit_variable("1.sums", lambda x: x + 1), "checksum"),
+    "longer": (edit_variable("step", lambda x: x + 1), "checksum"),
+    "scene": (edit_attribute("scene", "{"), "'scene' is damaged"),
+    "no scene": (edit_attribute("scene", "[1]"), "'scene' is damaged"),
+    "a scene that is none": (edit_attribute("scene", "{}"), "is missing"),
+    "box": (edit_attribute("last_box", [1.0, 2.0]), "last_position"),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_an_edited_state(finished, dpd, name):
+    """Nobody goes on from it."""
+    edit, word = EDITS[name]
+    with netCDF4.Dataset(finished, "a") as file:
+        file.set_auto_mask(False)
+        edit(file)
+    refused(dpd, word)
+
+
+def test_another_scene_than_its_state(finished, dpd):
+    """With all that belongs to it but the beads."""
+    data = json.loads(files.attribute(finished, "scene"))
+    data["molecules"] = [{"architecture": "A", "count": 7}]
+    with netCDF4.Dataset(finished, "a") as file:
+        file.scene = json.dumps(data)
+    refused(dpd, "cannot be right")
+
+
+@pytest.mark.parametrize("more", ["0", "-1", "1.5", "x", "1e5", str(10**13)])
+def test_steps_that_cannot_be_added(finished, dpd, more):
+    """The command says which ones can."""
+    code, said = dpd("extend", "run.nc", "--sample", more)
+    assert code == 2 and "argument --sample" in said
+
+
+def test_a_place_that_would_do_harm(finished, dpd):
+    """The suffix, and another name of what is read."""
+    assert "name ends in .nc" in dpd("extend", "run.nc", "--sample", 1, "-o", "run.txt")[1]
+    os.link("run.nc", "other.nc")
+    assert "take the place of" in dpd("extend", "run.nc", "--sample", 1, "-o", "other.nc")[1]
+    Path("run.checkpoint").write_text("mine")
+    refused(dpd, "it is no checkpoint")

@@ -1,0 +1,193 @@
+"""The package as pip installs it, away from the repository: a wheel, a command, figures."""
+
+import email
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+import yaml
+
+from dpd import __version__
+from dpd.digest import PACKAGE, ROOT
+from dpd.files import read
+from dpd.scene.scene import Scene
+from dpd.stages import run_sources
+from tests.conftest import SCENE
+from tests.test_pipeline import copy_repository
+
+FLUID = SCENE | {"observe": ["thermo"]}
+NO_SOURCE = {"__pycache__", "build"}
+
+
+def call(*command, cwd, **environment):
+    """A process that does not see the sources of this repository."""
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return subprocess.run(
+        [str(word) for word in command], cwd=cwd, env=clean | environment, capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel of a copy of the repository: building leaves files beside the sources."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = copy_repository(folder / "source")
+    for left in [source / "build", *source.glob("src/*.egg-info")]:
+        shutil.rmtree(left, ignore_errors=True)
+    done = call(
+        sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "--no-index",
+        "--wheel-dir", folder, source, cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+class Installed(NamedTuple):
+    """An environment of its own with the wheel, and an empty folder to work in."""
+
+    environment: Path
+    folder: Path
+
+    def dpd(self, *arguments, cwd=None):
+        """The program that pip has put there."""
+        return call(self.environment / "bin" / "dpd", *arguments, cwd=cwd or self.folder)
+
+    def python(self, program, *arguments):
+        """A program in Python."""
+        python = self.environment / "bin" / "python"
+        return call(python, "-c", program, *arguments, cwd=self.folder, MPLBACKEND="Agg")
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """It sees the libraries of this environment, and not what is installed for editing in it."""
+    folder = tmp_path_factory.mktemp("environment")
+    assert call(sys.executable, "-m", "venv", "--without-pip", folder, cwd=folder).returncode == 0
+    done = call(
+        sys.executable, "-m", "pip", "--python", folder / "bin" / "python", "install", "--no-deps",
+        "--no-index", wheel, cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    (own,) = folder.glob("lib/python*/site-packages")
+    shared = [path for path in sys.path if Path(path).name in ("site-packages", "dist-packages")]
+    (own / "libraries.pth").write_text("".join(f"{path}\n" for path in shared))
+    return Installed(folder, tmp_path_factory.mktemp("away"))
+
+
+def test_a_wheel_holds_all_files_that_the_package_reads(wheel):
+    """Code, schemas, pages of the physics, templates; pages for people stay in the repository."""
+    held = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("dpd/")}
+    there = {
+        f"dpd/{path.relative_to(PACKAGE)}"
+        for path in PACKAGE.rglob("*")
+        if path.is_file() and path.suffix != ".md" and not NO_SOURCE & set(path.parts)
+    }
+    assert held == there
+    assert {"dpd/schemas/scene.yaml", "dpd/scene/automatic.yaml", "dpd/report/page.html"} <= held
+
+
+def test_metadata(wheel):
+    """What an index shows of the package; ranges, not single versions, of what it needs."""
+    archive = zipfile.ZipFile(wheel)
+    (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+    found = email.message_from_bytes(archive.read(name))
+    assert (found["Name"], found["Version"]) == ("dpd-papers", __version__)
+    assert found["License-Expression"] == "BSD-3-Clause"
+    assert found["Requires-Python"] == ">=3.11"
+    assert found.get_payload().startswith("# dpd-papers")
+    needed = [line for line in found.get_all("Requires-Dist") if "extra ==" not in line]
+    assert needed and all(">=" in line and "==" not in line for line in needed)
+    pinned = (ROOT / "requirements.txt").read_text().lower()
+    assert all(f"\n{line.split('>=')[0].lower()}==" in pinned for line in needed)
+    assert set(found.get_all("Provides-Extra")) == {"pipeline", "test"}
+    assert any(name.endswith("licenses/LICENSE") for name in archive.namelist())
+
+
+def test_a_scene_away_from_the_repository(installed):
+    """The command makes a result; Python reads it and draws a figure; digests are the same."""
+    scene = installed.folder / "fluid.yaml"
+    scene.write_text(yaml.safe_dump(FLUID))
+    before = {path: path.stat().st_mtime_ns for path in sources_of(installed)}
+    done = installed.dpd("run", scene, "-o", "run.nc")
+    assert done.returncode == 0, done.stderr
+    assert "kT" in done.stdout and "warning" not in done.stderr
+    variables, attributes = read(installed.folder / "run.nc")
+    assert abs(variables["kT"].mean() - 1) < 0.2
+    assert attributes["sources"] == run_sources(Scene(FLUID))
+    drawn = installed.python(DRAW)
+    assert drawn.returncode == 0, drawn.stderr
+    assert Path(drawn.stdout.strip()).is_relative_to(installed.environment)
+    names = ["figure.png", "fluid.yaml", "run.nc"]
+    assert sorted(path.name for path in installed.folder.iterdir()) == names
+    # It may be installed where nobody may write.
+    assert {path: path.stat().st_mtime_ns for path in sources_of(installed)} == before
+
+
+DRAW = """
+import dpd
+run = dpd.load("run.nc")
+run.pressure.plot()
+from matplotlib import pyplot
+pyplot.savefig("figure.png")
+print(dpd.__file__)
+"""
+
+
+def sources_of(installed):
+    """Files of the installed package, but for what Python compiles of them."""
+    files = (path for path in installed.environment.rglob("*") if path.is_file())
+    return [path for path in files if "__pycache__" not in path.parts]
+
+
+@pytest.mark.parametrize(
+    "stage",
+    [
+        ("plan",), ("show", "quick", "liu_2008"), ("readme",), ("archive", "quick"),
+        ("report", "quick", "liu_2008", "--results", ".", "-o", "report.html"),
+        ("simulate", "quick", "liu_2008", "fluid", "replica=0", "-o", "run.nc"),
+    ],
+    ids=lambda stage: stage[0],
+)  # fmt: skip
+def test_stages_of_the_pipeline_want_the_repository(installed, stage, tmp_path):
+    """They say so in one sentence; called in a clone, they find it."""
+    done = installed.dpd(*stage, cwd=tmp_path)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {tmp_path}/config: ") and "change to the folder" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_clone_with_an_installed_program(installed, tmp_path):
+    """Papers and studies are those of the folder that it is called in."""
+    copy_repository(tmp_path)
+    study = tmp_path / "config" / "studies" / "quick.yaml"
+    study.rename(study.with_name("mine.yaml"))
+    done = installed.dpd("show", "mine", "liu_2008", cwd=tmp_path)
+    assert done.returncode == 0 and "config/studies/mine.yaml" in done.stdout, done.stderr
+
+
+def test_names_of_the_command(installed):
+    """Each way to call it shows itself."""
+    assert installed.dpd("--help").stdout.startswith("usage: dpd ")
+    python = installed.environment / "bin" / "python"
+    shown = call(python, "-m", "dpd", "--help", cwd=installed.folder).stdout
+    assert shown.startswith("usage: python -m dpd ")
+
+
+def test_a_library_that_is_not_installed(installed):
+    """A sentence with the extra that brings it."""
+    program = (
+        "import sys; sys.modules['jinja2'] = None; sys.argv = ['dpd', *sys.argv[1:]]; "
+        "from dpd.commands import points; points._measure = lambda options: __import__('jinja2'); "
+        "from dpd.__main__ import command; command()"
+    )
+    done = installed.python(program, "measure", "lammps", "-o", "lammps.nc")
+    assert done.returncode == 1 and "pip install 'dpd-papers[pipeline]'" in done.stderr
+    assert "'jinja2'" in done.stderr and "Traceback" not in done.stderr
