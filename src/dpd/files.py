@@ -283,7 +283,7 @@ def check_input(path: str | Path) -> None:
         raise UserError(f"{path}: is not a file")
 
 
-def attributes(path):
+def attributes(path: str | Path) -> dict[str, Any]:
     """All attributes of a NetCDF file, its variables left unread."""
     with _opened(path) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
