@@ -29,11 +29,11 @@ KT = {"set": "thermostat.kT", "values": [1, 2]}
 PAPER = {
     "title": "A paper of mine",
     "sweeps": {
-        "short": {"scene": SCENE, "replicas": 2, "axes": {"kT": KT}},
+        "short": {"scene": SCENE, "replicas": 2, "axes": {"temperature": KT}},
         "long": {"scene": THERMO | {"steps": LONG}},
     },
 }
-SHORT = [f"kT={kT},replica={replica}" for kT in (1, 2) for replica in (0, 1)]
+SHORT = [f"temperature={kT},replica={replica}" for kT in (1, 2) for replica in (0, 1)]
 POINTS = [*(("short", point) for point in SHORT), ("long", "replica=0")]
 # What differs from the profile: the node is small, and has no accounting; the disk is fast.
 OPTIONS = (
