@@ -41,12 +41,12 @@ def visible_beads(particles: Particles, region: np.ndarray, look: Look) -> np.nd
     -------
     (n,) bool array
     """
-    low, high = region[:, :1], region[:, 1:]
-    inside: np.ndarray = ((particles.position >= low) & (particles.position <= high)).all(axis=0)
+    inside = (particles.position >= region[:, :1]) & (particles.position <= region[:, 1:])
+    visible: np.ndarray = inside.all(axis=0)
     if look.species:
         numbers = [particles.names.index(name) for name in look.species]
-        inside &= np.isin(particles.species, numbers)
-    return inside
+        visible &= np.isin(particles.species, numbers)
+    return visible
 
 
 def separations(particles: Particles, bonds: np.ndarray) -> np.ndarray:
