@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import to_rgb
 
 from dpd.particles.lammps_data import molecules_of
-from dpd.report.colours import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from dpd.report.colours import BLUE, GREEN, MANY, ORANGE, PURPLE, RED, SKY
 
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles
     from dpd.report.pictures.look import Look
 
 OF_SPECIES = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
-GRAYS = ("#717581", "#94a4a2")
-# A palette chosen for all kinds of colour vision, but for its grays.
-OF_MOLECULES = [
-    colour for colour in map(to_hex, mpl.color_sequences["petroff10"]) if colour not in GRAYS
-]
 SINGLE = "#B4B4B4"  # beads without bonds among molecules
 # Molecules are neighbours if beads come as close as this, in mean distances of beads.
 CLOSE = {2: 3.0, 3: 1.5}
@@ -73,7 +67,7 @@ def molecule_colours(particles: Particles) -> Colours:
     molecules = molecules_of(particles)
     contacts = _contacts(particles, molecules)
     bonded = np.flatnonzero(np.bincount(molecules) > 1)
-    gray = len(OF_MOLECULES)
+    gray = len(MANY)
     taken = np.full(contacts.shape[0], gray)
     often = np.zeros(gray)
     total = contacts.sum(axis=1)
@@ -85,7 +79,7 @@ def molecule_colours(particles: Particles) -> Colours:
         choice = np.lexsort((often, touched))[0]
         taken[molecule] = choice
         often[choice] += 1
-    palette = np.array([to_rgb(colour) for colour in (*OF_MOLECULES, SINGLE)])
+    palette = np.array([to_rgb(colour) for colour in (*MANY, SINGLE)])
     return Colours(palette, taken[molecules])
 
 

@@ -59,10 +59,11 @@ def movie(
     path = Path(path)
     look = look_of({"dpi": DPI} | choices)
     check_movie(path, source)
-    if every < 1 or not 0 < rate <= FASTEST:
+    if every < 1:
+        raise UserError(f"every: {every} is out of range; allowed: whole numbers from 1")
+    if not 0 < rate <= FASTEST:
         raise UserError(
-            f"every frame of {every} at {rate:g} per second: allowed are whole numbers from 1, and "
-            f"up to {FASTEST} per second"
+            f"rate: {rate:g} is out of range; allowed: above 0, to {FASTEST} frames per second"
         )
     frames = range(0, _frames_in(Path(source)), every)
     with Progress(len(frames), f"{path}: frame") as progress:

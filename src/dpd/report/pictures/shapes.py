@@ -42,7 +42,7 @@ def visible_beads(particles: Particles, region: np.ndarray, look: Look) -> np.nd
     (n,) bool array
     """
     inside = (particles.position >= region[:, :1]) & (particles.position <= region[:, 1:])
-    visible: np.ndarray = inside.all(axis=0)
+    visible = np.logical_and.reduce(inside)
     if look.species:
         numbers = [particles.names.index(name) for name in look.species]
         visible &= np.isin(particles.species, numbers)
