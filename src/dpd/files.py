@@ -7,6 +7,7 @@ import shutil
 import stat
 from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import netCDF4
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     # Dimensions, values, units, long_name.
     Variable = tuple[Sequence[str], npt.ArrayLike, str, str]
 
+ONE_AT_A_TIME = RLock()  # of all threads: the HDF5 library is not made for several
 OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
@@ -184,7 +186,7 @@ def _fill(draft, variables, attributes, groups):
     plain = [array for group in groups.values() for array in group.values()]
     size = sum(np.asarray(values).nbytes for _, values, _, _ in variables.values())
     size += sum(array.nbytes for array in plain)
-    with asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
+    with ONE_AT_A_TIME, asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
         _put(file, variables, attributes)
         for name, arrays in groups.items():
             _put_plain(file.createGroup(name), arrays)
@@ -281,7 +283,7 @@ def check_input(path: str | Path) -> None:
         raise UserError(f"{path}: is not a file")
 
 
-def attributes(path):
+def attributes(path: str | Path) -> dict[str, Any]:
     """All attributes of a NetCDF file, its variables left unread."""
     with _opened(path) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
@@ -292,7 +294,7 @@ def _opened(path):
     """A NetCDF file to read from."""
     check_input(path)
     try:
-        with netCDF4.Dataset(path) as file:
+        with ONE_AT_A_TIME, netCDF4.Dataset(path) as file:
             yield file
     except (OSError, RuntimeError) as problem:
         if is_of_system(problem):

@@ -21,6 +21,7 @@ from dpd.files import check_output
 from dpd.interrupts import ctrl_c
 from dpd.pipeline.running import Order, run_alone
 from dpd.progress import Progress
+from dpd.scene.beside import files_beside
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -91,6 +92,8 @@ def run(
     True
     """
     scene = as_scene(scene)
+    if output is None:
+        _refuse_files_beside(scene)
     with _output(output) as path:
         inputs = _inputs(scene, start)
         check_output(path, ".nc", inputs)
@@ -157,6 +160,15 @@ def _output(given: str | os.PathLike | None) -> Iterator[Path]:
         return
     with TemporaryDirectory(prefix="dpd-") as folder:
         yield Path(folder) / "run.nc"
+
+
+def _refuse_files_beside(scene: Scene) -> None:
+    """Refuse a run whose files would be lost."""
+    for name in files_beside(scene, "run.nc"):
+        raise UserError(
+            f"{scene.where}: observe.{name}: writes a file beside the result, and no result is "
+            "kept; name one, as dpd.run(..., output='run.nc')"
+        )
 
 
 def _inputs(scene: Scene, start: str | os.PathLike | None) -> tuple[Path, ...]:

@@ -108,13 +108,13 @@ def note_of(path: str | Path) -> Any:
     return json.loads(str(stored[NOTE])) if stored and NOTE in stored else None
 
 
-def key_of(path: str | Path) -> dict[str, object]:
+def key_of(path: str | os.PathLike[str]) -> dict[str, object]:
     """What run a checkpoint is of; nothing where there is none, or a damaged one."""
     stored = whole(path) if os.path.isfile(path) else None
     return json.loads(str(stored[MARK])) if stored else {}
 
 
-def whole(path: str | Path) -> dict[str, Any] | None:
+def whole(path: str | os.PathLike[str]) -> dict[str, np.ndarray] | None:
     """All arrays of a checkpoint but its checksum; None if it is damaged or none.
 
     Parameters

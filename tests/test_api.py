@@ -1,0 +1,387 @@
+"""`import dpd`: runs, results and sweeps from Python, a script, a notebook, a thread."""
+
+import doctest
+import json
+import multiprocessing
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+import dpd
+from dpd import files
+from dpd.digest import ROOT
+from dpd.files import read
+from dpd.observe import OBSERVABLES
+from dpd.progress import Progress
+from tests.conftest import SCENE
+from tests.test_interrupted import Command, wait_for
+
+MODULES = ("dpd", "dpd.api.datasets", "dpd.api.runs", "dpd.api.sweeps")
+FLUID = SCENE | {"observe": ["thermo"], "steps": {"equilibrate": 200, "sample": 800}}
+CHAINS = {
+    "dimension": 3,
+    "box": 6,
+    "molecules": [{"architecture": "A 4", "density": 3}],
+    "repulsion": {"A A": 25},
+    "bond": {"stiffness": 4, "length": 0},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 20, "sample": 300},
+}
+
+
+def python(program, *arguments, **environment):
+    """A script in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def fluid():
+    """The result of a run."""
+    return dpd.run(FLUID, progress=False)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples(name, folder):
+    """They say what happens."""
+    found = doctest.testmod(import_module(name))
+    assert found.attempted > 2 and not found.failed
+
+
+def test_an_import_is_light():
+    """Neither arrays nor compilers, until they are needed; all names are known."""
+    done = python("import dpd, sys; print(*sys.modules); dir(dpd); assert dpd.UserError")
+    assert done.returncode == 0, done.stderr
+    assert not {"numpy", "numba", "xarray", "yaml"} & set(done.stdout.split())
+    assert set(dpd.__all__) <= set(dir(dpd)) and dpd.run.__module__ == "dpd.api.runs"
+    with pytest.raises(AttributeError, match="no attribute 'runs'"):
+        dpd.runs  # noqa: B018
+
+
+def test_a_run_is_that_of_the_command(folder, dpd, fluid):
+    """The same bits; nothing else is left on the disk, or anything at all without an output."""
+    before = set(os.listdir())
+    Path("scene.yaml").write_text(yaml.safe_dump(FLUID))
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    variables, _ = read("run.nc")
+    for name, values in variables.items():
+        assert np.array_equal(values, fluid[name].values), name
+    assert set(os.listdir()) == before | {"run.nc"}
+
+
+@pytest.mark.parametrize("form", ["path", "text", "dict", "numpy", "scene"])
+def test_forms_of_a_scene(folder, fluid, form):
+    """A file, a dict with numbers of Python or NumPy, a Scene; the dict is left as it is."""
+    given = FLUID | {"seed": 2}
+    Path("scene.yaml").write_text(yaml.safe_dump(given))
+    arrays = given | {
+        "box": np.full(3, 4.0),
+        "seed": np.int64(2),
+        "repulsion": {"A A": np.int8(25)},
+    }
+    forms = {
+        "path": Path("scene.yaml"), "text": "scene.yaml", "dict": given, "numpy": arrays,
+        "scene": dpd.Scene(given),
+    }  # fmt: skip
+    run = dpd.run(forms[form], progress=False, threads=2)
+    assert run.seed == 2 and not np.array_equal(run.kT, fluid.kT)
+    assert np.array_equal(run.kT, dpd.run(given, progress=False).kT)
+    assert "thermostat" not in given
+
+
+def test_a_result_is_described(fluid):
+    """Time as a coordinate, units, and what a command prints."""
+    assert fluid.kT.dims == ("time",) and fluid.time.attrs["units"] == "tau"
+    assert np.allclose(fluid.time, 0.08 * np.arange(1, 401))
+    assert fluid.sel(time=slice(4, 8)).kT.size == 51
+    assert all({"units", "long_name"} <= set(fluid[name].attrs) for name in fluid.variables)
+    assert fluid.pressure.units == "kT / r_c^3"
+    assert {"Conventions", "title", "source", "history", "comment", "seed"} <= set(fluid.attrs)
+    value, error = re.match(r"(\S+) \+- (\S+) kT$", fluid.mean_kT).groups()
+    assert np.isclose(float(value), fluid.kT.mean(), rtol=1e-4) and 0 < float(error) < 0.1
+    assert "mean_kT" in repr(fluid) and "mean_pressure" in repr(fluid)
+
+
+def test_results_of_all_observables_can_be_kept(folder):
+    """A dataset goes into a file of xarray's and back; load reads that too."""
+    plane = CHAINS | {"dimension": 2, "box": 8}
+    for scene, missing in ((CHAINS, {"crossings"}), (plane, {"passes"})):
+        names = sorted(set(OBSERVABLES) - missing - {"trajectory"})  # a file of its own
+        run = dpd.run(scene | {"observe": names}, progress=False)
+        run.to_netcdf("kept.nc")
+        again = dpd.load("kept.nc")
+        assert again.identical(run.assign_attrs(history=again.history))
+        units = {run[name].units for name in run.variables}
+        assert not any("dimension" in unit for unit in units)
+
+
+def test_a_trajectory_asks_for_a_place(folder):
+    """Without a result beside which it stays, it would be lost."""
+    scene = FLUID | {"observe": ["thermo", {"trajectory": {"every": 5}}]}
+    with pytest.raises(dpd.UserError, match=r"observe.trajectory: .* output='run.nc'"):
+        dpd.run(scene, progress=False)
+    dpd.run(scene, output="run.nc", progress=False)
+    assert {"run.gsd", "run.nc"} <= set(os.listdir())
+
+
+def test_a_scene_shows_what_it_holds():
+    """Beads, box, bonds, thermostat, scheme, steps, and what it does not quite get."""
+    shown = repr(dpd.Scene(CHAINS | {"molecules": [{"architecture": "A 4", "density": 3.01}]}))
+    for words in (
+        "6 x 6 x 6 r_c", "652, 3.019 per r_c^3", "163 of A 4", "489, stiffness 4", "gamma 4.5",
+        "gw-vv", "20 to equilibrate, 300 to sample (0.4 + 6 tau)", "note ", "instead of 3.01",
+    ):  # fmt: skip
+        assert words in shown
+    assert "first guess" in repr(dpd.Scene(FLUID | {"integrator": {"scheme": "auto"}}))
+
+
+WRONG = {
+    "a number": (lambda: dpd.run(3), "int is none"),
+    "no file": (lambda: dpd.run("none.yaml"), "none.yaml: there is no such file"),
+    "a key": (lambda: dpd.run(FLUID | {"boxx": 1}), "scene: unknown key 'boxx'"),
+    "a value": (lambda: dpd.Scene(FLUID | {"box": 1}), "an edge of 1 is smaller"),
+    "an output": (lambda: dpd.run(FLUID, output="run.txt"), "ends in .nc"),
+    "threads": (lambda: dpd.run(FLUID, threads=0), "threads: '0' is out of range"),
+    "a start": (lambda: dpd.run(FLUID, start="scene.yaml"), "scene.yaml"),
+    "blows up": (lambda: dpd.run(FLUID | {"integrator": {"scheme": "euler", "dt": 1}}), "blew up"),
+    "nothing to load": (lambda: dpd.load("none.nc"), "none.nc: there is no such file"),
+    "a folder": (lambda: dpd.load("."), "is a folder"),
+    "no NetCDF": (lambda: dpd.load("scene.yaml"), "scene.yaml: not a whole NetCDF file"),
+    "no run": (lambda: dpd.load("other.nc"), "other.nc: neither the result of a run"),
+    "an axis": (lambda: dpd.sweep(FLUID, {"boxx": [4]}), "unknown key 'boxx'"),
+    "no list": (lambda: dpd.sweep(FLUID, {"box": 4}), "sweep.axes.box: 4 is no list"),
+    "twice": (lambda: dpd.sweep(FLUID, {"box": [4, 4.0]}), "both named '4'"),
+    "no axis": (lambda: dpd.sweep(FLUID, {"box": {"value": [4]}}), "unknown key 'value'"),
+    "auto": (
+        lambda: dpd.sweep(FLUID | {"integrator": {"scheme": "auto"}}, {"box": [4]}), "name scheme"
+    ),
+    "replicas": (lambda: dpd.sweep(FLUID, {"box": [4]}, replicas=0), "replicas: 0 is out"),
+    "processes": (lambda: dpd.sweep(FLUID, {"box": [4]}, processes=0), "processes: 0 is out"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_refused(folder, what):
+    """With the sentence of the command, and nothing written."""
+    xr.Dataset({"a": 1}).to_netcdf("other.nc")
+    before = set(os.listdir())
+    call, words = WRONG[what]
+    with pytest.raises(dpd.UserError, match=re.escape(words)):
+        call()
+    assert set(os.listdir()) == before
+
+
+def test_a_run_that_is_too_hot_warns():
+    """As Python warns, and in the result."""
+    hot = FLUID | {"integrator": {"scheme": "euler", "dt": 0.04}}
+    with pytest.warns(UserWarning, match="kT is"):
+        run = dpd.run(hot, progress=False)
+    assert run.warning.startswith("kT is")
+
+
+def test_a_start_is_made_and_read(folder):
+    """As the command has it."""
+    made = dpd.run(FLUID, start="start.nc", progress=False)
+    assert Path("start.nc").is_file()
+    assert np.array_equal(dpd.run(FLUID, start="start.nc", progress=False).kT, made.kT)
+
+
+def test_scheme_auto_says_what_it_took():
+    run = dpd.run(FLUID | {"integrator": {"scheme": "auto", "tolerance": 0.05}}, progress=False)
+    assert run.chosen.startswith("integrator: auto is")
+    assert json.loads(run.scene)["integrator"]["scheme"] != "auto"
+
+
+def test_in_a_thread(fluid):
+    """Signals reach the main thread alone, which does not run anything here."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(dpd.run(FLUID, progress=False)))
+    thread.start()
+    thread.join()
+    assert np.array_equal(found[0].kT, fluid.kT)
+
+
+def mean_pressure(seed):
+    """What a process of somebody's pool computes."""
+    return float(dpd.run(FLUID | {"seed": seed}, progress=False).pressure.mean())
+
+
+def test_in_a_spawned_process(fluid):
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(mean_pressure, (1,)) == float(fluid.pressure.mean())
+
+
+def test_where_numba_was_imported_first(fluid):
+    """The last bits depend on its settings."""
+    program = (
+        "import numba, json, sys, dpd; run = dpd.run(json.loads(sys.argv[1]), progress=False); "
+        "print(float(run.pressure.sum()).hex())"
+    )
+    done = python(program, json.dumps(FLUID))
+    assert done.stdout.strip() == float(fluid.pressure.sum()).hex(), done.stderr
+
+
+class Screen:
+    """A standard error that may be a terminal."""
+
+    def __init__(self, terminal):
+        self.isatty, self.text = lambda: terminal, ""
+        self.flush = lambda: None
+
+    def write(self, text):
+        self.text += text
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize("notebook", [True, False])
+@pytest.mark.parametrize("bar", [True, False, None])
+def test_who_sees_a_bar(monkeypatch, terminal, notebook, bar):
+    """People at a terminal or a notebook, if they do not say otherwise."""
+    shell = SimpleNamespace(kernel=None, config={}) if notebook else None
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
+    monkeypatch.setattr(sys, "stderr", screen := Screen(terminal))
+    with Progress(10, "label", bar) as progress:
+        progress(10)
+    expected = terminal or notebook if bar is None else bar
+    assert ("label: 100%" in screen.text) == expected and bool(screen.text) == expected
+
+
+STOPPED = """
+import json, sys, dpd
+try:
+    dpd.run(json.loads(sys.argv[1]), output="run.nc", progress=False)
+except KeyboardInterrupt as problem:
+    print("stopped:", problem)
+print("the script goes on")
+"""
+LONG = FLUID | {"steps": {"equilibrate": 20, "sample": 1_000_000}}
+
+
+def started(program, *arguments):
+    """A script on its way."""
+    return Command(
+        [sys.executable, "-c", program, *arguments], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+def test_ctrl_c_stops_a_run_that_can_go_on(folder):
+    """The state is kept, the script goes on; the same call comes to the bits of a whole run."""
+    with started(STOPPED, json.dumps(LONG)) as script:
+        wait_for(lambda: Path("run.nc.lock").exists())
+        time.sleep(1)
+        script.send_signal(signal.SIGINT)
+        output, errors = script.communicate(timeout=100)
+    assert script.returncode == 0 and "the script goes on" in output, errors
+    assert "stopped: " in output and "Traceback" not in errors
+    assert "run.nc.lock" not in os.listdir() and "run.nc" not in os.listdir()
+    if "run.checkpoint" in os.listdir():  # it had begun
+        assert "its last good state is in run.checkpoint" in output
+
+
+def test_a_stopped_run_goes_on(folder, monkeypatch, fluid):
+    """To the same bits, in the same process."""
+    looks = []
+
+    def interrupt(self, done):
+        looks.append(done)
+        if len(looks) == 5:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with monkeypatch.context() as patch:
+        patch.setattr(Progress, "__call__", interrupt)
+        with pytest.raises(KeyboardInterrupt, match=r"stopped at step \d+ .* run.checkpoint"):
+            dpd.run(FLUID, output="run.nc", progress=False)
+    assert signal.getsignal(signal.SIGINT) is before
+    assert sorted(os.listdir()) == ["run.checkpoint", "scene.yaml"]
+    run = dpd.run(FLUID, output="run.nc", progress=False)
+    assert np.array_equal(run.pressure, fluid.pressure)
+    assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
+
+
+def test_several_threads_read_and_write_files(folder, fluid):
+    """The HDF5 library, which is not made for that, would end the process."""
+    dpd.run(FLUID, output="run.nc", progress=False)
+
+    def again(number):
+        variables, _ = files.read("run.nc")
+        kT = variables["kT"]
+        files.write(f"{number}.nc", {"kT": (("sample",), kT, "kT", "temperature")}, {"n": number})
+        return files.attribute(f"{number}.nc", "n") == number and np.array_equal(kT, fluid.kT)
+
+    with ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(again, range(400)))
+
+
+AXES = {"repulsion.A A": [15, 25]}
+
+
+def test_a_sweep_keeps_what_is_finished(folder):
+    """More values and replicas leave former runs alone, and each has noise of its own."""
+    first = dpd.sweep(FLUID, AXES, replicas=2, output="sweep", progress=False)
+    assert first.pressure.dims == ("repulsion.A A", "replica")
+    assert len(np.unique(first.seed)) == 4 and (first.kT_error > 0).all()
+    assert dpd.load("sweep/sweep.nc").identical(first)
+    runs = {path: path.stat().st_mtime_ns for path in Path("sweep").rglob("run.nc")}
+    assert len(runs) == 4
+    more = {"repulsion.A A": np.array([15, 20, 25])}
+    second = dpd.sweep(FLUID, more, replicas=2, output="sweep", progress=False)
+    assert second.sel({"repulsion.A A": [15, 25]}).pressure.equals(first.pressure)
+    assert all(path.stat().st_mtime_ns == runs[path] for path in runs)
+    one = dpd.run("sweep/repulsion.A A=20,replica=1/scene.yaml", progress=False)
+    assert one.pressure.mean() == second.pressure.sel({"repulsion.A A": 20, "replica": 1})
+
+
+def test_a_sweep_of_text(folder):
+    """By a name, as in a paper; a scene from a file; nothing is left."""
+    Path("scene.yaml").write_text(yaml.safe_dump(CHAINS))
+    length = {"set": "molecules.0.architecture", "text": "A {}", "values": [2, 4], "units": "1"}
+    found = dpd.sweep("scene.yaml", {"length": length}, threads=2, progress=False)
+    assert found.length.values.tolist() == [2, 4] and (found.beads == 648).all()
+    assert os.listdir() == ["scene.yaml"]
+
+
+def test_a_sweep_with_a_run_that_fails(folder):
+    """The others are kept; the sentence names the point."""
+    with pytest.raises(dpd.UserError, match=r"^1 of 2 runs failed; the first: integrator.dt=3"):
+        dpd.sweep(FLUID, {"integrator.dt": [0.04, 3]}, output="sweep", progress=False)
+    assert [path.parent.name for path in Path("sweep").rglob("run.nc")] == [
+        "integrator.dt=0.04,replica=0"
+    ]
+
+
+SWEPT = """
+import json, sys, dpd
+try:
+    dpd.sweep(json.loads(sys.argv[1]), {"thermostat.gamma": [3, 4, 5]}, processes=2, output="sweep")
+except KeyboardInterrupt:
+    print("stopped")
+"""
+
+
+def test_ctrl_c_stops_a_sweep(folder):
+    """Its runs keep their states and end."""
+    with started(SWEPT, json.dumps(LONG)) as script:
+        wait_for(lambda: len(list(Path("sweep").rglob("run.nc.lock"))) == 2)
+        time.sleep(2)
+        script.send_signal(signal.SIGINT)
+        output, errors = script.communicate(timeout=100)
+    assert script.returncode == 0 and output == "stopped\n", errors
+    assert not list(Path("sweep").rglob("*.lock")) and not list(Path("sweep").rglob("run.nc"))
+    assert len(list(Path("sweep").iterdir())) == 2
