@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from dpd.digest import ROOT
-from dpd.files import read
+from dpd.files import read, read_group
 from tests.conftest import SCENE
 
 
@@ -150,6 +150,9 @@ def test_simulate_makes_the_start_that_it_is_not_given(tmp_path):
     given, made = (read(tmp_path / name)[0] for name in ("given.nc", "made.nc"))
     assert given.keys() == made.keys()
     assert all((given[name] == made[name]).all() for name in given)
+    # A run of a study keeps no state for a longer one.
+    assert not any(name.startswith("last_") for name in made)
+    assert read_group(tmp_path / "made.nc", "state") == {}
 
 
 def test_a_start_of_another_system_is_refused(tmp_path):

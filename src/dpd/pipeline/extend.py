@@ -15,6 +15,7 @@ from dpd.pipeline.lock import alone
 from dpd.pipeline.running import say, say_if_resumed
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
+from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 
@@ -77,9 +78,13 @@ def extend(extension: Extension) -> dict[str, float]:
     refuse_other_file(checkpoint)
     refuse_other(run, attributes(run))  # before there is a lock beside what is no run at all
     with alone(output, extension.say):
-        for path in (output, checkpoint):
-            remove_drafts(path)
         former = read_former(run)  # as it is now that nobody else is at work on it
+        beside = list(files_beside(former.scene, output).values())
+        if output != run:
+            for path in beside:
+                check_output(path, "", [run, *files_beside(former.scene, run).values()])
+        for path in (output, checkpoint, *beside, *map(unfinished, beside)):
+            remove_drafts(path)
         if output == run and _is_done(former, extension.sample, checkpoint):
             checkpoint.unlink()
             extension.say(
