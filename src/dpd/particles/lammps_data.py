@@ -214,16 +214,16 @@ class _Table:
         for row, line in zip(rows, self.lines):
             words = line.text.split()
             if len(words) != columns:
-                self._refuse(line, f"has {len(words)} columns, and {columns} are expected")
+                self.refuse(line, f"has {len(words)} columns, and {columns} are expected")
             if labels and words[labelled] in labels:
                 words[labelled] = labels[words[labelled]]
             try:
                 row[:] = words
             except ValueError:
-                self._refuse(line, "is not made of numbers")
+                self.refuse(line, "is not made of numbers")
         return rows
 
-    def _refuse(self, line, problem):
+    def refuse(self, line, problem):
         raise UserError(
             f"{self.path}: line {line.number}, in section {self.name}: {shown(line.text)} {problem}"
             "; mend the line"
@@ -235,7 +235,7 @@ def _whole(path, table, values, order):
     bad = ~np.isfinite(values) | (values != np.rint(values)) | (np.abs(values) > 2**53)
     if bad.any():
         row = int(np.argmax(bad.reshape(len(values), -1).any(axis=1)))
-        table._refuse(table.lines[order[row]], "has a fraction where a whole number is needed")
+        table.refuse(table.lines[order[row]], "has a fraction where a whole number is needed")
     return values.astype(np.int64)
 
 
@@ -344,7 +344,7 @@ def _bonds(path, data, identities):
     places = _places(identities, ends)
     if (places < 0).any():
         row = int(np.argmax((places < 0).any(axis=1)))
-        table._refuse(table.lines[row], "ties an atom that is not there")
+        table.refuse(table.lines[row], "ties an atom that is not there")
     return places
 
 
