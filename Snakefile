@@ -19,6 +19,7 @@ from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline.overlay import edited_in_vain
+from dpd.pipeline import resources as asked
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.failures import say_at_exit
@@ -33,7 +34,8 @@ from dpd.stages import (
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
 # For the report, which says what the workflow cost.
-os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(workflow.cores))
+CORES = workflow.cores if workflow.nodes is None else 0  # of this machine; none on a cluster
+os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(CORES))
 
 
 # Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.
@@ -46,6 +48,7 @@ configfile: str(ROOT / "config" / "config.yaml")
 try:
     CONFIG = read_config(dict(config))
     STUDY = CONFIG["study"]
+    LONGEST = CONFIG["longest_job"]
     PAGE = page_suffix(CONFIG["papers"], read_config()["papers"])
     REPORTED = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}
     # Not part of the report unless it is asked for; `snakemake benchmark` makes it all the same.
@@ -85,7 +88,7 @@ onstart:
 
 
 onsuccess:
-    if cost := overhead(OUT.folder, BEGUN, workflow.cores):
+    if CORES and (cost := overhead(OUT.folder, BEGUN, CORES)):
         print(cost)
     for page in (REPORT, OUT.benchmark()):
         if os.path.exists(page) and os.path.getmtime(page) >= BEGUN:
@@ -96,8 +99,15 @@ onerror:
     say_at_exit(OUT.logs, BEGUN)
 
 
+# On a cluster these run where Snakemake does: each takes seconds, and a place in the queue more.
 localrules:
     all,
+    collect,
+    derive,
+    draw_figure,
+    join_verdicts,
+    write_report,
+    benchmark,
 
 
 rule all:
@@ -108,6 +118,7 @@ rule all:
 
 
 include: "rules/common.smk"
+include: "rules/cluster.smk"
 include: "rules/start.smk"
 include: "rules/simulate.smk"
 include: "rules/analyse.smk"

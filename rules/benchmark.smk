@@ -12,6 +12,9 @@ rule measure:
         scenes=value_digest([workload(name).digest for name in WORKLOADS]),
     priority: 0
     threads: workflow.cores
+    resources:
+        runtime=lambda wildcards, attempt: 240 * attempt,
+        mem_mb=lambda wildcards, attempt: 4000 * attempt,
     shell:
         "python -m dpd measure {wildcards.measurement:q} -o {output:q} 2>&1 | tee -i {log:q}"
 

@@ -158,6 +158,41 @@ def work_after(wildcards):
     return 1 + max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
 
 
+def minutes_of_run(wildcards, attempt):
+    """What a run asks a cluster for; no more than config/config.yaml allows."""
+    return asked.minutes(point_of(wildcards).scene.work, attempt, LONGEST)
+
+
+def memory_of_run(wildcards, attempt):
+    """The same, in MB."""
+    return asked.megabytes(point_of(wildcards).scene.beads, attempt)
+
+
+def batch_of_run(wildcards):
+    """Short runs are submitted together; not those that wait for others, which may be among them."""
+    scene, batch = point_of(wildcards).scene, None
+    if not sweep_of(wildcards).derived:
+        batch = asked.batch(scene.work)
+    return f"{batch}_runs" if batch else None
+
+
+def minutes_of_start(wildcards, attempt):
+    """What a start asks a cluster for."""
+    scene = first_with_start(wildcards)[1].scene
+    return asked.minutes(asked.start_bead_steps(scene), attempt, LONGEST)
+
+
+def memory_of_start(wildcards, attempt):
+    """The same, in MB."""
+    return asked.megabytes(first_with_start(wildcards)[1].scene.beads, attempt)
+
+
+def batch_of_start(wildcards):
+    """Short starts are submitted together."""
+    batch = asked.batch(asked.start_bead_steps(first_with_start(wildcards)[1].scene))
+    return f"{batch}_starts" if batch else None
+
+
 def start_of(wildcards):
     """First configuration of a run; no file where the run makes its own."""
     scene = point_of(wildcards).scene

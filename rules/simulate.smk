@@ -21,6 +21,11 @@ rule simulate:
         derived=option("derived"),
     priority: work_of
     threads: 1
+    resources:
+        runtime=minutes_of_run,
+        mem_mb=memory_of_run,
+    group:
+        batch_of_run
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " {wildcards.point:q} {params.start:q} {params.derived:q} --threads {threads}"

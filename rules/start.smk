@@ -13,6 +13,9 @@ rule compile_kernels:
         study=STUDY,
         terms=terms_to_compile,
     priority: work_compiled_for
+    resources:
+        runtime=lambda wildcards, attempt: 20 * attempt,  # half a minute was measured
+        mem_mb=lambda wildcards, attempt: 2000 * attempt,  # 537 were
     shell:
         "python -m dpd compile {params.study:q} {wildcards.paper:q} --terms {params.terms:q}"
         " -o {output:q} 2>&1 | tee -i {log:q}"
@@ -30,6 +33,11 @@ rule make_start:
         sources=sources_of_start,
         point=names_with_start,
     priority: work_after
+    resources:
+        runtime=minutes_of_start,
+        mem_mb=memory_of_start,
+    group:
+        batch_of_start
     shell:
         "python -m dpd start {params.study:q} {wildcards.paper:q} {params.point:q} -o {output:q}"
         " 2>&1 | tee -i {log:q}"

@@ -132,11 +132,11 @@ def test_results_of_all_observables_can_be_kept(folder):
 
 def test_a_trajectory_asks_for_a_place(folder):
     """Without a result beside which it stays, it would be lost."""
-    scene = FLUID | {"observe": ["thermo", {"trajectory": {"every": 40}}]}
+    scene = FLUID | {"observe": ["thermo", {"trajectory": {"every": 5}}]}
     with pytest.raises(dpd.UserError, match=r"observe.trajectory: .* output='run.nc'"):
         dpd.run(scene, progress=False)
     dpd.run(scene, output="run.nc", progress=False)
-    assert sorted(os.listdir()) == ["run.gsd", "run.nc"]
+    assert {"run.gsd", "run.nc"} <= set(os.listdir())
 
 
 def test_a_scene_shows_what_it_holds():

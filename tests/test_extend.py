@@ -342,9 +342,9 @@ def test_the_command(finished, dpd):
     assert sorted(os.listdir()) == ["longer.nc", "run.nc", "scene.yaml", "whole.nc"]
 
 
-LONG = merge(FLUID, {"steps": {"sample": 30_000}}) | {
+LONG = merge(FLUID, {"steps": {"sample": 10_000}, "integrator": {"dt": 0.01}}) | {
     "observe": [
-        {"thermo": {"every": 10}}, {"displacement": {"every": 5}}, {"trajectory": {"every": 30}}
+        {"thermo": {"every": 10}}, {"displacement": {"every": 5}}, {"trajectory": {"every": 10}}
     ]
 }  # fmt: skip
 
@@ -364,7 +364,7 @@ def test_killed_and_gone_on(folder, dpd, number, place):
     run(sampled(LONG, 1003), "run.nc")
     before, frames = Path("run.nc").read_bytes(), Path("run.gsd").read_bytes()
     command = (
-        "extend", "run.nc", "--sample", 28_997, "-o", place, "--checkpoint-every", 0,
+        "extend", "run.nc", "--sample", 8_997, "-o", place, "--checkpoint-every", 0.2,
     )  # fmt: skip
     checkpoint, kills = checkpoint_path(place), 0
     for _ in range(3):

@@ -99,24 +99,16 @@ STAGES = {
     "collect": ("collect", *POINT[:3], "--runs", "runs"),
     "measure": ("measure", "lammps"),
 }
-# The same for the one that gives its result a second name where its Snakemake is no more.
-SECOND = {
-    "second name is a text": (lambda: Path("run.nc.left").write_text("mine"), "run.nc"),
-    "second name is no result": (lambda: netCDF4.Dataset("run.nc.left", "w").close(), "run.nc"),
-    "second name is a folder": (lambda: os.mkdir("run.nc.left"), "run.nc"),
-    "second name leads nowhere": (lambda: os.symlink("gone", "run.nc.left"), "run.nc"),
-}
 BAD_OUTPUTS = [
     *itertools.product(STAGES, OUTPUTS),
     *itertools.product(("run", "simulate"), BESIDE),
-    *itertools.product(("simulate",), SECOND),
 ]
 
 
 @pytest.mark.parametrize(("stage", "name"), BAD_OUTPUTS)
 def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name):
     """Nothing that was there is replaced, and nothing is left behind."""
-    make, output = (OUTPUTS | BESIDE | SECOND)[name]
+    make, output = (OUTPUTS | BESIDE)[name]
     if make:
         make()
     before = everything()

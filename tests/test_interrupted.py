@@ -1,7 +1,5 @@
 """Commands that are interrupted, started twice, or heard by nobody: processes of their own."""
 
-import errno
-import json
 import os
 import signal
 import subprocess
@@ -10,6 +8,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import netCDF4
 import pytest
 import yaml
 
@@ -17,7 +16,6 @@ from dpd.digest import ROOT, cache_folder
 from dpd.engine.simulation import _started
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.pipeline.lock import alone
 from dpd.streams import Steady
 from tests.conftest import SCENE
 from tests.test_faults import POINT
@@ -172,7 +170,7 @@ def test_points_that_begin_together(here):
     assert made() == ["run.nc"]
     waited = [errors for _, errors in said if "waiting for it" in errors]
     if waited:  # unless the first had ended when the second came
-        assert said[0][0] == said[1][0]
+        assert "is there already" in said[0][0] + said[1][0]
     assert "Traceback" not in "".join(errors for _, errors in said)
 
 
@@ -188,58 +186,6 @@ def test_what_a_killed_run_left_is_taken_over(here):
     assert code == 0 and "kT" in output
     assert f"process {process.pid}" in errors and "taking over" in errors
     assert made() == ["other.nc.5.writing", "run.nc"]
-
-
-def test_a_lock_of_another_machine_is_respected(here):
-    """It says how to remove it; after a start of this machine the lock is taken over."""
-    said = []
-    with alone("run.nc", said.append):
-        owner = json.loads(Path("run.nc.lock").read_text())
-        with pytest.raises(UserError, match=f"process {os.getpid()}"), alone("run.nc", said.append):
-            pass
-    assert made() == [] and said == []
-    lock = Path("run.nc.lock")
-    lock.write_text(json.dumps(owner | {"host": "elsewhere", "boot": "another"}))
-    refused = pytest.raises(UserError, match=r"another machine.*remove that file")
-    with refused, alone("run.nc", said.append):
-        pass
-    lock.write_text(json.dumps(owner | {"boot": "before"}))
-    with alone("run.nc", said.append):
-        assert json.loads(lock.read_text())["pid"] == os.getpid()
-    assert made() == [] and len(said) == 1 and "taking over" in said[0]
-
-
-def test_a_lock_that_cannot_be_written_is_not_left(here, monkeypatch):
-    """The disk is full: room is asked for, and nothing is in the way later."""
-
-    def full(*arguments):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr("dpd.pipeline.lock.os.pwrite", full)
-        refused = pytest.raises(UserError, match=r"No space left on device\); make room there or")
-        with refused, alone("run.nc", print):
-            pass
-    assert made() == []
-
-
-def test_where_files_cannot_be_locked_the_process_is_looked_for(here, monkeypatch):
-    """As on some cluster's disks: alive, or dead, or another of the same number."""
-
-    def unknown(*arguments):
-        raise OSError(38, "Function not implemented")
-
-    monkeypatch.setattr("fcntl.flock", unknown)
-    lock, said = Path("run.nc.lock"), []
-    with alone("run.nc", said.append):
-        owner = json.loads(lock.read_text())
-        with pytest.raises(UserError, match="at work"), alone("run.nc", said.append):
-            pass
-    for change in ({"pid": 2**22 + 1}, {"ticks": owner["ticks"] - 1}):
-        lock.write_text(json.dumps(owner | change))
-        with alone("run.nc", said.append):
-            pass
-    assert len(said) == 2 and made() == []
 
 
 NOBODY = {
@@ -336,17 +282,18 @@ def test_kernels_that_cannot_be_kept(here, fault):
     assert read("run.nc")[0]["kT"].size == 100
 
 
-def test_what_was_made_for_a_dead_snakemake_is_taken(here):
-    """The shell's parent dies; the result has a second name, and is there again in no time."""
-    command = f"{sys.executable} -m dpd simulate {' '.join(POINT)} -o run.nc; true"
-    parent = subprocess.Popen(["bash", "-c", f"bash -c '{command}' & wait"], env=ENVIRONMENT)
-    wait_for(at_work)
-    parent.kill()
-    parent.wait()
-    wait_for(lambda: Path("run.nc").exists() and not at_work())
-    assert made() == ["run.nc", "run.nc.left"]
+def test_a_result_that_is_there_stays(here):
+    """A point that is asked for again is not simulated again, unless it is another or damaged."""
+    assert dpd("simulate", *POINT, "-o", "run.nc")[0] == 0
     first = read("run.nc")[1]["seconds"]
-    os.remove("run.nc")  # as Snakemake does with what it calls incomplete
+    os.utime("run.nc", (0, 0))
     code, output, errors = dpd("simulate", *POINT, "-o", "run.nc")
-    assert code == 0 and errors == "" and "kT" in output
+    assert code == 0 and errors == "" and "is there already" in output and "kT" in output
     assert made() == ["run.nc"] and read("run.nc")[1]["seconds"] == first
+    assert Path("run.nc").stat().st_mtime > 0  # newer than what it is made from
+    os.truncate("run.nc", 1000)
+    assert "is there already" not in dpd("simulate", *POINT, "-o", "run.nc")[1]
+    with netCDF4.Dataset("run.nc", "a") as file:
+        file.setncattr("scene_digest", "another")
+    assert "is there already" not in dpd("simulate", *POINT, "-o", "run.nc")[1]
+    assert read("run.nc")[0]["kT"].size > 0

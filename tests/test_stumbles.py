@@ -210,7 +210,7 @@ def test_a_failed_figure_leaves_the_report(mine):
 BROKEN = {
     "no compute": (FIGURE.replace("def compute", "def computed"), "compute is missing"),
     "no draw": (FIGURE.replace("def draw", "def drawn"), "draw is missing"),
-    "no measured": (FIGURE.replace("def measured", "def measure"), "measured is missing"),
+    "measures nothing": (FIGURE.replace("return {}", "return"), "measured returned NoneType"),
     "no title": (FIGURE.replace("TITLE", "HEAD"), "TITLE is missing"),
     "not Python": (FIGURE.replace("(data):", "(data)"), "line 8: this is not Python"),
     "fails when read": (FIGURE.replace("TITLE =", "TITLE = 1 /"), "line 4: the file, while it is"),

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+FAILED = "error: "  # begins the sentence of a command that failed
 LONGEST_SHOWN = 100  # characters of a value
 
 

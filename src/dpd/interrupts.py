@@ -89,6 +89,12 @@ def ctrl_c() -> Iterator[Callable[[], int]]:
         signal.signal(signal.SIGINT, former)
 
 
+def ask() -> None:
+    """Ask a run to stop as SIGTERM does; nothing if none looks."""
+    if _Asked.listening:
+        _Asked.number, _Asked.at = signal.SIGTERM, time.monotonic()
+
+
 def _attend(read):
     told = False
     while True:

@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from dpd.commands.parser import new_parser
-from dpd.errors import Stopped, UserError, reason
+from dpd.errors import FAILED, Stopped, UserError, reason
 from dpd.interrupts import asked
 from dpd.sources import HOMES
 from dpd.streams import unprinted
@@ -72,5 +72,5 @@ def _not_installed(problem: ModuleNotFoundError) -> str:
 
 
 def _fail(problem: Exception | str, code: int = 1) -> int:
-    print(f"error: {problem}", file=sys.stderr)
+    print(f"{FAILED}{problem}", file=sys.stderr)
     return code

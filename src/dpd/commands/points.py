@@ -90,19 +90,10 @@ def _start(options: Namespace) -> None:
 def _simulate(options: Namespace) -> None:
     from dpd.files import check_output
     from dpd.pipeline.running import Order, run_alone
-    from dpd.pipeline.simulate import is_made
-    from dpd.scene.beside import files_beside
 
     inputs = (options.start,) if options.start else ()
     check_output(options.output, ".nc", inputs)
-    sweep = resolved_sweep(options)
-    scene = sweep.point(options.point).scene
-    # Snakemake cannot know that what was measured anew came out as before.
-    if sweep.derived and is_made(scene, options.output):
-        for path in (options.output, *files_beside(scene, options.output).values()):
-            path.touch()
-        print(f"{options.output}: is there already, of the same scene and the same sources")
-        return
+    scene = resolved_sweep(options).point(options.point).scene
     found = run_alone(
         Order(
             scene, options.output, f"{options.sweep} {options.point}", options.start,

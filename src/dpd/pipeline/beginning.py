@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dpd import files
 from dpd.errors import UserError
+from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
 from dpd.stages import start_sources
 from dpd.start.files import read_start, write_start
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.engine.state import State
-    from dpd.scene.scene import Scene
 
 NETCDF = ".nc"
 # Parts of a scene that decide how beads move; a start from a run that had others is said to be one.
@@ -83,8 +83,21 @@ def begun(
             f"{path}: its run had the seed {scene.data['seed']} as well, so the same noise comes "
             "again; another 'seed' makes the two independent"
         )
-    scene = scene.starting_from(path)
+    scene = starting_from(scene, path)
     return Begun(scene, make_start(scene, progress, say))
+
+
+def starting_from(scene: Scene, path: Path) -> Scene:
+    """The same scene with its first configuration from a file, as it stands there.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read.
+    """
+    kept = {key: scene.data["start"][key] for key in ("kT", "seed") if key in scene.data["start"]}
+    start = kept | {"method": "file", "path": str(path)}
+    return Scene(scene.data | {"start": start}, scene.where)
 
 
 def _attributes(path):

@@ -1,7 +1,10 @@
 """One run at a time on an output: a lock that says who is at work.
 
 The lock is a file beside the output. The system's own lock on that file (flock) ends with the
-process, however it ends; what stands in the file tells others who it was.
+process, however it ends; what stands in the file tells others who it was. Between the machines of
+a cluster not every file system passes on such locks, and none says what became of a process. So
+the owner also gives a sign of life: every few seconds it sets the time of the file. A lock from
+another machine that is without a sign for two minutes was left by a run that is no more.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ import fcntl
 import json
 import os
 import socket
+import threading
 import time
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -18,11 +22,15 @@ from typing import TYPE_CHECKING
 
 from dpd.drafts import TEMPORARY
 from dpd.errors import UserError, reason, remedy
+from dpd.interrupts import ask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 POLL = 1.0  # s between looks whether the other run has ended
+SIGN = 10.0  # s between the owner's signs of life
+SILENCE = 120.0  # s without a sign after which a run on another machine is no more
+LONGEST = 4096  # bytes of a lock
 BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
@@ -30,8 +38,39 @@ class _Busy(Exception):
     """Somebody is at work; the text says who."""
 
 
+class _Doubtful(Exception):
+    """The lock is of a run on another machine, which may be no more; the text says whose."""
+
+
+class _Watch:
+    """What is seen of a lock by one who waits: times of its file, compared with each other alone.
+
+    Clocks of machines differ.
+
+    Attributes
+    ----------
+    alive : bool
+        The owner has given a sign since we look, and lately.
+    silent : bool
+        It has given none for so long that it is no more.
+    """
+
+    def __init__(self):
+        self.alive = self.silent = False
+        self._last, self._since = None, 0.0
+
+    def look(self, handle):
+        """Look at the lock."""
+        time_of_file, now = os.fstat(handle).st_mtime_ns, time.monotonic()
+        if time_of_file != self._last:
+            self.alive = self._last is not None
+            self._last, self._since = time_of_file, now
+        self.silent = now - self._since >= SILENCE
+        self.alive = self.alive and not self.silent
+
+
 @contextmanager
-def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[bool]:
+def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[None]:
     """Be the only run at work on an output.
 
     Parameters
@@ -43,47 +82,61 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     wait : bool
         Wait for the end of the other run instead of refusing.
 
-    Yields
-    ------
-    bool
-        Whether another run was waited for: its result may be there.
-
     Raises
     ------
     UserError
-        If another run is at work, or may be on another machine, or if there can be no lock.
+        If another run is at work, or if there can be no lock.
     """
     lock = Path(path).with_name(Path(path).name + ".lock")
-    waited = False
+    watch, said = _Watch(), None
     while True:
         try:
-            handle = _take(lock, say)
+            handle = _take(lock, watch, say)
             break
         except _Busy as who:
             if not wait:
                 raise UserError(
                     f"{path}: {who}; wait for it, stop it, or choose another output"
                 ) from None
-            if not waited:
-                say(f"{path}: {who}; waiting for it")
-            waited = True
-            time.sleep(POLL)
+            sentence = f"{path}: {who}; waiting for it"
+        except _Doubtful as who:
+            sentence = f"{lock}: {who}; waiting {SILENCE:g} s for a sign that it is at work"
         except OSError as problem:
             raise UserError(
                 f"{lock}: cannot be written ({reason(problem)}); {remedy(problem, lock.parent)}"
             ) from None
+        if sentence != said:
+            say(sentence)
+        said = sentence
+        time.sleep(POLL)
     TEMPORARY.add(lock)
+    ended = threading.Event()
+    signs = threading.Thread(target=_give_signs, args=(handle, ended, say), daemon=True)
+    signs.start()
     try:
-        yield waited
+        yield
     finally:
+        ended.set()
+        signs.join()
         with suppress(OSError):
-            if _is_at(handle, lock):
+            if _is_at(handle, lock) and _is_ours(handle):
                 lock.unlink()
         TEMPORARY.discard(lock)
         os.close(handle)
 
 
-def _take(lock, say):
+def _give_signs(handle, ended, say):
+    """Set the time of the lock now and then; ask this run to stop if another has taken it over."""
+    while not ended.wait(SIGN):
+        with suppress(OSError):  # a disk that is away for a moment
+            if not _is_ours(handle):
+                say("another run took this one for dead, for it gave no sign of life; stopping")
+                ask()
+                return
+            os.utime(handle)
+
+
+def _take(lock, watch, say):
     """Make the lock ours; its open file."""
     lock.parent.mkdir(parents=True, exist_ok=True)
     while True:
@@ -93,7 +146,8 @@ def _take(lock, say):
             if not held and not _is_at(handle, lock):  # its owner has ended meanwhile
                 os.close(handle)
                 continue
-            _judge(lock, _owner(handle, lock), held, say)
+            watch.look(handle)
+            _judge(lock, _owner(handle, lock), held, watch, say)
             os.ftruncate(handle, 0)
             os.pwrite(handle, json.dumps(_ourselves()).encode(), 0)
         except BaseException as problem:
@@ -124,9 +178,18 @@ def _is_at(handle, lock):
         return False
 
 
+def _is_ours(handle):
+    """Whether this process is the owner that stands in the lock."""
+    try:
+        owner, here = json.loads(os.pread(handle, LONGEST, 0)), _ourselves()
+        return all(owner[key] == here[key] for key in ("pid", "host", "boot", "ticks"))
+    except (ValueError, TypeError, KeyError):
+        return False
+
+
 def _owner(handle, lock):
     """Who wrote the lock, as `_ourselves` has it; None for one who had no time to write."""
-    text = os.pread(handle, 4096, 0)
+    text = os.pread(handle, LONGEST, 0)
     if not text:
         return None
     try:
@@ -138,7 +201,7 @@ def _owner(handle, lock):
         ) from None
 
 
-def _judge(lock, owner, held, say):
+def _judge(lock, owner, held, watch, say):
     """Go on if the lock is free, with a sentence if its owner was killed."""
     if owner is None:
         if held:
@@ -146,14 +209,14 @@ def _judge(lock, owner, held, say):
         return
     who = f"process {owner['pid']} on {owner['host']}, begun {owner['since']}"
     here = _ourselves()
-    same_host = owner["boot"] == here["boot"] or owner["host"] == here["host"]
-    if held or (held is None and same_host and _lives(owner)):
+    if owner["boot"] == here["boot"] or owner["host"] == here["host"]:
+        at_work = held or (held is None and _lives(owner))
+    else:  # the file system may know of another machine's lock, or not, or too long
+        at_work = (held or watch.alive) and not watch.silent
+        if not at_work and not watch.silent:
+            raise _Doubtful(f"left by a run on another machine ({who})")
+    if at_work:
         raise _Busy(f"another run is at work on it ({who})")
-    if not same_host:
-        raise UserError(
-            f"{lock}: left by a run on another machine ({who}), which may still be at work; if it "
-            "is not, remove that file"
-        )
     say(f"{lock}: left by a run that was killed ({who}); taking over")
 
 

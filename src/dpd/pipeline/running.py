@@ -12,19 +12,18 @@ from pathlib import Path
 from dpd.drafts import remove_drafts
 from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
-from dpd.files import attribute, check_output
+from dpd.files import check_output
 from dpd.interrupts import asked, listening
 from dpd.pipeline.beginning import Begun, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.probing import settle, settled_before
+from dpd.pipeline.resources import BYTES_PER_BEAD
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
 from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
 from dpd.start.files import read_start
-
-BYTES_PER_BEAD = 288  # of a run, measured
 
 
 def say(sentence: str) -> None:
@@ -57,8 +56,8 @@ class Order:
     inputs : tuple of Path
         Files that are read: nothing is written in the place of one.
     wait : bool
-        As Snakemake does: wait for another run on the same output, and take a result that was
-        made for a Snakemake that is no more.
+        As Snakemake does: wait for another run on the same output, and leave a result of the same
+        scene and sources as it is.
     stopping : callable or None
         Whether to stop; signals ask for it if there is none.
     say, tell : callable
@@ -108,20 +107,13 @@ def run_alone(order: Order) -> dict[str, float]:
     for path in (checkpoint, *beside):
         check_output(path, "", order.inputs)
     refuse_other_file(checkpoint)
-    if order.wait:
-        _refuse_other_left(order)
-    starter = _starter()
-    with alone(order.output, order.say, order.wait) as waited:
-        if order.wait and (found := _made(order, waited)):
+    with alone(order.output, order.say, order.wait):
+        if order.wait and (found := _made(order)):
             return found
         for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
         with listening():
-            found = _run(order, checkpoint)
-        if order.wait and _starter() != starter:
-            for path in _results(order):
-                os.link(path, _left(path))
-    return found
+            return _run(order, checkpoint)
 
 
 def _results(order):
@@ -129,63 +121,24 @@ def _results(order):
     return [order.output, *files_beside(order.scene, order.output).values()]
 
 
-def _left(path):
-    """Second name of a result that a run made after the death of the Snakemake that started it.
+def _made(order):
+    """Summary of the result, if it is there already: of the same scene and the same sources.
 
-    Another Snakemake takes the result for incomplete, deletes it, and asks for it again.
+    Another run has made it while this one waited; or a Snakemake that was killed, or whose job of
+    many runs was, asks again for those that were done. Or what the scene takes from other sweeps
+    was measured anew, and came out as before.
     """
-    return path.with_name(f"{path.name}.left")
-
-
-def _refuse_other_left(order):
-    """Refuse to let the second name take the place of somebody's file."""
-    left, *beside = map(_left, _results(order))
-    check_output(left, "", order.inputs)
-    if beside:
-        from dpd.particles.trajectory_file import refuse_other_trajectory
-
-        for path in beside:
-            refuse_other_trajectory(path)
-    if not os.path.lexists(left):
-        return
-    try:
-        attribute(left, "scene_digest")
-    except (UserError, AttributeError):
-        raise UserError(
-            f"{left}: a second name of this run's result would take its place, and it is none; "
-            "move it away, or choose another name for the result"
-        ) from None
-
-
-def _made(order, waited):
-    """Summary of a result that another run has made of this scene, put in its place; or nothing."""
     places = _results(order)
-    second = [_left(place) for place in places]
-    found = None
-    for names in (second, places) if waited else (second,):
-        try:
-            found = summary_of_file(order.scene, names[0])
-        except UserError:
-            continue
-        if not all(map(os.path.isfile, names)):
-            found = None
-            continue
-        for name, place in zip(names, places):
-            os.replace(name, place)
-            os.utime(place)  # newer than what it is made from
-        break
-    for name in second:
-        name.unlink(missing_ok=True)  # of no use, or a second name still
-    return found
-
-
-def _starter():
-    """Parent of the shell that runs this command, as far as the system says."""
     try:
-        text = Path(f"/proc/{os.getppid()}/stat").read_text()
-    except OSError:
+        found = summary_of_file(order.scene, order.output)
+    except UserError:
         return None
-    return int(text.rpartition(")")[2].split()[1])
+    if not all(place.is_file() for place in places):
+        return None
+    for place in places:
+        os.utime(place)  # newer than what it is made from
+    order.tell(f"{order.output}: is there already, of the same scene and the same sources")
+    return found
 
 
 def _refuse_too_large(scene):

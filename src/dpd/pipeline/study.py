@@ -10,7 +10,7 @@ from dpd.digest import ROOT
 from dpd.errors import UserError, shown
 from dpd.pipeline.derived import check_derived
 from dpd.pipeline.sweep import described_axes, unfold
-from dpd.scene.schema import read_yaml, suggestion, validate
+from dpd.scene.schema import read_yaml, schema, suggestion, validate, with_defaults
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -51,11 +51,12 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study``: a name, ``papers``: names.
+        ``study``: a name, ``papers``: names, and the others of config/schema/config.yaml.
     """
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
     validate(config, "config", "config/config.yaml")
+    config = with_defaults(config, schema("config"))
     _known("study", config["study"], "studies")
     for name in config["papers"]:
         _known("papers", name, "papers")
@@ -114,7 +115,7 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
             )
     figures = {
         figure: _feeds(given, paper["sweeps"], measurements, f"{where}: figures.{figure}")
-        for figure, given in paper["figures"].items()
+        for figure, given in paper.get("figures", {}).items()
     }
     for sweep in only or ():
         if sweep not in paper["sweeps"]:
@@ -134,7 +135,8 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
             )
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
-    return Paper(name, paper["title"], paper["reference"], sweeps, measurements, figures, sampling)
+    reference = paper.get("reference", "")
+    return Paper(name, paper["title"], reference, sweeps, measurements, figures, sampling)
 
 
 def _check_seeds(sweeps, key):

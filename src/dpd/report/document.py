@@ -38,13 +38,20 @@ command that makes them again. Two sweeps of a paper must not have the same seed
 
 ## Add a paper
 
-1. Write `config/papers/NAME.yaml` with its sweeps and figures; copy a small one and change it.
-2. Write one file for each figure, `paper_figures/NAME/FIGURE.py`, with the functions that the
-   files of other papers have: `compute`, `measured` and `draw`, and the texts `TITLE` and
-   `PAPER_SHOWS`.
-3. Put the numbers that the paper prints into `paper_figures/published.yaml`.
+1. Copy `config/papers/example.yaml` to `config/papers/NAME.yaml`, and change it. A title and a
+   sweep are all that it needs. `snakemake --cores 2 --config papers='[example]'` makes the report
+   of the one that you copied.
+2. Write one file for each figure, `paper_figures/NAME/FIGURE.py`: copy
+   `paper_figures/example/scaled_pressure.py`. It needs the functions `compute` and `draw`, and the
+   text `TITLE`.
+
+The rest is for papers whose numbers you want to hold against your own:
+
+3. Put the numbers that the paper prints into `paper_figures/published.yaml`. The figure that
+   measures them has a function `measured`, as those of the other papers, and may say in
+   `PAPER_SHOWS` what the paper's own figure shows.
 4. Write what the paper says of its own sampling under `sampling`, for the report's comparison.
-5. Add NAME to `papers` in `config/config.yaml`.
+5. Add NAME to `papers` in `config/config.yaml`, so that it is made without being asked for.
 6. To keep its verdicts in git with `python -m dpd archive STUDY`, and to give it a page, write its
    findings into `paper_figures/NAME/findings.md` and its reference into `CITATION.cff`. The page
    shows each picture that stands beside its figure file, as `FIGURE.png`.

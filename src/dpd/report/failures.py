@@ -4,7 +4,8 @@ import atexit
 import sys
 from pathlib import Path
 
-MARK = "error: "  # begins the sentence of a command that failed
+from dpd.errors import FAILED
+
 MOST = 20  # sentences that are shown
 
 
@@ -27,7 +28,7 @@ def failures(logs: str | Path, begun: float) -> list[str]:
         if path.stat().st_mtime < begun:
             continue
         for line in path.read_text(errors="replace").splitlines():
-            if line.startswith(MARK):
+            if line.startswith(FAILED):
                 found.setdefault(line, {})[path] = None
     lines = [f"{line} ({_named(list(paths))})" for line, paths in found.items()]
     more = len(lines) - MOST

@@ -22,12 +22,13 @@ if TYPE_CHECKING:
 FUNCTIONS = {
     "compute": "compute(data), from sweeps by name to the plotted numbers, an xarray.Dataset",
     "draw": "draw(numbers), from those to a matplotlib figure",
+}
+TEXTS = {"TITLE": "TITLE, the first sentence of the caption"}
+MEASURED = {
     "measured": "measured(numbers), from those to a dict of dpd.analysis.verdicts.Measured",
 }
-TEXTS = {
-    "TITLE": "TITLE, the first sentence of the caption",
-    "PAPER_SHOWS": "PAPER_SHOWS, what the paper's own figure shows",
-}
+# What a file may leave out that belongs to no published figure.
+OPTIONAL = {"measured": lambda numbers: {}, "PAPER_SHOWS": ""}
 
 
 class BrokenFigure(UserError):
@@ -58,8 +59,9 @@ def figure_path(paper: str, figure: str) -> Path:
 def load_module(paper: str, figure: str) -> ModuleType:
     """The module of a figure.
 
-    It has ``compute(data)``, ``draw(numbers)``, ``measured(numbers)``, ``TITLE`` and
-    ``PAPER_SHOWS``. It may also have ``ERRORS``, ``warnings(numbers)``, sentences, and
+    It has ``compute(data)``, ``draw(numbers)`` and ``TITLE``. With numbers in published.yaml it has
+    ``measured(numbers)``, which gives ours by their names. It may also have ``PAPER_SHOWS``, what
+    the paper's own figure shows; ``ERRORS``, ``warnings(numbers)``, sentences, and
     ``table(numbers)``, a data frame of text; they go below its caption; and
     ``describe(numbers)``, which says in one or two sentences what is seen, for those who cannot see
     the picture. It may import what it shares with other figures, as in
@@ -85,6 +87,8 @@ def load_module(paper: str, figure: str) -> ModuleType:
             raise UserError(
                 f"{_short(path)}: {name} is missing: {meaning}. A figure file needs {needed}"
             )
+    for name, value in OPTIONAL.items():
+        setattr(module, name, getattr(module, name, value))
     return module
 
 
@@ -120,7 +124,7 @@ def wanted(module: ModuleType, part: str, value: object, kind: type[T]) -> T:
     if not isinstance(value, kind):
         raise UserError(
             f"{_short(module.__file__)}: {part} returned {type(value).__name__}, "
-            f"not {kind.__name__}; a figure file needs {FUNCTIONS[part]}"
+            f"not {kind.__name__}; a figure file needs {(FUNCTIONS | MEASURED)[part]}"
         )
     return value
 

@@ -100,31 +100,8 @@ class Scene:
 
         Of a file to start from its content counts, not where it lies.
         """
-        decides = self.data | {"observe": self.observe}
-        if reads_file(self):
-            start = self.data["start"]
-            decides["start"] = {key: value for key, value in start.items() if key != "path"}
-        return value_digest(decides)
-
-    def starting_from(self, path: str | Path) -> Scene:
-        """The same scene with its first configuration from a file, as it stands there.
-
-        Parameters
-        ----------
-        path : path
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        UserError
-            If the file cannot be read.
-        """
-        kept = {key: self.data["start"][key] for key in ("kT", "seed") if key in self.data["start"]}
-        start = kept | {"method": "file", "path": str(path)}
-        return Scene(self.data | {"start": start}, self.where)
+        start = {key: value for key, value in self.data["start"].items() if key != "path"}
+        return value_digest(self.data | {"observe": self.observe, "start": start})
 
     @property
     def dimension(self) -> int:

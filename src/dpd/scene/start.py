@@ -68,7 +68,7 @@ def start_forces(scene: Scene) -> dict[str, Any]:
 
 def start_work(scene: Scene) -> int:
     """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
-    return (scene.beads if grows(scene) else 0) + _relaxing(scene)
+    return (scene.beads if grows(scene) else 0) + relaxing(scene)
 
 
 def start_is_shared(scene: Scene) -> bool:
@@ -78,7 +78,7 @@ def start_is_shared(scene: Scene) -> bool:
     not worth a job: the run makes its own. This looks at the one scene alone: that other runs
     come and go leaves what was run as it is.
     """
-    return grows(scene) or _relaxing(scene) > SMALL * sum(scene.steps)
+    return grows(scene) or relaxing(scene) > SMALL * sum(scene.steps)
 
 
 def grows(scene: Scene) -> bool:
@@ -160,6 +160,6 @@ def _digest_of(path, changed, size):
     return digest.hexdigest()
 
 
-def _relaxing(scene):
-    """Steps of relaxation."""
+def relaxing(scene: Scene) -> int:
+    """Steps of relaxation of a scene's first configuration."""
     return scene.data["start"].get("relax", {}).get("steps", 0)

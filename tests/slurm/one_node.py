@@ -1,0 +1,253 @@
+"""A Slurm cluster of one node on this machine, for tests and to try a profile.
+
+    python tests/slurm/one_node.py start /tmp/cluster    in a new folder; it says what to export
+    python tests/slurm/one_node.py kill /tmp/cluster     as if the node had lost its power
+    python tests/slurm/one_node.py boot /tmp/cluster     the node is there again
+    python tests/slurm/one_node.py stop /tmp/cluster     end all of it, jobs too
+
+It needs Debian's packages slurm-wlm and munge, and no rights: all daemons belong to you. It leaves
+alone any other Slurm of this machine.
+"""
+
+import argparse
+import os
+import re
+import secrets
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+DAEMONS = ("munged", "slurmctld", "slurmd")
+PATIENCE = 30.0  # s until daemons are up, or have ended
+CPUS, MEMORY = 2, 4000  # of the node, less if the machine has less; MiB
+MISSED = 10  # s after which a node that says nothing is down
+
+CONFIGURATION = """\
+ClusterName=one_node
+SlurmctldHost={host}(127.0.0.1)
+SlurmctldPort={controller}
+SlurmdPort={node}
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+SlurmUser={user}
+SlurmdUser={user}
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd.log
+# Without control groups, which containers often lack.
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/affinity
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU_Memory
+MpiDefault=none
+SlurmdTimeout={missed}
+ReturnToService=2
+NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory}
+PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+"""
+
+
+def missing():
+    """Programs that are not installed here."""
+    return [name for name in (*DAEMONS, "sbatch", "squeue") if _program(name) is None]
+
+
+def environment(folder):
+    """Environment of commands that use the cluster."""
+    return os.environ | _variables(Path(folder).resolve())
+
+
+def _variables(folder):
+    path = f"{folder / 'bin'}:{os.environ.get('PATH', '')}"
+    return {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": path}
+
+
+def start(folder):
+    """Start the cluster in an empty folder, and wait until its node is idle.
+
+    Raises
+    ------
+    SystemExit
+        If a program is missing or a daemon does not start; the text says which, and why.
+    """
+    folder = Path(folder).resolve()
+    if absent := missing():
+        sys.exit(f"{', '.join(absent)}: not installed; on Debian: apt-get install slurm-wlm munge")
+    if folder.exists() and any(folder.iterdir()):
+        sys.exit(f"{folder}: is not empty; stop a cluster that is there, and name another folder")
+    for name in ("state", "spool", "bin"):
+        (folder / name).mkdir(parents=True)
+    # Snakemake's executor calls srun in jobs without the variables of Slurm, SLURM_CONF among them.
+    srun = folder / "bin" / "srun"
+    srun.write_text(f'#!/bin/sh\nSLURM_CONF={folder}/slurm.conf exec {_program("srun")} "$@"\n')
+    srun.chmod(0o755)
+    key = folder / "munge.key"
+    key.touch(mode=0o600)
+    key.write_bytes(secrets.token_bytes(64))
+    controller, node = _free_ports(2)
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
+    text = CONFIGURATION.format(
+        host=socket.gethostname().partition(".")[0], user=_user(), folder=folder, missed=MISSED,
+        controller=controller, node=node, cpus=min(CPUS, os.cpu_count()),
+        memory=min(MEMORY, memory * 9 // 10),
+    )  # fmt: skip
+    (folder / "slurm.conf").write_text(text)
+    (folder / "cgroup.conf").write_text(f"CgroupPlugin={_cgroup_plugin()}\n")
+    try:
+        _run(folder, "munged", "--force", *(
+            f"--{name}={folder / file}" for name, file in (
+                ("key-file", "munge.key"), ("socket", "munge.socket"), ("pid-file", "munged.pid"),
+                ("log-file", "munged.log"), ("seed-file", "munged.seed"),
+            )
+        ))  # fmt: skip
+        _run(folder, "slurmctld", "-c")
+        boot(folder)
+    except BaseException:
+        stop(folder)
+        raise
+
+
+def boot(folder):
+    """Start the node, and wait until it can have jobs."""
+    folder = Path(folder).resolve()
+    _run(folder, "slurmd")
+    _wait(lambda: state_of_node(folder) in ("idle", "mixed", "allocated"), folder, "slurmd")
+
+
+def state_of_node(folder):
+    """As sinfo has it, without the sign of a node that does not answer; empty if nobody knows."""
+    done = subprocess.run(
+        ["sinfo", "--noheader", "--format=%T"], env=environment(folder), capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
+    return done.stdout.strip().rstrip("*")
+
+
+def kill_node(folder):
+    """End the node's daemon and all processes of its jobs at once, as a power cut would."""
+    left = _wait_for_none(lambda: _processes_of_node(Path(folder).resolve()), signal.SIGKILL)
+    if left:
+        sys.exit(f"processes {left} of the node could not be killed")
+
+
+def stop(folder):
+    """End the cluster: jobs, daemons, and what is left of them. The folder stays, with its logs."""
+    folder = Path(folder).resolve()
+    kill_node(folder)
+    for name in reversed(DAEMONS):
+        pid = _pid(folder / f"{name}.pid")
+        if pid and _wait_for_none(lambda pid=pid: [pid] if _lives(pid) else [], signal.SIGTERM):
+            os.kill(pid, signal.SIGKILL)
+
+
+def _program(name):
+    return shutil.which(name, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/usr/local/sbin")
+
+
+def _user():
+    import pwd
+
+    return pwd.getpwuid(os.getuid()).pw_name
+
+
+def _cgroup_plugin():
+    """Control groups are not used; how to say so depends on the version."""
+    said = subprocess.run([_program("slurmd"), "-V"], capture_output=True, text=True, check=True)
+    version = tuple(int(part) for part in re.findall(r"\d+", said.stdout)[:2])
+    return "disabled" if version >= (23, 2) else "cgroup/v1"
+
+
+def _free_ports(count):
+    """Ports of this machine that nobody listens at."""
+    sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
+    ports = [each.getsockname()[1] for each in sockets]
+    for each in sockets:
+        each.close()
+    return ports
+
+
+def _run(folder, name, *arguments):
+    """Start a daemon, which puts itself into the background."""
+    with open(folder / f"{name}.out", "w") as out:
+        done = subprocess.run(
+            [_program(name), *arguments], env=environment(folder), stdin=subprocess.DEVNULL,
+            stdout=out, stderr=out, check=False, start_new_session=True,
+        )  # fmt: skip
+    if done.returncode:
+        sys.exit(f"{name} does not start: {(folder / f'{name}.out').read_text().strip()}")
+
+
+def _wait(condition, folder, name):
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            sys.exit(f"{name} is not up after {PATIENCE:g} s; see {folder / name}.log")
+        time.sleep(0.2)
+
+
+def _wait_for_none(processes, number):
+    """Send a signal to processes until there are none; those that are left after a while."""
+    end = time.monotonic() + PATIENCE
+    while (left := processes()) and time.monotonic() < end:
+        for pid in left:
+            with suppress(ProcessLookupError):
+                os.kill(pid, number)
+        time.sleep(0.2)
+    return left
+
+
+def _processes_of_node(folder):
+    """Its daemon, and processes whose environment says that they are of its jobs."""
+    ours = f"SLURM_CONF={folder}/slurm.conf".encode()
+    daemon, found = _pid(folder / "slurmd.pid"), []
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            variables = (place / "environ").read_bytes().split(b"\0")
+            name = (place / "comm").read_text()
+        except OSError:
+            continue
+        of_job = any(each.startswith(b"SLURM_JOB_ID=") for each in variables)
+        pid = int(place.name)
+        if ours in variables and (of_job or name.startswith("slurmstepd") or pid == daemon):
+            found.append(pid)
+    return [pid for pid in found if _lives(pid)]
+
+
+def _pid(path):
+    """What stands in the file of a daemon; nothing if it is not there."""
+    try:
+        return int(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _lives(pid):
+    """Whether a process is there and has not ended."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+    return text.rpartition(")")[2].split()[0] not in "ZX"
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    doing = {"start": start, "kill": kill_node, "boot": boot, "stop": stop}
+    parser.add_argument("what", choices=doing)
+    parser.add_argument("folder", type=Path)
+    options = parser.parse_args()
+    doing[options.what](options.folder)
+    if options.what == "start":
+        for name, value in _variables(options.folder.resolve()).items():
+            print(f"export {name}={shlex.quote(value)}")

@@ -1,0 +1,49 @@
+"""A paper of one's own: the example that people copy, and the least that a paper needs."""
+
+import pytest
+import xarray as xr
+
+from dpd.pipeline.study import read_config
+from tests.test_pipeline import copy_repository, planned, snakemake
+
+
+def test_nothing_makes_the_example_unless_it_is_asked_for():
+    """It is no paper, and has no place among the verdicts."""
+    assert "example" not in read_config()["papers"]
+
+
+@pytest.mark.slow
+def test_the_example(tmp_path):
+    """Its runs, its figure, its report; a copy under another name works as well."""
+    folder = copy_repository(tmp_path / "copy")
+    papers, figures = folder / "config" / "papers", folder / "paper_figures"
+    text = (papers / "example.yaml").read_text()
+    (papers / "mine.yaml").write_text(text.replace("sample: 4000", "sample: 400"))
+    (figures / "example").rename(figures / "mine")  # what is copied needs nothing of the original
+    (papers / "example.yaml").unlink()
+    done = snakemake(folder, "--config", "papers=[mine]")
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    results = folder / "results" / "quick"
+    with xr.open_dataset(results / "mine" / "figures" / "scaled_pressure.nc") as numbers:
+        assert numbers.scaled.sizes == {"density": 5}
+        assert abs(float(numbers.scaled.sel(density=6)) - 0.1) < 0.01
+    page = (results / "report-mine.html").read_text()
+    assert "Pressure of the DPD fluid" in page and page.count("data:image/png") == 1
+    assert planned(folder, "--config", "papers=[mine]") == {}
+
+
+@pytest.mark.slow
+def test_the_least_that_a_paper_needs(tmp_path):
+    """A title and a sweep: it has a report, with what its runs say of themselves."""
+    folder = copy_repository(tmp_path / "copy")
+    scene = (folder / "config" / "scenes" / "fluid.yaml").read_text()
+    scene = scene.replace("box: 10", "box: 6").replace("seed: 1\n", "").replace("2000", "200")
+    indented = "".join(f"      {line}\n" for line in scene.splitlines())
+    paper = f"title: A paper of mine\nsweeps:\n  fluid:\n    scene:\n{indented}"
+    (folder / "config" / "papers" / "mine.yaml").write_text(paper)
+    done = snakemake(folder, "--config", "papers=[mine]")
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    page = (folder / "results" / "quick" / "report-mine.html").read_text()
+    assert "A paper of mine" in page and "fluid" in page and "<p></p>" not in page
+    table = (folder / "results" / "quick" / "verdicts-mine.csv").read_text()
+    assert len(table.splitlines()) == 1  # its head
