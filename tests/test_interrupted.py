@@ -270,7 +270,7 @@ def test_kernels_that_cannot_be_kept(here, fault):
     Path("file").write_text("")
     folder = here / ("file" if fault == "no folder" else "cache")
     command = f"{sys.executable} -m dpd run scene.yaml -o run.nc"
-    limit = "ulimit -f 100; " if fault == "no room" else ""
+    limit = "ulimit -f 200; " if fault == "no room" else ""
     done = subprocess.run(
         ["bash", "-c", limit + command], capture_output=True, text=True, check=False,
         env=ENVIRONMENT | {"XDG_CACHE_HOME": str(folder), "NUMBA_CACHE_DIR": str(folder)},

@@ -14,6 +14,7 @@ True
 
 - `dpd.run`: simulate a scene; what it measured, as an `xarray.Dataset`.
 - `dpd.Scene`: a scene that was checked and knows its beads, density and bonds.
+- `dpd.draw`: a picture of beads and bonds, as a matplotlib figure.
 - `dpd.load`: the result of an earlier run or sweep.
 - `dpd.sweep`: all combinations of some values of a scene, on several cores.
 - `dpd.UserError`: what they raise over anything that the user can mend, with a sentence on it.
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from dpd.api.runs import run as run
     from dpd.api.sweeps import sweep as sweep
     from dpd.errors import UserError as UserError
+    from dpd.report.pictures.draw import draw as draw
     from dpd.scene.scene import Scene as Scene
 
 __version__ = "0.2.0"  # the one place: pyproject.toml reads it
@@ -35,11 +37,12 @@ __version__ = "0.2.0"  # the one place: pyproject.toml reads it
 _MODULES = {
     "Scene": "dpd.scene.scene",
     "UserError": "dpd.errors",
+    "draw": "dpd.report.pictures.draw",
     "load": "dpd.api.datasets",
     "run": "dpd.api.runs",
     "sweep": "dpd.api.sweeps",
 }
-__all__ = ["Scene", "UserError", "load", "run", "sweep"]
+__all__ = ["Scene", "UserError", "draw", "load", "run", "sweep"]
 
 
 def __getattr__(name: str) -> Any:

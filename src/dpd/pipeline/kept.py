@@ -31,7 +31,7 @@ from dpd.scene.scene import Scene
 from dpd.start.make import species_of, system_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
 STATE = "state"  # name of the group
@@ -70,14 +70,12 @@ class Former(NamedTuple):
     attributes: dict[str, Any]
 
 
-def remember_if_small(observers: list[Any], say: Callable[[str], object] | None) -> str:
+def remember_if_small(observers: list[Any]) -> str:
     """Let observables keep what a longer run needs, if that is not too much.
 
     Parameters
     ----------
     observers : list
-    say : callable or None
-        Called with what is returned.
 
     Returns
     -------
@@ -88,14 +86,11 @@ def remember_if_small(observers: list[Any], say: Callable[[str], object] | None)
     if size <= MOST_REMEMBERED:
         remember(observers)
         return ""
-    why = (
+    return (
         f"`dpd extend` cannot make this run longer: the samples that it needs would take "
         f"{size / 2**20:.0f} MiB of memory and disk, and a run keeps up to "
         f"{MOST_REMEMBERED / 2**20:.0f}; a larger 'every' of its observables makes them fewer"
     )
-    if say:
-        say(why)
-    return why
 
 
 def last_configuration(scene: Scene, state: State) -> Particles:

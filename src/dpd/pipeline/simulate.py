@@ -112,7 +112,7 @@ def simulate(
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system, path)
     keeps = scene.data.get("keep_state", settings.keep)
-    not_kept = remember_if_small(observers, settings.say) if keeps else ""
+    not_kept = remember_if_small(observers) if keeps else ""
     for observer, former in zip(observers, settings.former or ()):
         go_on_from(observer, former, state.step - scene.steps.equilibrate)
     own_files = list(filter(None, map(file_of, observers)))

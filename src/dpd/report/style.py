@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from dpd.analysis.statistics import COVERAGE
+from dpd.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY  # noqa: F401
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -18,10 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 SINGLE, DOUBLE = 8.6 / 2.54, 17.8 / 2.54  # inches, a journal's one and two columns
-# Okabe and Ito's palette.
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
-)  # fmt: skip
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 

@@ -1,0 +1,175 @@
+"""Draw one configuration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from dpd.errors import UserError
+from dpd.files import check_output, replace_whole
+from dpd.particles.formats import read
+from dpd.particles.netcdf import particles_of
+from dpd.particles.particles import Particles, checked
+from dpd.report.pictures.camera import camera_of, region_of
+from dpd.report.pictures.colouring import coloured_by, colours_of, mixed
+from dpd.report.pictures.frame import (
+    BEFORE,
+    axes_of,
+    draw_caption,
+    draw_edges,
+    draw_legend,
+    draw_scales,
+    ink_of,
+    layout_of,
+)
+from dpd.report.pictures.layers import Fixed, balls_of, depth_of, draw_layers, sticks_of
+from dpd.report.pictures.look import Look, check_beads, look_of
+from dpd.report.pictures.shapes import usual_radius, visible_beads
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BRIGHTER = 0.2  # share of white in colours on a black background
+PICTURES = (".png", ".pdf", ".svg")
+WITHOUT_DATE = {".png": None, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+SAVED: Any = {"pdf.fonttype": 42, "svg.hashsalt": "dpd-papers"}  # the same bytes each time
+RASTER = 1000  # beads, from which on a PDF or SVG has them as pixels
+
+
+def draw(source: str | Path | Particles | xr.Dataset, frame: int = -1, **choices: Any) -> Figure:
+    """Draw a configuration.
+
+    Parameters
+    ----------
+    source : path, Particles or xarray.Dataset
+        A file that `dpd.particles.formats.read` knows, as ``run.nc`` or ``run.gsd``; or a
+        configuration; or a run with the last configuration in it.
+    frame : int
+        Of a trajectory; the last one if not given.
+    **choices
+        Attributes of `dpd.report.pictures.look.Look`: colour, species, slab, view, radius, caption,
+        dark, size, dpi.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read or holds no configuration, or a choice is not allowed.
+    """
+    look = look_of(choices)
+    if isinstance(source, (str, Path)):
+        return _figure(read(source, frame), look, source)
+    if not isinstance(source, Particles):
+        variables = {str(name): variable.values for name, variable in source.variables.items()}
+        source = particles_of(variables, source.attrs, "the run")
+    return _figure(checked(source, "the particles"), look, "the particles")
+
+
+def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: Any) -> Particles:
+    """Draw a configuration into a file.
+
+    Parameters
+    ----------
+    source : path
+    path : path
+        Of the picture: ``.png``, ``.pdf`` or ``.svg``.
+    frame, **choices
+        As for `draw`.
+
+    Returns
+    -------
+    Particles
+        What was drawn.
+
+    Raises
+    ------
+    UserError
+        As `draw` does, or if the picture cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in PICTURES:
+        raise UserError(
+            f"{path}: its name does not say what kind of picture it is; allowed: "
+            f"{', '.join(PICTURES)}"
+        )
+    check_output(path, inputs=[source])
+    look = look_of(choices)
+    particles = read(source, frame)
+    figure = _figure(particles, look, source)
+    with mpl.rc_context(SAVED):
+        replace_whole(
+            path,
+            lambda draft: figure.savefig(
+                draft, format=path.suffix[1:], dpi=look.dpi, metadata=WITHOUT_DATE[path.suffix]
+            ),
+        )
+    return particles
+
+
+def _figure(particles, look, path):
+    check_beads(look, particles, path)
+    figure = Figure(dpi=look.dpi)
+    draw_into(figure, particles, look, fixed_of(particles, look))
+    return figure
+
+
+def fixed_of(particles: Particles, look: Look) -> Fixed:
+    """Size and colours of beads."""
+    colours = colours_of(particles, look)
+    if look.dark:
+        colours = colours._replace(palette=mixed(colours.palette, np.ones(3), BRIGHTER))
+    return Fixed(look.radius or usual_radius(particles), colours)
+
+
+def draw_into(figure: Figure, particles: Particles, look: Look, fixed: Fixed) -> None:
+    """Draw a configuration into a figure, in the place of what is there.
+
+    Parameters
+    ----------
+    figure : Figure
+    particles : Particles
+    look : Look
+        Checked against these particles by `check_beads`.
+    fixed : Fixed
+    """
+    region = region_of(particles.box, look)
+    camera = camera_of(region, look)
+    visible = visible_beads(particles, region, look)
+    legend = _legend(particles, look, fixed)
+    layout = layout_of(region, camera, fixed.radius, look, len(legend))
+    paper, ink = ink_of(look)
+    figure.clear()
+    figure.set(facecolor=paper, figwidth=layout.width, figheight=layout.height)
+    axes = axes_of(figure, layout)
+    axes.set_facecolor(paper)
+    if visible.sum() > RASTER:
+        axes.set_rasterization_zorder(BEFORE)
+    draw_layers(
+        axes,
+        balls_of(particles, visible, camera, fixed),
+        sticks_of(particles, visible, camera, fixed),
+        depth_of(region, camera, np.array(to_rgb(paper))),
+    )
+    if camera is None:
+        draw_scales(axes, ink)
+    else:
+        draw_edges(axes, region, camera, ink)
+    draw_legend(figure, legend, ink)
+    if look.caption:
+        draw_caption(figure, particles, int(visible.sum()), ink)
+
+
+def _legend(particles, look, fixed):
+    """Species and colours: none where the colours tell something else, or there is one only."""
+    if len(particles.names) == 1 or coloured_by(particles, look) != "species":
+        return {}
+    colours = zip(particles.names, fixed.colours.palette)
+    return {name: colour for name, colour in colours if not look.species or name in look.species}
