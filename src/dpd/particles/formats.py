@@ -79,7 +79,7 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
         without = "there are no velocities: programs that read GSD take them to be 0"
         return () if particles.velocity is not None else (without,)
     if path.suffix in DATA:
-        from dpd.particles.lammps_data import as_data
+        from dpd.particles.lammps_text import as_data
 
         text = as_data(particles)
         files.replace_whole(path, lambda draft: draft.write_text(text))

@@ -1,4 +1,4 @@
-"""Configurations as data files of LAMMPS, which it reads by ``read_data``.
+"""Read configurations from data files of LAMMPS, which it writes by ``write_data``.
 
 https://docs.lammps.org/read_data.html: a title, a header with counts and the box, and sections.
 What this program has no use for, as coefficients of potentials, is skipped.
@@ -33,7 +33,6 @@ TILT = re.compile(r"(\S+)\s+(\S+)\s+(\S+)\s+xy\s+xz\s+yz")
 STEP = re.compile(r"timestep = (\d+)")  # in the title, where LAMMPS puts it
 THIN = 2.0  # r_c: no box of three dimensions may be thinner
 MOST_TYPES = 256
-HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is written
 
 
 class Line(NamedTuple):
@@ -214,16 +213,16 @@ class _Table:
         for row, line in zip(rows, self.lines):
             words = line.text.split()
             if len(words) != columns:
-                self._refuse(line, f"has {len(words)} columns, and {columns} are expected")
+                self.refuse(line, f"has {len(words)} columns, and {columns} are expected")
             if labels and words[labelled] in labels:
                 words[labelled] = labels[words[labelled]]
             try:
                 row[:] = words
             except ValueError:
-                self._refuse(line, "is not made of numbers")
+                self.refuse(line, "is not made of numbers")
         return rows
 
-    def _refuse(self, line, problem):
+    def refuse(self, line, problem):
         raise UserError(
             f"{self.path}: line {line.number}, in section {self.name}: {shown(line.text)} {problem}"
             "; mend the line"
@@ -235,7 +234,7 @@ def _whole(path, table, values, order):
     bad = ~np.isfinite(values) | (values != np.rint(values)) | (np.abs(values) > 2**53)
     if bad.any():
         row = int(np.argmax(bad.reshape(len(values), -1).any(axis=1)))
-        table._refuse(table.lines[order[row]], "has a fraction where a whole number is needed")
+        table.refuse(table.lines[order[row]], "has a fraction where a whole number is needed")
     return values.astype(np.int64)
 
 
@@ -344,7 +343,7 @@ def _bonds(path, data, identities):
     places = _places(identities, ends)
     if (places < 0).any():
         row = int(np.argmax((places < 0).any(axis=1)))
-        table._refuse(table.lines[row], "ties an atom that is not there")
+        table.refuse(table.lines[row], "ties an atom that is not there")
     return places
 
 
@@ -379,57 +378,3 @@ def _left_out(data, style, rows):
         line.comment for line in data.sections.get("Masses", [])
     ):
         yield "types have no names: they are called A, B ..."
-
-
-def as_data(particles: Particles) -> str:
-    """A configuration as the text of a data file, of atom style ``bond`` or ``atomic``.
-
-    All numbers have as many digits as it takes to read the same ones again. In two dimensions
-    the box is 1 thick along z. Names of species stand as comments behind the masses.
-    """
-    bonds = particles.bonds
-    edges = [f"0 {edge!r}" for edge in map(float, particles.box)] + [f"{-HALF} {HALF}"]
-    lines = [
-        f"LAMMPS data file, written by dpd-papers, timestep = {particles.step}, units = lj", "",
-        f"{particles.beads} atoms", f"{len(particles.names)} atom types",
-        *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []), "",
-        *(f"{edge} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")), "",
-        "Masses", "", *(f"{i + 1} 1 # {name}" for i, name in enumerate(particles.names)), "",
-        f"Atoms # {'bond' if len(bonds) else 'atomic'}", "", *_atom_lines(particles),
-    ]  # fmt: skip
-    if particles.velocity is not None:
-        rows = _padded(particles.velocity, 0.0).T.tolist()
-        lines += ["", "Velocities", ""]
-        lines += [f"{i + 1} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(rows)]
-    if len(bonds):
-        lines += ["", "Bonds", ""]
-        lines += [f"{i + 1} 1 {one + 1} {two + 1}" for i, (one, two) in enumerate(bonds.tolist())]
-    return "\n".join(lines) + "\n"
-
-
-def _atom_lines(particles):
-    """Lines of the section Atoms."""
-    kinds = (particles.species.astype(int) + 1).tolist()
-    if len(particles.bonds):
-        molecules = molecules_of(particles).tolist()
-        kinds = [f"{molecule + 1} {kind}" for molecule, kind in zip(molecules, kinds)]
-    places = _padded(particles.position, 0.0).T.tolist()
-    images = _padded(particles.image, 0).T.tolist()
-    for i, (kind, (x, y, z), (a, b, c)) in enumerate(zip(kinds, places, images)):
-        yield f"{i + 1} {kind} {x!r} {y!r} {z!r} {a} {b} {c}"
-
-
-def _padded(array, nothing):
-    """A (dimension, n) array with three rows."""
-    missing = 3 - len(array)
-    return np.pad(array, ((0, missing), (0, 0)), constant_values=nothing)
-
-
-def molecules_of(particles: Particles) -> np.ndarray:
-    """(n,) numbers of molecules, from 0, by the bonds that hold them together."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    one, two = particles.bonds.astype(np.int64).T
-    table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(particles.beads,) * 2)
-    return connected_components(table, directed=False)[1]

@@ -95,13 +95,12 @@ def remember_if_small(observers: list[Any]) -> str:
 
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
-    species = species_of(scene)
     return Particles(
         box=scene.box,
         position=state.by_identity(state.position),
         image=np.zeros(state.position.shape, np.int32),
         velocity=state.by_identity(state.velocity),
-        species=np.zeros(scene.beads, np.uint8) if species is None else species,
+        species=scene.kinds,
         names=scene.species,
         bonds=scene.bonded,
         step=state.step,

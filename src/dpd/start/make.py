@@ -214,13 +214,7 @@ def species_of(scene: Scene) -> np.ndarray | None:
     (n,) uint8 array or None
         Numbers in ``scene.species``; None where there is one species.
     """
-    if len(scene.species) == 1:
-        return None
-    numbers = [
-        np.tile([scene.species.index(name) for name in kind.beads], kind.count)
-        for kind in scene.molecules
-    ]
-    return np.concatenate(numbers).astype(np.uint8)
+    return None if len(scene.species) == 1 else scene.kinds
 
 
 def _relax(scene, state, relax, grown, begun, progress):

@@ -1,0 +1,66 @@
+"""Configurations as the text of data files, which LAMMPS reads by ``read_data``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from dpd.particles.particles import Particles
+
+HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is written
+
+
+def as_data(particles: Particles) -> str:
+    """A configuration as the text of a data file, of atom style ``bond`` or ``atomic``.
+
+    All numbers have as many digits as it takes to read the same ones again. In two dimensions
+    the box is 1 thick along z. Names of species stand as comments behind the masses.
+    """
+    bonds = particles.bonds
+    edges = [f"0 {edge!r}" for edge in map(float, particles.box)] + [f"{-HALF} {HALF}"]
+    lines = [
+        f"LAMMPS data file, written by dpd-papers, timestep = {particles.step}, units = lj", "",
+        f"{particles.beads} atoms", f"{len(particles.names)} atom types",
+        *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []), "",
+        *(f"{edge} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")), "",
+        "Masses", "", *(f"{i + 1} 1 # {name}" for i, name in enumerate(particles.names)), "",
+        f"Atoms # {'bond' if len(bonds) else 'atomic'}", "", *_atom_lines(particles),
+    ]  # fmt: skip
+    if particles.velocity is not None:
+        rows = _padded(particles.velocity, 0.0).T.tolist()
+        lines += ["", "Velocities", ""]
+        lines += [f"{i + 1} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(rows)]
+    if len(bonds):
+        lines += ["", "Bonds", ""]
+        lines += [f"{i + 1} 1 {one + 1} {two + 1}" for i, (one, two) in enumerate(bonds.tolist())]
+    return "\n".join(lines) + "\n"
+
+
+def _atom_lines(particles):
+    """Lines of the section Atoms."""
+    kinds = (particles.species.astype(int) + 1).tolist()
+    if len(particles.bonds):
+        molecules = molecules_of(particles).tolist()
+        kinds = [f"{molecule + 1} {kind}" for molecule, kind in zip(molecules, kinds)]
+    places = _padded(particles.position, 0.0).T.tolist()
+    images = _padded(particles.image, 0).T.tolist()
+    for i, (kind, (x, y, z), (a, b, c)) in enumerate(zip(kinds, places, images)):
+        yield f"{i + 1} {kind} {x!r} {y!r} {z!r} {a} {b} {c}"
+
+
+def _padded(array, nothing):
+    """A (dimension, n) array with three rows."""
+    missing = 3 - len(array)
+    return np.pad(array, ((0, missing), (0, 0)), constant_values=nothing)
+
+
+def molecules_of(particles: Particles) -> np.ndarray:
+    """(n,) numbers of molecules, from 0, by the bonds that hold them together."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    one, two = particles.bonds.astype(np.int64).T
+    table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(particles.beads,) * 2)
+    return connected_components(table, directed=False)[1]
