@@ -70,7 +70,7 @@ class _Watch:
 
 
 @contextmanager
-def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[bool]:
+def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[None]:
     """Be the only run at work on an output.
 
     Parameters

@@ -160,6 +160,6 @@ def _digest_of(path, changed, size):
     return digest.hexdigest()
 
 
-def relaxing(scene):
+def relaxing(scene: Scene) -> int:
     """Steps of relaxation of a scene's first configuration."""
     return scene.data["start"].get("relax", {}).get("steps", 0)
