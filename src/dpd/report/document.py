@@ -40,7 +40,7 @@ command that makes them again. Two sweeps of a paper must not have the same seed
 
 1. Copy `config/papers/example.yaml` to `config/papers/NAME.yaml`, and change it. A title and a
    sweep are all that it needs. `snakemake --cores 2 --config papers='[example]'` makes the report
-   of the one that you copied.
+   of the example, and with NAME in its place that of yours.
 2. Write one file for each figure, `paper_figures/NAME/FIGURE.py`: copy
    `paper_figures/example/scaled_pressure.py`. It needs the functions `compute` and `draw`, and the
    text `TITLE`.
