@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd.pipeline import running
+from dpd.pipeline import beginning, running
 from tests.conftest import SCENE
 
 POINT = ("smoke", "groot_warren_1997", "fluid", "replica=0")
@@ -164,7 +164,6 @@ def put(name, value):
 STARTS = {
     "no position": lambda: spoil_start(without("position")),
     "no velocity": lambda: spoil_start(without("velocity")),
-    "no digest": lambda: spoil_start(lambda file: file.delncattr("start_digest")),
     "position is not a number": lambda: spoil_start(put("position", np.nan)),
     "velocity is infinite": lambda: spoil_start(put("velocity", np.inf)),
     "cut": lambda: cut("start.nc"),
@@ -284,7 +283,7 @@ def test_files_that_are_no_scenes(folder, dpd, name):
 
 def test_more_beads_than_memory(folder, dpd, monkeypatch):
     """Before they are placed: the system would kill the process later."""
-    monkeypatch.setattr(running, "make_start", None)
+    monkeypatch.setattr(beginning, "make_start", None)
     scene = SCENE | {"box": 100}
     Path("scene.yaml").write_text(yaml.safe_dump(scene))
     sizes = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**16}
