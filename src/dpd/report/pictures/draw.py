@@ -161,7 +161,7 @@ def draw_into(figure: Figure, particles: Particles, look: Look, fixed: Fixed) ->
     if camera is None:
         draw_scales(axes, ink)
     else:
-        draw_edges(axes, region, camera, ink)
+        draw_edges(axes, region, camera, fixed.radius, ink)
     draw_legend(figure, legend, ink)
     if look.caption:
         draw_caption(figure, particles, int(visible.sum()), ink)
