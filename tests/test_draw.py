@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import gsd.hoomd
+import matplotlib as mpl
 import numpy as np
 import pytest
 import yaml
@@ -238,6 +239,16 @@ def test_neighbouring_molecules_differ():
     assert all(is_close(picture.at(*p), found.palette[k]) for p, k in zip(place, found.kind))
     by_species = Picture(draw(chains, colour="species"))
     assert all(is_close(by_species.at(*p), BLUE) for p in place)
+
+
+def test_looks_of_other_figures_do_not_matter(recwarn):
+    """What figures of papers, or a notebook, have set for theirs."""
+    beads = particles([(5, 5, 1), (2, 2, 9)], (10, 10, 10), [0, 1])
+    expected = Picture(draw(beads, caption=True)).pixels
+    others = {"figure.constrained_layout.use": True, "font.size": 20, "lines.markersize": 9}
+    with mpl.rc_context(others):
+        assert np.array_equal(Picture(draw(beads, caption=True)).pixels, expected)
+    assert not recwarn.list
 
 
 # Choices that are refused.

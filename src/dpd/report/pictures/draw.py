@@ -116,7 +116,7 @@ def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: 
 
 def _figure(particles, look, path):
     check_beads(look, particles, path)
-    figure = Figure(dpi=look.dpi)
+    figure = Figure(dpi=look.dpi, layout="none")
     draw_into(figure, particles, look, fixed_of(particles, look))
     return figure
 
