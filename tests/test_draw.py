@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import gsd.hoomd
+import matplotlib as mpl
 import numpy as np
 import pytest
 import yaml
@@ -227,16 +228,27 @@ def test_neighbouring_molecules_differ():
     bonds = [
         (x * length + y, x * length + y + 1) for x in range(columns) for y in range(length - 1)
     ]
-    chains = particles([*place, (18, 5)], (19, 10), bonds=bonds, names="A")
+    chains = particles([*place, (8, 14.7)], (17, 20), bonds=bonds, names="A")
     found = molecule_colours(chains)
     kinds = found.kind[:-1].reshape(columns, length)
     assert (kinds == kinds[:, :1]).all()
-    assert all(one != other for one, other in pairwise(kinds[np.argsort(order), 0]))
+    in_space = kinds[np.argsort(order), 0]
+    assert (in_space != np.roll(in_space, 1)).all()
     assert found.kind[-1] not in kinds
     picture = Picture(draw(chains))
     assert all(is_close(picture.at(*p), found.palette[k]) for p, k in zip(place, found.kind))
     by_species = Picture(draw(chains, colour="species"))
     assert all(is_close(by_species.at(*p), BLUE) for p in place)
+
+
+def test_looks_of_other_figures_do_not_matter(recwarn):
+    """What figures of papers, or a notebook, have set for theirs."""
+    beads = particles([(5, 5, 1), (2, 2, 9)], (10, 10, 10), [0, 1])
+    expected = Picture(draw(beads, caption=True)).pixels
+    others = {"figure.constrained_layout.use": True, "font.size": 20, "lines.markersize": 9}
+    with mpl.rc_context(others):
+        assert np.array_equal(Picture(draw(beads, caption=True)).pixels, expected)
+    assert not recwarn.list
 
 
 # Choices that are refused.

@@ -116,7 +116,7 @@ def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: 
 
 def _figure(particles, look, path):
     check_beads(look, particles, path)
-    figure = Figure(dpi=look.dpi)
+    figure = Figure(dpi=look.dpi, layout="none")
     draw_into(figure, particles, look, fixed_of(particles, look))
     return figure
 
@@ -161,7 +161,7 @@ def draw_into(figure: Figure, particles: Particles, look: Look, fixed: Fixed) ->
     if camera is None:
         draw_scales(axes, ink)
     else:
-        draw_edges(axes, region, camera, ink)
+        draw_edges(axes, region, camera, fixed.radius, ink)
     draw_legend(figure, legend, ink)
     if look.caption:
         draw_caption(figure, particles, int(visible.sum()), ink)

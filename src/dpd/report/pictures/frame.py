@@ -40,7 +40,7 @@ class Label(NamedTuple):
     ----------
     text : str
     place : (2,) array
-        The middle of the edge, in r_c.
+        Near the middle of the edge, in r_c.
     right, up : int
         On which side of that the label stands: -1, 0 or 1.
     """
@@ -102,7 +102,9 @@ def layout_of(
     beyond = 0.0 if camera is None else 1.2 * radius
     low, high = ends.min(axis=1) - beyond, ends.max(axis=1) + beyond
     width, (across, up) = look.size / INCH, high - low
-    margins = SCALES if camera is None else _around(labels_of(region, camera), low, high, width)
+    margins = (
+        SCALES if camera is None else _around(labels_of(region, camera, radius), low, high, width)
+    )
     margins = margins._replace(
         bottom=margins.bottom + LINE * look.caption,
         top=margins.top + LINE * -(-legend // PER_ROW),
@@ -149,7 +151,7 @@ def ink_of(look: Look) -> tuple[str, str]:
     return ("black", "#D8D8D8") if look.dark else ("white", "black")
 
 
-def draw_edges(axes: Axes, region: np.ndarray, camera: Camera, ink: str) -> None:
+def draw_edges(axes: Axes, region: np.ndarray, camera: Camera, radius: float, ink: str) -> None:
     """Edges of the region: those at its farthest corner behind the beads, the others before."""
     ends = seen(corners(region), camera)
     far = int(np.argmin(ends.nearness))
@@ -165,7 +167,7 @@ def draw_edges(axes: Axes, region: np.ndarray, camera: Camera, ink: str) -> None
             ),
             autolim=False,
         )  # fmt: skip
-    for label in labels_of(region, camera):
+    for label in labels_of(region, camera, radius):
         upright = not label.up
         axes.annotate(
             label.text, tuple(label.place), xytext=(3 * label.right, 3 * label.up),
@@ -177,11 +179,11 @@ def draw_edges(axes: Axes, region: np.ndarray, camera: Camera, ink: str) -> None
     axes.set_axis_off()
 
 
-def labels_of(region: np.ndarray, camera: Camera) -> list[Label]:
+def labels_of(region: np.ndarray, camera: Camera, radius: float) -> list[Label]:
     """Labels of one edge along each axis, at the rim of the picture.
 
-    They stand below, or at the left where the edge is upright. An edge that is seen from its end
-    has none.
+    They stand below, or at the left where the edge is upright, by a radius of beads, which stand
+    out of the box as well. An edge that is seen from its end has none.
     """
     ends = seen(corners(region), camera)
     found = []
@@ -197,7 +199,8 @@ def labels_of(region: np.ndarray, camera: Camera) -> list[Label]:
         text = f"${AXES[axis]}$: {high - low:g} $r_c$"
         slope = along[outer, 1] / along[outer, 0] if along[outer, 0] else 0.0
         right = -1 if upright else int(np.sign(slope)) * (abs(slope) > LEVEL)
-        found.append(Label(text, middles[outer], right, 0 if upright else -1))
+        up = 0 if upright else -1
+        found.append(Label(text, middles[outer] + radius * np.array([right, up]), right, up))
     return found
 
 

@@ -133,7 +133,7 @@ def _alike(one, other):
 
 def _figures(configurations, look, progress):
     """One figure, drawn anew for each configuration."""
-    figure = Figure(dpi=look.dpi)
+    figure = Figure(dpi=look.dpi, layout="none")
     FigureCanvasAgg(figure)
     fixed = None
     for done, particles in enumerate(configurations, 1):
