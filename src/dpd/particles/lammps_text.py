@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.particles.particles import molecules_of
+
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles
 
@@ -54,13 +56,3 @@ def _padded(array, nothing):
     """A (dimension, n) array with three rows."""
     missing = 3 - len(array)
     return np.pad(array, ((0, missing), (0, 0)), constant_values=nothing)
-
-
-def molecules_of(particles: Particles) -> np.ndarray:
-    """(n,) numbers of molecules, from 0, by the bonds that hold them together."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    one, two = particles.bonds.astype(np.int64).T
-    table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(particles.beads,) * 2)
-    return connected_components(table, directed=False)[1]

@@ -63,6 +63,16 @@ class Particles(NamedTuple):
         )
 
 
+def molecules_of(particles: Particles) -> np.ndarray:
+    """(n,) numbers of molecules, from 0, by the bonds that hold them together."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    one, two = particles.bonds.astype(np.int64).T
+    table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(particles.beads,) * 2)
+    return connected_components(table, directed=False)[1]
+
+
 def checked(particles: Particles, path: object) -> Particles:
     """Particles that a simulation can begin with.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from matplotlib.colors import to_rgb
 
-from dpd.particles.lammps_text import molecules_of
+from dpd.particles.particles import molecules_of
 from dpd.report.colours import BLUE, GREEN, MANY, ORANGE, PURPLE, RED, SKY
 
 if TYPE_CHECKING:
