@@ -223,6 +223,7 @@ WHOLE = FLUID | {
     "box": [4, 4, 4],
     "bond": {"stiffness": 50, "length": 0.5},
     "core": {"radius": 0.1, "force": 30, "smooth": 0.1},
+    "keep_state": True,
     "thermostat": {"kind": "dpd", "kT": 1, "gamma": 4.5, "noise": "uniform"},
     "integrator": {"scheme": "gw-vv", "dt": 0.04, "lambda": 0.5},
     "pairs": {"search": "cells", "skin": 0.15},
@@ -282,12 +283,14 @@ def test_the_whole_scene_has_every_key():
     Scene(WHOLE)
     rules = schema("scene")["properties"]
     assert set(WHOLE) == set(rules)
+    not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     for name in ("start", "thermostat", "integrator", "pairs", "core", "bond"):
-        assert set(rules[name]["properties"]) - set(WHOLE[name]) <= {"tolerance"}, name
+        assert set(rules[name]["properties"]) - set(WHOLE[name]) <= not_here, name
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
     assert set(observables) - {next(iter(item)) for item in WHOLE["observe"]} == {
         "crossings",  # in two dimensions
         "configurational",  # without a core
+        "trajectory",  # a file of its own
     }
 
 
