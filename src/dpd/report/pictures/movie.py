@@ -66,7 +66,7 @@ def movie(
             f"rate: {rate:g} is out of range; allowed: above 0, to {FASTEST} frames per second"
         )
     frames = range(0, _frames_in(Path(source)), every)
-    with Progress(len(frames), f"{path}: frame") as progress:
+    with Progress(len(frames), str(path)) as progress:
         figures = _figures(_configurations(source, frames, look), look, progress)
         figure = next(figures)  # each time the same one, drawn anew
         write = _write_gif if path.suffix == ".gif" else _write_mp4
