@@ -100,6 +100,7 @@ onerror:
 
 
 # On a cluster these run where Snakemake does: each takes seconds, and a place in the queue more.
+# What fails there fails again, so that no retries are of use.
 localrules:
     all,
     collect,
