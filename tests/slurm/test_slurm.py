@@ -127,5 +127,7 @@ def test_a_study_survives(cluster, expected, tmp_path, fault):
         assert made.keys() == arrays.keys()
         for name, array in arrays.items():
             np.testing.assert_array_equal(made[name], array, err_msg=f"{sweep} {point} {name}")
-    assert "A paper of mine" in (folder / "results" / "quick" / "report-mine.html").read_text()
+    results = folder / "results" / "quick"
+    assert "A paper of mine" in (results / "report-mine.html").read_text()
+    assert (results / "logs" / "report-mine.log").read_text() == ""
     assert not list(runs.rglob("*.checkpoint")) and not list(runs.rglob("*.lock"))
