@@ -35,7 +35,7 @@ here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
 # For the report, which says what the workflow cost.
 CORES = workflow.cores if workflow.nodes is None else 0  # of this machine; none on a cluster
-os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(CORES))
+os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(CORES or ""))
 
 
 # Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.
@@ -100,6 +100,7 @@ onerror:
 
 
 # On a cluster these run where Snakemake does: each takes seconds, and a place in the queue more.
+# What fails there fails again, so that no retries are of use.
 localrules:
     all,
     collect,

@@ -17,6 +17,7 @@ rule collect:
         scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
         runs=OUT.runs("{paper}", "{sweep}"),
         derived=option("derived"),
+    retries: 0
     shell:
         "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " --runs {params.runs:q} {params.derived:q} -o {output:q} 2>&1 | tee -i {log:q}"
@@ -34,6 +35,7 @@ rule derive:
         sources=stage_digest("derive"),
         points=planned_digests,
         data=option("data"),
+    retries: 0
     shell:
         "python -m dpd derive {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"

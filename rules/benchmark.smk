@@ -31,6 +31,7 @@ rule benchmark:
         study=STUDY,
         sources=stage_digest("report"),
         results=results_folder,
+    retries: 0
     shell:
         "python -m dpd report {params.study:q} benchmark --results {params.results:q}"
         " -o {output.page:q} 2>&1 | tee -i {log:q}"

@@ -22,6 +22,7 @@ rule draw_figure:
         sources=figure_digest,
         data=option("data"),
         folder=OUT.figures("{paper}"),
+    retries: 0
     shell:
         "python -m dpd figure {params.study:q} {wildcards.paper:q} {wildcards.figure:q}"
         " {params.data:q} -o {params.folder:q} --traceback {log.traceback:q} 2>&1 | tee -i {log.said:q}"

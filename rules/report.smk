@@ -11,6 +11,7 @@ rule join_verdicts:
         stamp=touch(STAMPS[0]),
     log:
         OUT.log(f"verdicts{PAGE}"),
+    retries: 0
     shell:
         "python -m dpd verdicts {input:q} -o {output.table:q} 2>&1 | tee -i {log:q}"
 
@@ -30,6 +31,7 @@ rule write_report:
         sources=stage_digest("report"),
         results=results_folder,
         archived=option("archived"),
+    retries: 0
     shell:
         "python -m dpd report {params.study:q} {params.papers:q} --results {params.results:q}"
         " {params.archived:q} -o {output.page:q} 2>&1 | tee -i {log:q}"
