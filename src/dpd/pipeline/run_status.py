@@ -20,7 +20,7 @@ from dpd import files
 from dpd.errors import FAILED, UserError, reason
 from dpd.pipeline.lock import worker_on
 from dpd.pipeline.pace import START, told_by
-from dpd.pipeline.sight import RECENT, Measured, sight_of
+from dpd.pipeline.sight import NOTHING, RECENT, Measured, sight_of
 from dpd.pipeline.simulate import checkpoint_path
 from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
@@ -79,7 +79,7 @@ class RunStatus:
     steps: int | None = None
     beads: int | None = None
     rate: float | None = None
-    measured: Measured = Measured()
+    measured: Measured = NOTHING
     measured_step: int | None = None
     seen: float | None = None
     process: int | None = None
@@ -153,13 +153,13 @@ def _at_work(run, worker, sight):
         run = replace(
             run, doing=told.doing, step=told.step, steps=told.steps, rate=told.rate or None
         )
-    if isinstance(sight, str) or sight is None:
+    if isinstance(sight, str) or sight is None or run.doing == START:
         return run
-    # A former run may have left a checkpoint that this one could not use.
-    if run.doing == START or (run.step is not None and sight.step > run.step):
+    is_newer = sight.seen > worker.seen or run.step is None
+    if not is_newer and sight.step > run.step:  # left by a former run, and of no use to this one
         return run
     run = replace(run, measured=sight.measured, measured_step=sight.step)
-    if run.step is None:
+    if is_newer:
         run = replace(run, step=sight.step, seen=sight.seen)
     if sight.scene is not None:
         run = replace(run, steps=sum(sight.scene.steps), beads=sight.scene.beads)

@@ -38,6 +38,9 @@ class Measured:
     pressure_error: float = np.nan
 
 
+NOTHING = Measured()
+
+
 @dataclass(frozen=True)
 class Sight:
     """What a checkpoint shows.

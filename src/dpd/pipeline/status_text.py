@@ -97,9 +97,9 @@ def _of_run(run: RunStatus, now: float) -> Iterator[str]:
     """Lines on a run at work."""
     if run.why:
         yield run.why
-    if run.step is None:
+    elif run.step is None:
         yield "it begins"
-    else:
+    if run.step is not None:
         share = f" of {run.steps} ({run.step / run.steps:.0%})" if run.steps else ""
         what = "its first configuration: step" if run.doing == START else "step"
         late = run.seen is not None and now - run.seen > OLD
