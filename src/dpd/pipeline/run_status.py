@@ -145,17 +145,15 @@ def look_at(
 
 def _at_work(run, worker, sight):
     """A run whose process is there."""
-    run = replace(
-        run, state=AT_WORK, process=worker.process, host=worker.host, since=worker.since,
-        seen=worker.seen,
-    )  # fmt: skip
+    run = replace(run, state=AT_WORK, process=worker.process, host=worker.host, since=worker.since)
     if told := told_by(worker.told):
         run = replace(
-            run, doing=told.doing, step=told.step, steps=told.steps, rate=told.rate or None
-        )
+            run, doing=told.doing, step=told.step, steps=told.steps, rate=told.rate or None,
+            seen=told.time,
+        )  # fmt: skip
     if isinstance(sight, str) or sight is None or run.doing == START:
         return run
-    is_newer = sight.seen > worker.seen or run.step is None
+    is_newer = run.seen is None or sight.seen > run.seen
     if not is_newer and sight.step > run.step:  # left by a former run, and of no use to this one
         return run
     run = replace(run, measured=sight.measured, measured_step=sight.step)
