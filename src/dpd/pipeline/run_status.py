@@ -8,7 +8,6 @@ them are only read.
 from __future__ import annotations
 
 import os
-import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -89,11 +88,10 @@ class RunStatus:
 
     @property
     def seconds_left(self) -> float | None:
-        """Of wall clock, at its own rate; None if that is not known."""
+        """Of wall clock from ``seen``, at its own rate; None if that is not known."""
         if self.state != AT_WORK or not self.rate or self.step is None or self.steps is None:
             return None
-        since = time.time() - self.seen if self.seen else 0.0
-        return max((self.steps - self.step) / self.rate - since, 0.0)
+        return max(self.steps - self.step, 0) / self.rate
 
 
 def look_at(
