@@ -21,6 +21,7 @@ from dpd.errors import UserError
 from dpd.pipeline.overlay import edited_in_vain
 from dpd.pipeline import resources as asked
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
+from dpd.pipeline.preparation import kernels_for, waiting_for_starts
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path

@@ -1,24 +1,6 @@
 # What rules look up: the scene of a point, and a point for a start.
 
 
-def waiting_for_starts(paper):
-    """Digest of each start to the (sweep, point) pairs that need it, in order."""
-    waiting = {}
-    for sweep in paper.sweeps.values():
-        for point in sweep.points:
-            if start_is_shared(point.scene):
-                waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
-    return waiting
-
-
-def kernels_for(paper):
-    """Digest of kernels to the terms of the physics that they are for."""
-    scenes = [point.scene for sweep in paper.sweeps.values() for point in sweep.points]
-    terms = {terms_of(scene) for scene in scenes}
-    terms |= {start_terms(scene) for scene in scenes if start_is_shared(scene)}
-    return {kernels_name(each): each for each in terms}
-
-
 def trajectories():
     """Paper, sweep and point of all runs that write a trajectory."""
     return [

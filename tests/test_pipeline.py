@@ -1,5 +1,6 @@
 """The pipeline as a reader runs it, on a copy of the repository."""
 
+import json
 import os
 import re
 import shutil
@@ -226,6 +227,22 @@ SOURCES = (
     "src/dpd/report/page.py",
     f"paper_figures/{PAPER}/fig06_interface.py",
 )
+
+
+def test_status_of_a_finished_study(study):
+    """All runs and all other jobs are done, as Snakemake has it; nothing is left."""
+    done = subprocess.run(
+        [sys.executable, "-m", "dpd", "status", "results/smoke", "--json"],
+        cwd=study, env=os.environ | {"PYTHONPATH": str(study / "src")}, capture_output=True,
+        text=True, check=True,
+    )  # fmt: skip
+    found = json.loads(done.stdout)
+    planned_runs = sum(
+        len(sweep.points) for name in PAPERS for sweep in read_paper(name, "smoke").sweeps.values()
+    )
+    assert found["counts"]["done"] == len(found["runs"]) == planned_runs
+    assert {job["state"] for job in found["jobs"]} == {"done"}
+    assert found["left"]["core_seconds"] == 0 and planned(study, *SMOKE) == {}
 
 
 def test_edited_comments_rerun_nothing(study):

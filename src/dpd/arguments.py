@@ -6,6 +6,7 @@ import os
 
 THREADS_PER_CORE = 4  # more only wait for each other
 MOST_STEPS = 10**12
+SHORTEST_PAUSE = 0.5  # s: to look more often would slow down what is looked at
 
 
 def count(text: str) -> int:
@@ -39,4 +40,14 @@ def steps(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
     if not 1 <= found <= MOST_STEPS:
         raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1 to {MOST_STEPS}")
+    return found
+
+
+def pause(text: str) -> float:
+    """A time between two looks."""
+    found = seconds(text)
+    if found < SHORTEST_PAUSE:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is out of range; allowed: {SHORTEST_PAUSE:g} seconds or more"
+        )
     return found

@@ -62,6 +62,11 @@ def make_steady() -> None:
         setattr(sys, name, Steady(stream))
 
 
+def is_heard() -> bool:
+    """Whether standard output can still be written."""
+    return getattr(sys.stdout, "problem", None) is None
+
+
 def unprinted() -> OSError | None:
     """Why standard output was not written in full, or None; a reader who has left is no reason."""
     sys.stdout.flush()

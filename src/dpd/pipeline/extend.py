@@ -12,6 +12,7 @@ from dpd.files import attributes, check_output
 from dpd.interrupts import asked, listening
 from dpd.pipeline.kept import Former, read_former, refuse_other
 from dpd.pipeline.lock import alone
+from dpd.pipeline.pace import RUN, Pace, Report
 from dpd.pipeline.running import say, say_if_resumed
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
 from dpd.progress import Progress
@@ -77,7 +78,7 @@ def extend(extension: Extension) -> dict[str, float]:
     check_output(checkpoint, "", [run])
     refuse_other_file(checkpoint)
     refuse_other(run, attributes(run))  # before there is a lock beside what is no run at all
-    with alone(output, extension.say):
+    with alone(output, extension.say) as report:
         former = read_former(run)  # as it is now that nobody else is at work on it
         beside = list(files_beside(former.scene, output).values())
         if output != run:
@@ -92,7 +93,7 @@ def extend(extension: Extension) -> dict[str, float]:
             )
             return summary_of_file(former.scene, run)
         with listening():
-            return _go_on(former, extension, checkpoint)
+            return _go_on(former, extension, checkpoint, report)
 
 
 def _is_done(former: Former, sample: int, checkpoint: Path) -> bool:
@@ -106,7 +107,9 @@ def _is_done(former: Former, sample: int, checkpoint: Path) -> bool:
     )
 
 
-def _go_on(former: Former, extension: Extension, checkpoint: Path) -> dict[str, float]:
+def _go_on(
+    former: Former, extension: Extension, checkpoint: Path, report: Report
+) -> dict[str, float]:
     begun = time.perf_counter()
     scene = longer(former.scene, extension.sample)
     if former.attributes.get("sources") != run_sources(scene):
@@ -115,7 +118,9 @@ def _go_on(former: Former, extension: Extension, checkpoint: Path) -> dict[str, 
             "from those of a run that was made today"
         )
     say_if_resumed(checkpoint)
-    with extension.progress(sum(scene.steps), f"{extension.run}: longer") as progress:
+    steps = sum(scene.steps)
+    shown = extension.progress(steps, f"{extension.run}: longer")
+    with Pace(shown, report, RUN, steps) as progress:
         how = RunSettings(
             checkpoint, extension.every_seconds, extension.threads, progress, extension.stopping,
             extension.say, begun, keep=True, former=former.observers,

@@ -1,7 +1,8 @@
 """One run at a time on an output: a lock that says who is at work.
 
 The lock is a file beside the output. The system's own lock on that file (flock) ends with the
-process, however it ends; what stands in the file tells others who it was. Between the machines of
+process, however it ends; what stands in the file tells others who it was. That is its first line;
+in the second one the owner reports how far it is, for `dpd status`. Between the machines of
 a cluster not every file system passes on such locks, and none says what became of a process. So
 the owner also gives a sign of life: every few seconds it sets the time of the file. A lock from
 another machine that is without a sign for two minutes was left by a run that is no more.
@@ -17,8 +18,9 @@ import threading
 import time
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from dpd.drafts import TEMPORARY
 from dpd.errors import UserError, reason, remedy
@@ -27,10 +29,15 @@ from dpd.interrupts import ask
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from dpd.pipeline.pace import Report
+
 POLL = 1.0  # s between looks whether the other run has ended
 SIGN = 10.0  # s between the owner's signs of life
 SILENCE = 120.0  # s without a sign after which a run on another machine is no more
 LONGEST = 4096  # bytes of a lock
+ROOM = 256  # bytes of a report: always as many, so that one write replaces the former
+LARGEST_PID = 2**31 - 1
+ENDED = ("Z", "X")  # states of a process that is over, and whose parent has not asked after it
 BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
@@ -69,8 +76,85 @@ class _Watch:
         self.alive = self.alive and not self.silent
 
 
+class Worker(NamedTuple):
+    """Who is at work on an output, or was, as its lock says.
+
+    Attributes
+    ----------
+    process : int
+    host : str
+    since : str
+    alive : bool
+        Whether the process is there; of one on another machine, whether it gave a sign of life
+        within the last two minutes.
+    told : dict
+        How far it is, see `dpd.pipeline.pace.told_by`; nothing where it has not said so.
+    """
+
+    process: int
+    host: str
+    since: str
+    alive: bool
+    told: dict[str, Any]
+
+
+def lock_of(path: str | Path) -> Path:
+    """Where the lock of an output lies."""
+    return Path(path).with_name(Path(path).name + ".lock")
+
+
+def worker_on(path: str | Path) -> Worker | None:
+    """Who is at work on an output, without disturbing anybody: no lock is taken.
+
+    Parameters
+    ----------
+    path : path
+        Of the output, which need not be there.
+
+    Returns
+    -------
+    Worker or None
+        None where there is no lock, or one that is being written.
+
+    Raises
+    ------
+    UserError
+        If the lock cannot be read, or is none.
+    """
+    lock = lock_of(path)
+    try:
+        handle = os.open(lock, os.O_RDONLY | os.O_NONBLOCK)
+    except FileNotFoundError:
+        return None
+    except OSError as problem:
+        raise UserError(f"{lock}: cannot be read ({reason(problem)})") from None
+    try:
+        owner, second = _owner(handle, lock), _line(handle, 1)
+        sign = os.fstat(handle).st_mtime
+    except OSError as problem:
+        raise UserError(f"{lock}: cannot be read ({reason(problem)})") from None
+    finally:
+        os.close(handle)
+    if owner is None:
+        return None
+    if owner["host"] == socket.gethostname():
+        alive = owner["boot"] == _boot() and _lives(owner)
+    else:
+        alive = time.time() - sign < SILENCE
+    return Worker(owner["pid"], owner["host"], owner["since"], alive, _told(second))
+
+
+def _told(line):
+    """What the second line of a lock says; nothing for one that is being written."""
+    try:
+        told = json.loads(line)
+    except ValueError:
+        return {}
+    return told if isinstance(told, dict) else {}
+
+
 @contextmanager
-def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[None]:
+def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[Report]:
     """Be the only run at work on an output.
 
     Parameters
@@ -82,12 +166,17 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     wait : bool
         Wait for the end of the other run instead of refusing.
 
+    Yields
+    ------
+    callable
+        Called with plain data it writes into the lock how far this run is, see `worker_on`.
+
     Raises
     ------
     UserError
         If another run is at work, or if there can be no lock.
     """
-    lock = Path(path).with_name(Path(path).name + ".lock")
+    lock = lock_of(path)
     watch, said = _Watch(), None
     while True:
         try:
@@ -114,7 +203,7 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     signs = threading.Thread(target=_give_signs, args=(handle, ended, say), daemon=True)
     signs.start()
     try:
-        yield
+        yield partial(_report, handle, os.fstat(handle).st_size)
     finally:
         ended.set()
         signs.join()
@@ -123,6 +212,13 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
                 lock.unlink()
         TEMPORARY.discard(lock)
         os.close(handle)
+
+
+def _report(handle: int, place: int, told: dict[str, Any]) -> None:
+    """Write below the first line of our lock what we have to tell."""
+    with suppress(OSError):  # a disk that is full, or away for a moment: the run goes on
+        if _is_ours(handle):
+            os.pwrite(handle, json.dumps(told).ljust(ROOM).encode(), place)
 
 
 def _give_signs(handle, ended, say):
@@ -149,7 +245,7 @@ def _take(lock, watch, say):
             watch.look(handle)
             _judge(lock, _owner(handle, lock), held, watch, say)
             os.ftruncate(handle, 0)
-            os.pwrite(handle, json.dumps(_ourselves()).encode(), 0)
+            os.pwrite(handle, f"{json.dumps(_ourselves())}\n".encode(), 0)
         except BaseException as problem:
             if isinstance(problem, OSError):  # it is ours, and could not be written
                 with suppress(OSError):
@@ -178,10 +274,16 @@ def _is_at(handle, lock):
         return False
 
 
+def _line(handle, number):
+    """A line of the lock as it stands in the file; nothing where there is none."""
+    lines = os.pread(handle, LONGEST, 0).split(b"\n")
+    return lines[number] if number < len(lines) else b""
+
+
 def _is_ours(handle):
     """Whether this process is the owner that stands in the lock."""
     try:
-        owner, here = json.loads(os.pread(handle, LONGEST, 0)), _ourselves()
+        owner, here = json.loads(_line(handle, 0)), _ourselves()
         return all(owner[key] == here[key] for key in ("pid", "host", "boot", "ticks"))
     except (ValueError, TypeError, KeyError):
         return False
@@ -189,11 +291,13 @@ def _is_ours(handle):
 
 def _owner(handle, lock):
     """Who wrote the lock, as `_ourselves` has it; None for one who had no time to write."""
-    text = os.pread(handle, LONGEST, 0)
+    text = _line(handle, 0)
     if not text:
         return None
     try:
         owner = json.loads(text)
+        if not 0 < owner["pid"] <= LARGEST_PID:
+            raise ValueError
         return {key: owner[key] for key in _ourselves()}
     except (ValueError, TypeError, KeyError):
         raise UserError(
@@ -220,12 +324,16 @@ def _judge(lock, owner, held, watch, say):
     say(f"{lock}: left by a run that was killed ({who}); taking over")
 
 
+def _boot():
+    """The name of this start of the machine, where the system gives it one."""
+    return BOOT.read_text().strip() if BOOT.is_file() else ""
+
+
 def _ourselves():
-    boot = BOOT.read_text().strip() if BOOT.is_file() else ""
     return {
         "pid": os.getpid(),
         "host": socket.gethostname(),
-        "boot": boot,
+        "boot": _boot(),
         "ticks": _ticks(os.getpid()),
         "since": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC",
     }
@@ -243,9 +351,10 @@ def _lives(owner):
 
 
 def _ticks(pid):
-    """When a process began, in the system's own count; 0 where it does not say."""
+    """When a process began, in the system's own count; 0 where it does not say, or has ended."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text()
     except OSError:
         return 0
-    return int(text.rpartition(")")[2].split()[19])
+    state, *fields = text.rpartition(")")[2].split()
+    return 0 if state in ENDED else int(fields[18])

@@ -16,6 +16,7 @@ from dpd.files import check_output
 from dpd.interrupts import asked, listening
 from dpd.pipeline.beginning import Begun, begun
 from dpd.pipeline.lock import alone
+from dpd.pipeline.pace import RUN, START, Pace
 from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.resources import BYTES_PER_BEAD
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
@@ -107,13 +108,13 @@ def run_alone(order: Order) -> dict[str, float]:
     for path in (checkpoint, *beside):
         check_output(path, "", order.inputs)
     refuse_other_file(checkpoint)
-    with alone(order.output, order.say, order.wait):
+    with alone(order.output, order.say, order.wait) as report:
         if order.wait and (found := _made(order)):
             return found
         for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
         with listening():
-            return _run(order, checkpoint)
+            return _run(order, checkpoint, report)
 
 
 def _results(order):
@@ -152,11 +153,13 @@ def _refuse_too_large(scene):
         )
 
 
-def _run(order, checkpoint):
+def _run(order, checkpoint, report):
     scene, since = order.scene, time.perf_counter()
     _refuse_too_large(scene)
     say_if_resumed(checkpoint)
-    with _stoppable(order, order.progress(start_work(scene), f"{order.label}: start")) as progress:
+    work = start_work(scene)
+    shown = Pace(order.progress(work, f"{order.label}: start"), report, START, work)
+    with _stoppable(order, shown) as progress:
         if order.start and not order.keep_start:
             scene, state = Begun(scene, read_start(scene, order.start))
         else:
@@ -164,7 +167,8 @@ def _run(order, checkpoint):
     scene = _settled(scene, state, checkpoint, order)
     if scene.chosen:
         order.tell(scene.chosen["said"])
-    with order.progress(sum(scene.steps), order.label) as progress:
+    steps = sum(scene.steps)
+    with Pace(order.progress(steps, order.label), report, RUN, steps) as progress:
         settings = RunSettings(
             checkpoint, order.every_seconds, order.threads, progress, order.stopping or asked,
             order.say, since, order.keep,
