@@ -80,10 +80,10 @@ def _waves_along_axes(share, first, n, cosine, sine):
 @part()
 def _head_differs(numbers, wave):
     """Whether a wave differs from the one before it in another axis than the last."""
+    differs = False
     for k in range(numbers.shape[1] - 1):
-        if numbers[wave, k] != numbers[wave - 1, k]:
-            return True
-    return False
+        differs |= numbers[wave, k] != numbers[wave - 1, k]
+    return differs
 
 
 @part()
