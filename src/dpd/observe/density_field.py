@@ -50,20 +50,22 @@ class DensityField:
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "field": np.zeros((frames_of(scene), *self._shape), np.float32),
+            "box": np.zeros((frames_of(scene), system.dimension)),
         }
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Add a look to its frame."""
-        state, shape = simulation.state, self._shape
+        state, shape, box = simulation.state, self._shape, self._system.box
         cell = np.zeros(state.position.shape[1], np.int64)
         if state.species is not None:
             cell += state.species
-        for along, edge, cells in zip(state.position, self._system.box, shape[1:]):
+        for along, edge, cells in zip(state.position, box, shape[1:]):
             cell = cell * cells + np.clip((along * (cells / edge)).astype(np.int64), 0, cells - 1)
         counts = np.bincount(cell, minlength=np.prod(shape)).reshape(shape)
-        density = counts * (np.prod(shape[1:]) / self._system.volume)
+        density = counts * (np.prod(shape[1:]) / np.prod(box))
         frame = int(self.arrays["taken"][0]) // self._average
         self.arrays["field"][frame] += density.astype(np.float32)
+        self.arrays["box"][frame] += box
         self.arrays["taken"][0] += 1
 
     def variables(self) -> Variables:
@@ -72,6 +74,7 @@ class DensityField:
         looks = self._looks_in_frames(int(self.arrays["taken"][0]))
         with np.errstate(invalid="ignore"):
             field = self.arrays["field"] / looks.reshape(-1, *[1] * len(self._shape))
+            box = self.arrays["box"] / looks[:, None]
         first = 1 + self._average * np.arange(frames)
         middle = first + 0.5 * (self._looks_in_frames(self._looks) - 1)
         axes = [f"field_{axis}" for axis in AXES[: self._system.dimension]]
@@ -87,6 +90,7 @@ class DensityField:
                 ("frame",), middle * self.every * self._system.dt, "tau",
                 "time since the end of equilibration, mean of the looks of a frame",
             ),
+            "field_box": (("frame", "axis"), box, "r_c", "edges of the box, mean of a frame"),
             "species": (("species",), np.array(self._names), "1", "species"),
             "density_field": (
                 ("frame", "species", *axes), field.astype(np.float32), "1 / r_c^dimension",
