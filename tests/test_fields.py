@@ -52,7 +52,7 @@ def vti(path):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_image_data_holds_the_field(dimension, tmp_path):
-    """Read by the description of the format: cells with x first, extent, spacing, origin, time."""
+    """Read by the description of the format: cells with x first, extent, spacing, origin."""
     fields = made_up(dimension)
     path = tmp_path / "field.vti"
     write_image(fields, 1, path)
@@ -66,7 +66,6 @@ def test_image_data_holds_the_field(dimension, tmp_path):
     assert [float(word) for word in about["Origin"].split()] == origin
     for name, expected in zip(("density A", "density Tail"), fields.density[1]):
         np.testing.assert_array_equal(arrays[name], expected.ravel(order="F"))
-    assert arrays["TimeValue"] == [6.0]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -86,7 +85,6 @@ def test_vtk_reads_image_data(dimension, tmp_path):
     for name, expected in zip(("density A", "density Tail"), fields.density[2]):
         values = vtk_to_numpy(image.GetCellData().GetArray(name))
         np.testing.assert_array_equal(values.reshape(expected.shape, order="F"), expected)
-    assert vtk_to_numpy(image.GetFieldData().GetArray("TimeValue")) == [10.0]
 
 
 SCENE = {

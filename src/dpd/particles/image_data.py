@@ -22,7 +22,7 @@ def write_image(fields: Fields, frame: int, path: str | Path) -> None:
     """Write one frame, a scalar of the cells for each species, called ``density A`` and so on.
 
     The grid fills the box, whose corner is at 0. A field of two dimensions is one cell thick, in
-    the middle of which is z = 0. The time stands in the file as ``TimeValue``.
+    the middle of which is z = 0. Its time is not in the file.
 
     Parameters
     ----------
@@ -50,12 +50,11 @@ def write_image(fields: Fields, frame: int, path: str | Path) -> None:
     if fields.dimension == 2:
         density, spacing, origin = density[..., None], [*spacing, THICK], [0.0, 0.0, -THICK / 2]
     cells = {f"density {name}": np.asfortranarray(one) for name, one in zip(fields.names, density)}
-    time = {"TimeValue": np.array([fields.time[frame]], float)}
 
     def make(draft):
         made = Path(f"{draft}{IMAGE}")  # the library adds this to every name
         try:
-            imageToVTK(str(draft), tuple(origin), tuple(spacing), cells, fieldData=time)
+            imageToVTK(str(draft), tuple(origin), tuple(spacing), cells)
             made.replace(draft)
         finally:
             with suppress(FileNotFoundError):
