@@ -47,7 +47,7 @@ class DensityField:
         self._names = scene.species
         self._looks = scene.steps.sample // every
         self._shape = (len(scene.species), *grid_shape(system.box, spacing))
-        self.arrays = {
+        self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
             "field": np.zeros((frames_of(scene), *self._shape), np.float32),
             "box": np.zeros((frames_of(scene), system.dimension)),

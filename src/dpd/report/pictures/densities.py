@@ -124,7 +124,7 @@ def draw_fields(fields: Fields, frames: Sequence[int], look: Look, path: object)
         size=look.size or (COLUMN if len(numbers) == 1 else TWO_COLUMNS),
         smooth=SMOOTH if look.smooth is None else look.smooth,
     )
-    figure = Figure(dpi=look.dpi, layout="none", facecolor=ink_of(look)[0])
+    figure = _blank(look)
     if look.slice is not None:
         _draw_slices(figure, fields, numbers, look)
     elif fields.dimension == 2:
@@ -132,6 +132,12 @@ def draw_fields(fields: Fields, frames: Sequence[int], look: Look, path: object)
     else:
         _draw_bodies(figure, fields, numbers, look, path)
     return figure
+
+
+def _blank(look):
+    """A figure without panels."""
+    paper, _ = ink_of(look)
+    return Figure(dpi=look.dpi, layout="none", facecolor=paper)
 
 
 def _check(fields, look, path):
@@ -342,8 +348,7 @@ def _levels(fields, numbers, look, path):
 def _colours(fields, look):
     """Of the surfaces, by their species; a second one of a species is paler."""
     palette = species_colours(2 * len(fields.names))
-    seen: list[str] = []
-    colours = []
+    seen, colours = [], []
     for surface in look.surface:
         number = fields.names.index(surface.species)
         again = seen.count(surface.species)

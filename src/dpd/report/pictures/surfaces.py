@@ -150,14 +150,15 @@ def draw_surfaces(
     if not len(order):
         return
     shaded = _shaded(colours[number[order]], camera.axes @ normal[:, order], cut[order])
-    axes.add_collection(
-        PolyCollection(
-            place[:, :, order].transpose(2, 1, 0),
-            facecolors=(faded := depth.faded(shaded, nearness[order])), edgecolors=faded,
-            linewidths=0.25, zorder=1, clip_on=False,
-        ),
-        autolim=False,
-    )  # fmt: skip
+    colour = depth.faded(shaded, nearness[order])
+    axes.add_collection(_polygons(place[:, :, order].transpose(2, 1, 0), colour), autolim=False)
+
+
+def _polygons(places, colour):
+    """Triangles with edges of their own colour, without which the background shines through."""
+    return PolyCollection(
+        places, facecolors=colour, edgecolors=colour, linewidths=0.25, zorder=1, clip_on=False
+    )
 
 
 def _shaded(colour, normal, cut):
