@@ -7,23 +7,20 @@ u''(r) =  C
 
 from typing import NamedTuple
 
-# Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
-# bead than to its own. It may so in this share of all bonds and steps; see dpd.observe.stretch.
-STRETCHED = 0.48
-MOST_STRETCHED = 1e-4
+import numpy as np
 
 
 class Bond(NamedTuple):
-    """A harmonic bond.
+    """A harmonic bond, or a table of several.
 
     Attributes
     ----------
-    stiffness, length : float
+    stiffness, length : float, or (laws,) array
         C in kT / r_c^2, and the rest length l in r_c.
     """
 
-    stiffness: float
-    length: float
+    stiffness: float | np.ndarray
+    length: float | np.ndarray
 
     def force_over_r(self, r: float) -> float:
         """Force over distance, F / r."""

@@ -8,6 +8,7 @@ becomes the method of that class and nothing else: terms that a scene does not n
 from typing import NamedTuple
 
 from dpd.jit import method
+from dpd.physics.angle import Angle
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
@@ -24,6 +25,7 @@ class Forces(NamedTuple):
     pair : Soft or Core
         The conservative force between pairs.
     bond : Bond or None
+    angle : Angle or None
     friction : Friction or None
     langevin : Langevin or None
     exchange : Exchange or None
@@ -32,6 +34,7 @@ class Forces(NamedTuple):
 
     pair: Soft | Core
     bond: Bond | None = None
+    angle: Angle | None = None
     friction: Friction | None = None
     langevin: Langevin | None = None
     exchange: Exchange | None = None

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError
+from dpd.scene.architecture import length_of
+from dpd.scene.bonding import is_table, laws_of
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
 
@@ -37,7 +39,7 @@ def check_beads(data: dict[str, Any], where: str) -> None:
     """
     volume, total = _volume(data), 0
     for place, kind in enumerate(data["molecules"]):
-        length = _length(kind["architecture"])
+        length = length_of(kind["architecture"], f"{where}: molecules.{place}.architecture")
         beads = (
             max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
         )
@@ -57,12 +59,6 @@ def _volume(data):
     for edge in box if isinstance(box, list) else [box] * data["dimension"]:
         volume *= edge
     return volume
-
-
-def _length(architecture):
-    """Beads of a molecule."""
-    words = architecture.split()
-    return sum(int(word) - 1 if word.isdigit() else 1 for word in words)
 
 
 def check_limits(scene: Scene) -> None:
@@ -168,13 +164,12 @@ def _check_start_forces(scene, refuse):
     if "bond" in own and "bond" not in scene.data:
         refuse("start.forces.bond", "every molecule is a single bead; remove the key")
     forces = start_forces(scene)
-    for name, needed in (("core", ("radius", "force")), ("bond", ("stiffness",))):
-        for key in needed:
-            if name in own and key not in forces[name]:
-                refuse(
-                    f"start.forces.{name}",
-                    f"the key {key!r} is missing, and the scene has no {name!r} to take it from",
-                )
+    for key in ("radius", "force"):
+        if "core" in own and key not in forces["core"]:
+            refuse(
+                "start.forces.core",
+                f"the key {key!r} is missing, and the scene has no 'core' to take it from",
+            )
     core = forces.get("core", {})
     if 2 * core.get("radius", 0) + core.get("smooth", 0) > 1:
         refuse(
@@ -186,17 +181,16 @@ def _check_start_forces(scene, refuse):
 
 def _check_bond_length(scene, refuse):
     """Bonds whose beads would be nearer to other images of each other than to their own."""
-    bond = scene.data.get("bond")
-    if bond is None:
-        return
-    share = stretched_share(bond, scene.data["thermostat"]["kT"], scene.box)
-    if share > MOST_STRETCHED:
-        edges = " x ".join(f"{edge:g}" for edge in scene.box)
-        refuse(
-            "bond",
-            f"stiffness {bond['stiffness']:g}, length {bond['length']:g}: at this temperature "
-            f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
-            f"{edges} (estimated for bonds without other forces), and beyond half of it they would "
-            f"pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a stiffer "
-            "or shorter bond",
-        )
+    bond = scene.data.get("bond", {})
+    for place, law in enumerate(laws_of(bond) if bond else []):
+        share = stretched_share(law, scene.data["thermostat"]["kT"], scene.box)
+        if share > MOST_STRETCHED:
+            edges = " x ".join(f"{edge:g}" for edge in scene.box)
+            refuse(
+                f"bond.{list(bond)[place]}" if is_table(bond) else "bond",
+                f"stiffness {law['stiffness']:g}, length {law['length']:g}: at this temperature "
+                f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
+                f"{edges} (estimated for bonds without other forces), and beyond half of it they "
+                f"would pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a "
+                "stiffer or shorter bond",
+            )

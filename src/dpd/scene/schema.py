@@ -6,6 +6,7 @@ import difflib
 import hashlib
 import math
 import os
+import re
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -158,8 +159,15 @@ def _drop_oldest(folder):
 
 
 def with_defaults(data: dict[str, Any], rules: dict[str, Any]) -> dict[str, Any]:
-    """A copy of valid data with the schema's defaults filled in."""
+    """A copy of valid data with the schema's defaults filled in.
+
+    Where data is a table with entries by patterns, defaults go into these.
+    """
     filled = dict(data)
+    for pattern, rule in rules.get("patternProperties", {}).items():
+        named = {key: with_defaults(data[key], rule) for key in data if re.search(pattern, key)}
+        if named:
+            return filled | named
     for key, rule in rules.get("properties", {}).items():
         if key not in filled and "default" in rule:
             filled[key] = rule["default"]
