@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from dpd.observe.bond_lengths import PairBondLengths
 from dpd.observe.bonds import BondLengths
 from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
 from dpd.observe.configurational import Configurational
 from dpd.observe.crossings import Crossings
 from dpd.observe.displacement import Displacement
+from dpd.observe.end_points import EndPoints
 from dpd.observe.end_to_end import EndToEnd
 from dpd.observe.passes import Passes
 from dpd.observe.profile import Profile
@@ -63,11 +65,13 @@ OBSERVABLES = {
     "rdf": RadialDistribution,
     "profile": Profile,
     "bonds": BondLengths,
+    "bond_lengths": PairBondLengths,
     "chains": Chains,
     "displacement": Displacement,
     "crossings": Crossings,
     "passes": Passes,
     "end_to_end": EndToEnd,
+    "end_points": EndPoints,
     "configuration": Configuration,
     "trace": Trace,
     "configurational": Configurational,

@@ -10,20 +10,18 @@ u''(theta) =  k
 
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Angle(NamedTuple):
     """A harmonic angle, or a table of several.
 
     Attributes
     ----------
-    stiffness, angle : float, or (laws,) array
+    stiffness, angle : float; in a table (laws,) arrays
         k in kT / rad^2, and the angle theta_0 at rest in radians.
     """
 
-    stiffness: float | np.ndarray
-    angle: float | np.ndarray
+    stiffness: float
+    angle: float
 
     def force(self, theta: float) -> float:
         """Minus the derivative of the energy by the angle, in kT / rad."""

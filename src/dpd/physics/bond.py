@@ -7,20 +7,18 @@ u''(r) =  C
 
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Bond(NamedTuple):
     """A harmonic bond, or a table of several.
 
     Attributes
     ----------
-    stiffness, length : float, or (laws,) array
+    stiffness, length : float; in a table (laws,) arrays
         C in kT / r_c^2, and the rest length l in r_c.
     """
 
-    stiffness: float | np.ndarray
-    length: float | np.ndarray
+    stiffness: float
+    length: float
 
     def force_over_r(self, r: float) -> float:
         """Force over distance, F / r."""

@@ -137,7 +137,6 @@ def _rows(rules, prefix):
     named = dict(rules.get("properties", {}))
     if isinstance(rules.get("additionalProperties"), dict):
         named["NAME"] = rules["additionalProperties"]
-    named |= dict(zip(("NAMES",), rules.get("patternProperties", {}).values()))
     for key, rule in named.items():
         path = f"{prefix}{key}"
         default = rule.get("default", "required" if key in required else "")

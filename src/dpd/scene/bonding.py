@@ -39,7 +39,9 @@ def is_table(given: Mapping[str, Any]) -> bool:
 
 
 def laws_of(given: Mapping[str, Any]) -> list[dict[str, float]]:
-    """The laws of ``bond`` or ``angle`` of a scene, in the order of its table."""
+    """The laws of ``bond`` or ``angle`` of a scene, in the order of its table; none of nothing."""
+    if not given:
+        return []
     return list(given.values()) if is_table(given) else [dict(given)]
 
 
@@ -115,7 +117,9 @@ def check_bonding(scene: Scene, refuse: Callable[[str, str], None]) -> None:
         for pair, law in zip(pairs, numbers_of(scene.data["bond"], pairs)):
             if law == NOBODY:
                 named = " ".join(pair)
-                refuse("bond", f"no law for the pair {named!r}, which is bonded; add '{named}: ...'")
+                refuse(
+                    "bond", f"no law for the pair {named!r}, which is bonded; add '{named}: ...'"
+                )
     if "angle" in scene.data:
         if not any(len(kind.triples) for kind in scene.molecules):
             refuse("angle", "no molecule has three beads in a row; remove the key")

@@ -19,7 +19,12 @@ MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
+MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
+# With the name of what their bins divide.
+HISTOGRAMS = (
+    ("rdf", "range"), ("profile", "box"), ("bond_lengths", "range"), ("end_points", "range"),
+)  # fmt: skip
 SERIES = ("thermo", "crossings", "passes", "trace", "trajectory")  # keep every sample
 
 
@@ -116,7 +121,7 @@ def _check_observe(scene, refuse):
                 f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
                 f"{MOST_SAMPLES}, every >= {-(-scene.steps.sample // MOST_SAMPLES)}",
             )
-    for name, what in (("rdf", "range"), ("profile", "box")):
+    for name, what in HISTOGRAMS:
         if name not in scene.observe:
             continue
         bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
@@ -127,6 +132,14 @@ def _check_observe(scene, refuse):
                 f"observe.{name}.bin",
                 f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= "
                 f"{end / MOST_BINS:g}",
+            )
+    if "end_points" in scene.observe:
+        pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
+        if pairs > MOST_PAIRS:
+            refuse(
+                "observe",
+                f"'end_points' would look at {pairs:.3g} pairs of ends of branched molecules; "
+                f"allowed: <= {MOST_PAIRS}",
             )
     if "trace" in scene.observe:
         every, beads = scene.observe["trace"]["every"], len(scene.molecules[0].beads)
@@ -182,7 +195,7 @@ def _check_start_forces(scene, refuse):
 def _check_bond_length(scene, refuse):
     """Bonds whose beads would be nearer to other images of each other than to their own."""
     bond = scene.data.get("bond", {})
-    for place, law in enumerate(laws_of(bond) if bond else []):
+    for place, law in enumerate(laws_of(bond)):
         share = stretched_share(law, scene.data["thermostat"]["kT"], scene.box)
         if share > MOST_STRETCHED:
             edges = " x ".join(f"{edge:g}" for edge in scene.box)

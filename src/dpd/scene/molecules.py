@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,8 @@ class Molecule:
     @cached_property
     def bonds(self) -> np.ndarray:
         """(beads - 1, 2) array: the two beads of each bond, the lower number first."""
-        return np.stack([self.parents[1:], np.arange(1, len(self.beads))], axis=1)
+        parents = np.array(self.parents[1:], np.int64)
+        return np.stack([parents, np.arange(1, len(self.beads))], axis=1)
 
     @cached_property
     def is_chain(self) -> bool:
@@ -74,23 +79,7 @@ class Molecule:
 
         One bead is there twice. Of several longest ways, all have the same middle.
         """
-        way = self._way_to_farthest(self._way_to_farthest(0)[-1])
-        inner = sorted((way[(len(way) - 1) // 2], way[len(way) // 2]))
-        return inner[0], inner[1]
-
-    def _way_to_farthest(self, first):
-        """Beads from one bead to the one that is most bonds away."""
-        before, waiting, bead = {first: -1}, deque([first]), first
-        while waiting:
-            bead = waiting.popleft()
-            for other in self.neighbours[bead]:
-                if other not in before:
-                    before[other] = bead
-                    waiting.append(other)
-        way = [bead]
-        while before[way[-1]] >= 0:
-            way.append(before[way[-1]])
-        return way[::-1]
+        return middle_of(self.neighbours, 0)
 
     def summed(self, steps: np.ndarray) -> np.ndarray:
         """Places of beads from the steps between them.
@@ -114,6 +103,36 @@ class Molecule:
             place = place + place[..., forebear]
             forebear = forebear[forebear]
         return place[..., :nobody]
+
+
+def middle_of(neighbours: Sequence[Sequence[int]], bead: int) -> tuple[int, int]:
+    """The middle of the longest way through a tree, as `Molecule.middle` has it.
+
+    Parameters
+    ----------
+    neighbours : sequence of sequences of int
+        For each bead those that it is bonded to.
+    bead : int
+        Any bead of the tree.
+    """
+    way = _way_to_farthest(neighbours, _way_to_farthest(neighbours, bead)[-1])
+    inner = sorted((way[(len(way) - 1) // 2], way[len(way) // 2]))
+    return inner[0], inner[1]
+
+
+def _way_to_farthest(neighbours, first):
+    """Beads from one bead to the one that is most bonds away."""
+    before, waiting, bead = {first: -1}, deque([first]), first
+    while waiting:
+        bead = waiting.popleft()
+        for other in neighbours[bead]:
+            if other not in before:
+                before[other] = bead
+                waiting.append(other)
+    way = [bead]
+    while before[way[-1]] >= 0:
+        way.append(before[way[-1]])
+    return way[::-1]
 
 
 @dataclass(frozen=True)

@@ -207,6 +207,11 @@ class Scene:
             return None
         return joined(self, self.data["angle"], lambda kind: kind.triples)
 
+    @property
+    def angled(self) -> np.ndarray:
+        """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
+        return np.zeros((0, 3), np.uint32) if self.angles is None else self.angles.members
+
     @cached_property
     def lengths(self) -> np.ndarray:
         """(molecules,) array: beads of each molecule."""

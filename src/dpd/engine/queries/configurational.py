@@ -9,8 +9,8 @@ import numpy as np
 from dpd.engine.bond_forces import (
     add_bond_forces,
     batches,
-    bonded_of,
     bond_curvature,
+    bonded_of,
     empty_slots,
     find_slots,
 )
