@@ -13,7 +13,7 @@ from dpd.engine.space import nearest_images
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.engine.vectors.rows import push_apart
 from dpd.jit import part
-from dpd.physics.angle import Angle
+from dpd.physics.angle import Angle, AngleTable
 from dpd.physics.forces import curvature, energy, force
 
 
@@ -22,18 +22,15 @@ class Angles(NamedTuple):
 
     Attributes
     ----------
-    law : Angle
-        What acts in each, or a table.
-    number : None or (n,) uint16 array
-        Of the law of each angle in the table; None where one law is for all.
+    law : Angle or AngleTable
+        What acts in each.
     members : (n, 3) uint32 array
         Identities of the three beads, the middle one in between.
     batch : (batches + 1,) int64 array
         Where batches of angles begin and end: those of the molecules of each batch of bonds.
     """
 
-    law: Angle
-    number: np.ndarray | None
+    law: Angle | AngleTable
     members: np.ndarray
     batch: np.ndarray
 
@@ -53,14 +50,6 @@ class Opening(NamedTuple):
     sine: float
     over_i: float
     over_k: float
-
-
-@part()
-def law_of_angle(law, number, a):
-    """The law of angle ``a``."""
-    if number is None:
-        return law
-    return Angle(law.stiffness[number[a]], law.angle[number[a]])
 
 
 @part()
@@ -139,15 +128,14 @@ def add_angle_forces(total, position, slot, angles, batch, space, sums, measure)
     push_i, push_k = np.empty((dimension, n)), np.empty((dimension, n))
     gather_angles(to_i, to_k, slots, position, slot, angles, begin, space)
     for a in range(n):
-        law = law_of_angle(angles.law, angles.number, begin + a)
         at = opening(to_i, to_k, a, dimension)
-        across = -force(law, at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
+        across = -force(angles.law, at.theta, begin + a) * at.sine / (at.sine * at.sine + CLOSEST)
         for k in range(dimension):
             e_i, e_k = to_i[k, a] * at.over_i, to_k[k, a] * at.over_k
             push_i[k, a] = across * at.over_i * (e_k - at.cosine * e_i)
             push_k[k, a] = across * at.over_k * (e_i - at.cosine * e_k)
         if measure:
-            sums.energy[OF_BONDS] += energy(law, at.theta)
+            sums.energy[OF_BONDS] += energy(angles.law, at.theta, begin + a)
     for a in range(n):
         push_apart(total, slots[0, a], slots[1, a], 1.0, push_i, a, space)
         push_apart(total, slots[2, a], slots[1, a], 1.0, push_k, a, space)
@@ -175,12 +163,11 @@ def angle_curvature(position, slot, angles, space):
     to_i, to_k = np.empty((dimension, n)), np.empty((dimension, n))
     gather_angles(to_i, to_k, slots, position, slot, angles, np.uint64(0), space)
     for a in range(n):
-        law = law_of_angle(angles.law, angles.number, a)
         at = opening(to_i, to_k, a, dimension)
         over_s = at.sine / (at.sine * at.sine + CLOSEST)
         squares = at.over_i * at.over_i + at.over_k * at.over_k
         product = at.over_i * at.over_k
-        total += curvature(law, at.theta) * 2.0 * (squares - at.cosine * product)
+        total += curvature(angles.law, at.theta, a) * 2.0 * (squares - at.cosine * product)
         bend = 2.0 * (dimension - 2) * over_s * (at.cosine * squares - product)
-        total -= force(law, at.theta) * bend
+        total -= force(angles.law, at.theta, a) * bend
     return total

@@ -12,7 +12,8 @@ from dpd.engine.space import nearest_images, squared_distance
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.engine.vectors.rows import push_apart
 from dpd.jit import part
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.forces import curvature, energy, force_over_r
 
 if TYPE_CHECKING:
@@ -26,22 +27,19 @@ class Bonded(NamedTuple):
 
     Attributes
     ----------
-    law : Bond
-        What acts along each, or a table.
+    law : Bond or BondTable
+        What acts along each.
     members : (n, 2) uint32 array
         Identities of the two ends.
     batch : (batches + 1,) int64 array
         Where batches of bonds begin and end. No two batches have a bead in common, so
         threads may work on them at the same time.
-    number : None or (n,) uint16 array
-        Of the law of each bond in the table; None where one law is for all.
     angles : None or Angles
     """
 
-    law: Bond
+    law: Bond | BondTable
     members: np.ndarray
     batch: np.ndarray
-    number: np.ndarray | None = None
     angles: Angles | None = None
 
 
@@ -50,11 +48,7 @@ def bonded_of(system: System) -> Bonded | None:
     bonds = in_batches(system.bond, system.members)
     if bonds is None:
         return None
-    return bonds._replace(number=_numbers(system.bond_number), angles=_angles(system, bonds))
-
-
-def _numbers(number):
-    return None if number is None else np.ascontiguousarray(number, dtype=np.uint16)
+    return bonds._replace(angles=_angles(system, bonds))
 
 
 def _angles(system, bonds):
@@ -66,19 +60,23 @@ def _angles(system, bonds):
     lowest = np.minimum.reduceat(bonds.members.min(axis=1), bonds.batch[:-1])
     of_batch = np.searchsorted(lowest, members.min(axis=1), side="right") - 1
     order = np.argsort(of_batch, kind="stable")
-    number = None if system.angle_number is None else system.angle_number[order]
     batch = np.searchsorted(of_batch[order], np.arange(len(lowest) + 1)).astype(np.int64)
-    return Angles(_table(system.angle), _numbers(number), members[order], batch)
+    law = _as_compiled(system.angle)
+    if isinstance(law, AngleTable):
+        law = law._replace(number=law.number[order])
+    return Angles(law, members[order], batch)
 
 
-def _table(law):
-    """A law, or a table of laws, with the types that kernels are compiled for."""
-    return type(law)(
-        *(float(v) if np.ndim(v) == 0 else np.ascontiguousarray(v, dtype=np.float64) for v in law)
-    )
+def _as_compiled(law):
+    """A law or a table with the types that kernels are compiled for."""
+    if isinstance(law, Bond | Angle):
+        return type(law)(*map(float, law))
+    *values, number = law
+    columns = (np.ascontiguousarray(value, dtype=np.float64) for value in values)
+    return type(law)(*columns, np.ascontiguousarray(number, dtype=np.uint16))
 
 
-def in_batches(bond: Bond | None, members: np.ndarray | None) -> Bonded | None:
+def in_batches(bond: Bond | BondTable | None, members: np.ndarray | None) -> Bonded | None:
     """`Bonded`, cut into batches between molecules that are numbered one after the other.
 
     None for a system without bonds.
@@ -94,37 +92,7 @@ def in_batches(bond: Bond | None, members: np.ndarray | None) -> Bonded | None:
         if cut - batch[-1] >= BONDS_AT_ONCE:
             batch.append(cut)
     batch.append(len(members))
-    return Bonded(_table(bond), members, np.array(batch, np.int64))
-
-
-@part()
-def law_in_table(table, number):
-    """A law of a table."""
-    return Bond(table.stiffness[number], table.length[number])
-
-
-@part()
-def pull_of(law, number, b, r):
-    """Force over distance of bond ``b``."""
-    if number is None:
-        return force_over_r(law, r)
-    return force_over_r(law_in_table(law, number[b]), r)
-
-
-@part()
-def energy_of(law, number, b, r):
-    """Energy of bond ``b``."""
-    if number is None:
-        return energy(law, r)
-    return energy(law_in_table(law, number[b]), r)
-
-
-@part()
-def curvature_of(law, number, b, r):
-    """Curvature of the energy of bond ``b``."""
-    if number is None:
-        return curvature(law, r)
-    return curvature(law_in_table(law, number[b]), r)
+    return Bonded(_as_compiled(bond), members, np.array(batch, np.int64))
 
 
 @part()
@@ -188,7 +156,7 @@ def add_bond_forces(total, position, slot, bonds, batch, space, sums, measure):
         r2 = CLOSEST
         for k in range(dimension):
             r2 += apart[k, b] * apart[k, b]
-        over_r[b] = pull_of(bonds.law, bonds.number, begin + b, np.sqrt(r2))
+        over_r[b] = force_over_r(bonds.law, np.sqrt(r2), begin + b)
     for b in range(n):
         push_apart(total, ends[0, b], ends[1, b], over_r[b], apart, b, space)
     if measure:
@@ -200,7 +168,7 @@ def add_bond_forces(total, position, slot, bonds, batch, space, sums, measure):
                     moment = over_r[b] * apart[k, b] * apart[m, b]
                     sums.virial[CONSERVATIVE, k, m] += moment
                     sums.virial[ALL_FORCES, k, m] += moment
-            sums.energy[OF_BONDS] += energy_of(bonds.law, bonds.number, begin + b, np.sqrt(r2))
+            sums.energy[OF_BONDS] += energy(bonds.law, np.sqrt(r2), begin + b)
     add_angle_forces(total, position, slot, bonds.angles, batch, space, sums, measure)
 
 
@@ -216,6 +184,6 @@ def bond_curvature(position, slot, bonds, space):
     for b in range(len(bonds.members)):
         i, j = slot[bonds.members[b, 0]], slot[bonds.members[b, 1]]
         r = np.sqrt(CLOSEST + squared_distance(position, i, position, j, space))
-        pull = pull_of(bonds.law, bonds.number, b, r)
-        total += 2.0 * (curvature_of(bonds.law, bonds.number, b, r) - (dimension - 1) * pull)
+        over_r = force_over_r(bonds.law, r, b)
+        total += 2.0 * (curvature(bonds.law, r, b) - (dimension - 1) * over_r)
     return total + angle_curvature(position, slot, bonds.angles, space)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.physics.angle import Angle
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
 from dpd.physics.forces import Forces
@@ -79,16 +79,12 @@ class System:
         Seed of the noise.
     members : (n, 2) uint32 array or None
         Identities of the two ends of each bond.
-    bond : Bond or None
-        The law of all bonds, or a table.
-    bond_number : (n,) uint16 array or None
-        The number of each bond's law in the table.
+    bond : Bond, BondTable or None
+        The law of all bonds, or of each.
     angle_members : (n, 3) uint32 array or None
         Identities of the three beads of each angle, the middle one in between.
-    angle : Angle or None
-        The law of all angles, or a table.
-    angle_number : (n,) uint16 array or None
-        The number of each angle's law in the table.
+    angle : Angle, AngleTable or None
+        The law of all angles, or of each.
     skin : float
         0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
         list is kept until a bead has moved half the skin.
@@ -106,11 +102,9 @@ class System:
     scheme: Scheme
     seed: int
     members: np.ndarray | None = None
-    bond: Bond | None = None
-    bond_number: np.ndarray | None = None
+    bond: Bond | BondTable | None = None
     angle_members: np.ndarray | None = None
-    angle: Angle | None = None
-    angle_number: np.ndarray | None = None
+    angle: Angle | AngleTable | None = None
     skin: float = 0.0
     per_bead: bool = False
 

@@ -13,8 +13,8 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.physics.angle import Angle
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
@@ -62,22 +62,28 @@ def system_of(scene: Scene) -> System:
 
 def _bonding(scene, forces):
     """Bonds and angles of a scene, as `System` has them, with the laws in ``forces``."""
-    found = dict.fromkeys(("bond", "members", "bond_number"))
-    found |= dict.fromkeys(("angle", "angle_members", "angle_number"))
+    found = dict.fromkeys(("bond", "members", "angle", "angle_members"))
     if "bond" in forces:
-        found["bond"] = Bond(*(_values(forces["bond"], key) for key in ("stiffness", "length")))
-        found["members"], found["bond_number"] = scene.bonds
+        stiffness, length = _values(forces["bond"], "stiffness", "length")
+        found["members"], number = scene.bonds
+        found["bond"] = (
+            Bond(stiffness, length) if number is None else BondTable(stiffness, length, number)
+        )
     if "angle" in forces:
-        angle = np.deg2rad(_values(forces["angle"], "angle"))
-        found["angle"] = Angle(_values(forces["angle"], "stiffness"), angle)
-        found["angle_members"], found["angle_number"] = scene.angles
+        stiffness, angle = _values(forces["angle"], "stiffness", "angle")
+        found["angle_members"], number = scene.angles
+        angle = np.deg2rad(angle)
+        found["angle"] = (
+            Angle(stiffness, angle) if number is None else AngleTable(stiffness, angle, number)
+        )
     return found
 
 
-def _values(given, key):
-    """A value of one law for all as a number; of a table as an array."""
-    values = [float(law[key]) for law in laws_of(given)]
-    return np.array(values) if is_table(given) else values[0]
+def _values(given, *keys):
+    """Values of one law for all as numbers; of a table as arrays."""
+    laws = laws_of(given)
+    values = (np.array([float(law[key]) for law in laws]) for key in keys)
+    return values if is_table(given) else map(float, np.concatenate(list(values)))
 
 
 def _pair(scene, core):

@@ -21,6 +21,7 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import Space, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.physics.bond import Bond
 from dpd.scene.bonding import is_table, numbers_of
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.engine.state import System
+    from dpd.physics.bond import BondTable
     from dpd.scene.scene import Scene
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
@@ -109,11 +111,12 @@ class Growth:
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
         return Grown(members.astype(np.uint32), chain, place)
 
-    def laws_of(self, members: np.ndarray) -> np.ndarray | None:
-        """(n,) array: the number of the law of bonds in the scene's table; None without one."""
-        if self._laws is None:
-            return None
-        return self._laws[self.species[members[:, 0]], self.species[members[:, 1]]]
+    def with_laws(self, bond: Bond | BondTable, members: np.ndarray) -> Bond | BondTable:
+        """The law of bonds, or the table with the law of each of these."""
+        if isinstance(bond, Bond):
+            return bond
+        one, other = self.species[members].T
+        return bond._replace(number=self._laws[one, other])
 
     def grow(
         self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest: bool, now: int,
@@ -170,9 +173,9 @@ class Growth:
 
 
 def _laws_of_pairs(scene):
-    """(species, species) array of the numbers of the laws of bonds; None without a table."""
+    """(species, species) array of the numbers of the laws of bonds."""
     if not is_table(scene.data["bond"]):
-        return None
+        return np.zeros((len(scene.species),) * 2, np.uint16)
     pairs = list(product(scene.species, repeat=2))
     table = numbers_of(scene.data["bond"], pairs).reshape((len(scene.species),) * 2)
     return np.maximum(table, 0).astype(np.uint16)  # pairs without a law are never bonded
@@ -267,7 +270,7 @@ def polymerize(
 def _moved(state, system, growth, steps, look):
     """The state after some steps with the bonds that there are now."""
     members = growth.bonds().members
-    grown = replace(system, members=members, bond_number=growth.laws_of(members))
+    grown = replace(system, members=members, bond=growth.with_laws(system.bond, members))
     state = replace(state, force=None, reference=None)
     simulation = Simulation(grown, state)
     advance_looking(simulation, steps, look)
