@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from dpd.engine.bond_forces import bonded_of
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
 from dpd.engine.queries.configurational import force_and_curvature
+from dpd.engine.simulation import Simulation
+from dpd.observe import observables
 from dpd.physics.angle import Angle, AngleTable
 from dpd.physics.bond import Bond, BondTable
 from dpd.scene.molecules import Molecule
@@ -226,6 +230,36 @@ def test_any_number_of_threads_makes_the_same_bits(search):
         np.testing.assert_array_equal(sums.energy, found[0][1].energy)
 
 
+class Interrupted(Exception):
+    """What stops a run from outside."""
+
+
+def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
+    """State and all that was observed of trees."""
+    names = ("thermo", "chains", "end_points", "bond_lengths", "end_to_end", "trace")
+    scene = Scene(SCENE | {"observe": [{name: {"every": 10}} for name in names]})
+    system = system_of(scene)
+
+    def new_run():
+        return Simulation(system, make_start(scene)), observables(scene, system)
+
+    def interrupt(step):
+        if step >= 50:
+            raise Interrupted
+
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", {"scene": "this"})
+    whole, parts = new_run(), new_run()
+    run(whole[0], scene.steps, whole[1])
+    with pytest.raises(Interrupted):
+        run(parts[0], scene.steps, parts[1], checkpoint, interrupt, every_seconds=0.0)
+    again = new_run()
+    assert 0 < run(again[0], scene.steps, again[1], checkpoint) < scene.steps.sample
+    assert_same_state(again[0].state, whole[0].state)
+    for one, other in zip(again[1], whole[1], strict=True):
+        for name, array in other.arrays.items():
+            np.testing.assert_array_equal(one.arrays[name], array, err_msg=name)
+
+
 def test_a_table_of_equal_laws_is_one_law():
     """To rounding, after twenty steps."""
     plain = {"bond": {"stiffness": 50, "length": 0.5}, "angle": {"stiffness": 5, "angle": 150}}
@@ -257,7 +291,7 @@ def test_equipartition_of_an_angle():
     scene = Scene({
         "dimension": 2, "box": 60, "molecules": [{"architecture": "A 3", "count": 1000}],
         "repulsion": {"A A": 0}, "bond": {"stiffness": 100, "length": 1.0},
-        "angle": {"stiffness": 30, "angle": 120}, "thermostat": {"kind": "langevin", "gamma": 2},
+        "angle": {"stiffness": 30, "angle": 120},
         "integrator": {"scheme": "gw-vv", "dt": 0.01}, "steps": {"sample": 100},
     })  # fmt: skip
     simulation = make_simulation(system_of(scene), *_placed(scene))
