@@ -176,10 +176,12 @@ SCENES = [
     (CHAINS | {"bond": {"stiffness": 5e-324}}, ["bond", "box of 4 x 4 x 4"]),
     ({"molecules": [{"architecture": 5, "density": 3}]}, ["molecules.0.architecture", "5"]),
     ({"molecules": [{"architecture": "1 1", "density": 3}]}, ["architecture", "capital"]),
-    ({"molecules": [{"architecture": "A 9999999 B 9999999", "count": 9999}]},
+    ({"molecules": [{"architecture": "A 999999", "count": 9999}]},
      ["molecules.0.count", "<= 100000000"]),
+    ({"molecules": [{"architecture": "A 9999999 B 9999999", "count": 9999}]},
+     ["molecules.0.architecture", "2e+07 beads", "<= 1000000"]),
     ({"molecules": [{"architecture": "A " + "9" * 40, "count": 1}]},
-     ["architecture", "is not allowed"]),
+     ["architecture", "repeats are not allowed", "<= 1000000"]),
     ({"molecules": [{"architecture": "A", "count": "7"}]}, ["count", "write 7 without quotes"]),
     ({"molecules": [{"architecture": "A", "count": 10**9}]}, ["count", "<= 100000000"]),
     ({"repulsion": {1: 25}}, ["repulsion", "1", '"A B"']),
@@ -222,6 +224,7 @@ WHOLE = FLUID | {
     "repulsion": {"A A": 25, "A B": 30, "B B": 25},
     "box": [4, 4, 4],
     "bond": {"stiffness": 50, "length": 0.5},
+    "angle": {"stiffness": 2, "angle": 120},
     "core": {"radius": 0.1, "force": 30, "smooth": 0.1},
     "keep_state": True,
     "thermostat": {"kind": "dpd", "kT": 1, "gamma": 4.5, "noise": "uniform"},
@@ -244,6 +247,8 @@ WHOLE = FLUID | {
         {"thermo": {"every": 1, "pressure": True}}, {"rdf": {"every": 5, "range": 1, "bin": 0.1}},
         {"profile": {"every": 5, "bin": 0.5}}, {"bonds": {"every": 5, "bin": 0.1}},
         {"chains": {"every": 5}}, {"displacement": {"every": 5}}, {"end_to_end": {"every": 5}},
+        {"bond_lengths": {"every": 5, "range": 4, "bin": 0.1}},
+        {"end_points": {"every": 5, "range": 4, "bin": 0.1}},
         {"trace": {"every": 5}}, {"configuration": {"every": 5}}, {"passes": {"every": 5}},
     ],
     "unstable": "fail",
@@ -284,7 +289,7 @@ def test_the_whole_scene_has_every_key():
     rules = schema("scene")["properties"]
     assert set(WHOLE) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
-    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond"):
+    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle"):
         assert set(rules[name]["properties"]) - set(WHOLE[name]) <= not_here, name
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
     assert set(observables) - {next(iter(item)) for item in WHOLE["observe"]} == {

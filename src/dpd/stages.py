@@ -36,6 +36,7 @@ STAGES = {
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
 # Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
 TERMS = {
+    "angle": "dpd.physics.angle",
     "bond": "dpd.physics.bond",
     "core": "dpd.physics.core",
     "exchange": "dpd.physics.exchange",
@@ -139,6 +140,7 @@ def figure_sources(path: Path) -> str:
 def terms_of(scene: Scene) -> frozenset[str]:
     """Names in `TERMS` of what acts in a scene."""
     acting = {
+        "angle": "angle" in scene.data,
         "bond": "bond" in scene.data,
         "core": "core" in scene.data,
         "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,

@@ -26,6 +26,14 @@ def pair_noise(low, high, seed, step, gaussian):
     return theta
 
 
+def of_each(law):
+    """Two parameters of a law for all, or of each bond or angle in a table."""
+    if len(law) == 2:
+        return law
+    one, other, number = law
+    return one[number], other[number]
+
+
 class Reference:
     """A `System` moved by a scheme of the paper, named, with its lambda."""
 
@@ -45,6 +53,8 @@ class Reference:
             self.evaluate_bath(velocity)
         if self.system.bond is not None:
             self.evaluate_bonds()
+        if self.system.angle is not None:
+            self.evaluate_angles()
 
     def separation(self, i, j):
         """r_ij at the nearest image, r, and the unit vector e."""
@@ -96,12 +106,27 @@ class Reference:
 
     def evaluate_bonds(self):
         """Springs: energy C (r - length)^2 / 2."""
-        stiffness, length = self.system.bond
+        stiffness, length = of_each(self.system.bond)
         i, j = self.system.members.T
         r_ij, r, e = self.separation(i, j)
         pull = -stiffness * (r - length) * e
         self.energy[1] = (stiffness * (r - length) ** 2 / 2).sum()
         self.add(i, j, r_ij, pull, pull)
+
+    def evaluate_angles(self):
+        """Angles: energy k (theta - theta_0)^2 / 2, theta from the cosine of both bonds."""
+        stiffness, rest = of_each(self.system.angle)
+        i, j, k = self.system.angle_members.T
+        r_ij, length_i, e_i = self.separation(i, j)
+        r_kj, length_k, e_k = self.separation(k, j)
+        cosine = (e_i * e_k).sum(axis=0)
+        theta = np.arccos(np.clip(cosine, -1, 1))
+        slope = stiffness * (theta - rest) / np.sin(theta)
+        on_i = slope * (e_k - cosine * e_i) / length_i
+        on_k = slope * (e_i - cosine * e_k) / length_k
+        self.energy[1] += (stiffness * (theta - rest) ** 2 / 2).sum()
+        self.add(i, j, r_ij, on_i, on_i)
+        self.add(k, j, r_kj, on_k, on_k)
 
     def add(self, i, j, r_ij, conservative, full):
         """Add a force on i from j, and the virials sum r_ij F_ij."""

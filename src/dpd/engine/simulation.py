@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.bond_forces import batches, empty_slots, in_batches
+from dpd.engine.bond_forces import batches, bonded_of, empty_slots
 from dpd.engine.neighbours.cells import cell_buffers, grid
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
@@ -163,7 +163,7 @@ def _plan_of(system):
         space=space,
         grid=grid(space, CUTOFF + system.skin),
         forces=system.forces,
-        bonds=in_batches(system.bond, system.members),
+        bonds=bonded_of(system),
         scheme=system.scheme,
         dt=system.dt,
         skin=float(system.skin),

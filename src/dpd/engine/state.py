@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
 from dpd.physics.forces import Forces
@@ -47,9 +48,9 @@ class Sums(NamedTuple):
     Attributes
     ----------
     virial : (2, dimension, dimension) array
-        Sum over pairs and bonds of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
+        Sum over pairs, bonds and angles of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
     energy : (2,) array
-        `OF_PAIRS` and `OF_BONDS`.
+        `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them.
     """
 
     virial: np.ndarray
@@ -78,8 +79,12 @@ class System:
         Seed of the noise.
     members : (n, 2) uint32 array or None
         Identities of the two ends of each bond.
-    bond : Bond or None
-        The law of all bonds.
+    bond : Bond, BondTable or None
+        The law of all bonds, or of each.
+    angle_members : (n, 3) uint32 array or None
+        Identities of the three beads of each angle, the middle one in between.
+    angle : Angle, AngleTable or None
+        The law of all angles, or of each.
     skin : float
         0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
         list is kept until a bead has moved half the skin.
@@ -97,7 +102,9 @@ class System:
     scheme: Scheme
     seed: int
     members: np.ndarray | None = None
-    bond: Bond | None = None
+    bond: Bond | BondTable | None = None
+    angle_members: np.ndarray | None = None
+    angle: Angle | AngleTable | None = None
     skin: float = 0.0
     per_bead: bool = False
 
@@ -113,7 +120,8 @@ class System:
     def forces(self) -> Forces:
         """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
-        return Forces(self.pair._replace(repulsion=repulsion), self.bond, **self._thermostat())
+        pair = self.pair._replace(repulsion=repulsion)
+        return Forces(pair, self.bond, self.angle, **self._thermostat())
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""

@@ -276,7 +276,7 @@ def add_forces(team, plan, beads, force, shared, listed, touching, now):
 
 @part()
 def add_bonds(team, plan, beads, force, slot, now):
-    """Add the forces of bonds, batch by batch."""
+    """Add the forces of bonds and of the angles between them, batch by batch."""
     tasks = batches(plan.bonds)
     task = next_task(team, BATCHES, 0, tasks)
     while task < tasks:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from dpd.observe.bond_lengths import PairBondLengths
 from dpd.observe.bonds import BondLengths
 from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
@@ -21,6 +22,7 @@ from dpd.observe.crossings import Crossings
 from dpd.observe.density_field import DensityField
 from dpd.observe.diffusion import Diffusion
 from dpd.observe.displacement import Displacement
+from dpd.observe.end_points import EndPoints
 from dpd.observe.end_to_end import EndToEnd
 from dpd.observe.mixing import Mixing
 from dpd.observe.passes import Passes
@@ -70,12 +72,14 @@ OBSERVABLES = {
     "structure_factor": StructureFactor,
     "mixing": Mixing,
     "bonds": BondLengths,
+    "bond_lengths": PairBondLengths,
     "chains": Chains,
     "displacement": Displacement,
     "diffusion": Diffusion,
     "crossings": Crossings,
     "passes": Passes,
     "end_to_end": EndToEnd,
+    "end_points": EndPoints,
     "configuration": Configuration,
     "trace": Trace,
     "configurational": Configurational,

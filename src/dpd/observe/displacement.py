@@ -21,8 +21,8 @@ class Displacement:
 
     By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
     to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count. "Innermost" is the middle bead of a molecule, two of them for an even
-    number.
+    does not count. "Innermost" is the bead in the middle of the longest way through a
+    molecule, two of them for an even number.
 
     Parameters
     ----------
@@ -40,7 +40,11 @@ class Displacement:
         lengths = scene.lengths
         self._first = np.cumsum(lengths) - lengths
         self._lengths = lengths
-        self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
+        inner = np.repeat(
+            [kind.middle for kind in scene.molecules],
+            [kind.count for kind in scene.molecules], axis=0,
+        )  # fmt: skip
+        self._inner = self._first + inner.T
         d, molecules = system.dimension, len(lengths)
         self.averages = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
         self.arrays = self.averages.arrays | {

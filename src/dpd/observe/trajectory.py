@@ -48,7 +48,8 @@ class Trajectory:
             "digest": np.zeros(DIGEST, np.uint8),
         }
         self.file = None if path is None else TrajectoryFile(path)
-        self.file_bytes = bytes_of(scene.steps.sample // every, scene.beads, len(scene.bonded))
+        joined = len(scene.bonded), len(scene.angled)
+        self.file_bytes = bytes_of(scene.steps.sample // every, scene.beads, *joined)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Append a frame."""
@@ -67,6 +68,7 @@ class Trajectory:
                 species=scene.kinds,
                 names=scene.species,
                 bonds=scene.bonded,
+                angles=scene.angled,
                 step=state.step,
             )
             arrays["digest"][...] = self.file.append(frame, arrays["digest"])

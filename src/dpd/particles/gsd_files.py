@@ -27,7 +27,7 @@ THICKNESS = 2.0  # of a box of two dimensions along z
 FLAT = 1e-4  # r_c that a bead of two dimensions may be away from z = 0
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
 OTHERS = {"mass": 1, "charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
-MORE_BONDS = ("angles", "dihedrals", "impropers", "constraints", "pairs")
+MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
 def read_gsd(path: Path, frame: int = -1) -> Particles:
@@ -95,7 +95,7 @@ def _damaged(path, problem):
 
 def _check_counts(path, file, frame):
     """Refuse counts that do not fit to what is there: as much memory would be asked for."""
-    for name, array in (("particles", "position"), ("bonds", "group")):
+    for name, array in (("particles", "position"), ("bonds", "group"), ("angles", "group")):
         count = _chunk(file, frame, f"{name}/N")
         there = _chunk(file, frame, f"{name}/{array}")
         said, found = 0 if count is None else int(count[0]), 0 if there is None else len(there)
@@ -144,6 +144,7 @@ def _particles_of(path, frame):
             species=beads.typeid.astype(np.int64),
             names=tuple(beads.types),
             bonds=frame.bonds.group.astype(np.int64).reshape(-1, 2),
+            angles=frame.angles.group.astype(np.int64).reshape(-1, 3),
             step=int(configuration.step),
             left_out=tuple(_left_out(frame)),
         ),
@@ -175,8 +176,10 @@ def _left_out(frame):
     for name in MORE_BONDS:
         if getattr(frame, name).N:
             yield f"{getattr(frame, name).N} {name} are left out: there are none here"
-    if len(frame.bonds.types or ()) > 1:
-        yield f"bonds of {len(frame.bonds.types)} types become bonds of one type"
+    for name in ("bonds", "angles"):
+        types = len(getattr(frame, name).types or ())
+        if types > 1:
+            yield f"{name} of {types} types become {name} of one type"
 
 
 def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Frame:
@@ -207,6 +210,11 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
         frame.bonds.types = ["bond"]
         frame.bonds.typeid = np.zeros(len(particles.bonds), np.uint32)
         frame.bonds.group = particles.bonds
+    if len(particles.angles):
+        frame.angles.N = len(particles.angles)
+        frame.angles.types = ["angle"]
+        frame.angles.typeid = np.zeros(len(particles.angles), np.uint32)
+        frame.angles.group = particles.angles
     return frame
 
 

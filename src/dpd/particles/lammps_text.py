@@ -15,35 +15,38 @@ HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is writ
 
 
 def as_data(particles: Particles) -> str:
-    """A configuration as the text of a data file, of atom style ``bond`` or ``atomic``.
+    """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
 
     All numbers have as many digits as it takes to read the same ones again. In two dimensions
     the box is 1 thick along z. Names of species stand as comments behind the masses.
     """
-    bonds = particles.bonds
+    bonds, angles = particles.bonds, particles.angles
+    style = "angle" if len(angles) else "bond" if len(bonds) else "atomic"
     edges = [f"0 {edge!r}" for edge in map(float, particles.box)] + [f"{-HALF} {HALF}"]
     lines = [
         f"LAMMPS data file, written by dpd-papers, timestep = {particles.step}, units = lj", "",
         f"{particles.beads} atoms", f"{len(particles.names)} atom types",
-        *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []), "",
+        *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []),
+        *([f"{len(angles)} angles", "1 angle types"] if len(angles) else []), "",
         *(f"{edge} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")), "",
         "Masses", "", *(f"{i + 1} 1 # {name}" for i, name in enumerate(particles.names)), "",
-        f"Atoms # {'bond' if len(bonds) else 'atomic'}", "", *_atom_lines(particles),
+        f"Atoms # {style}", "", *_atom_lines(particles),
     ]  # fmt: skip
     if particles.velocity is not None:
         rows = _padded(particles.velocity, 0.0).T.tolist()
         lines += ["", "Velocities", ""]
         lines += [f"{i + 1} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(rows)]
-    if len(bonds):
-        lines += ["", "Bonds", ""]
-        lines += [f"{i + 1} 1 {one + 1} {two + 1}" for i, (one, two) in enumerate(bonds.tolist())]
+    for name, members in (("Bonds", bonds), ("Angles", angles)):
+        if len(members):
+            rows = (" ".join(map(str, row)) for row in (members.astype(int) + 1).tolist())
+            lines += ["", name, "", *(f"{i + 1} 1 {row}" for i, row in enumerate(rows))]
     return "\n".join(lines) + "\n"
 
 
 def _atom_lines(particles):
     """Lines of the section Atoms."""
     kinds = (particles.species.astype(int) + 1).tolist()
-    if len(particles.bonds):
+    if len(particles.bonds) or len(particles.angles):
         molecules = molecules_of(particles).tolist()
         kinds = [f"{molecule + 1} {kind}" for molecule, kind in zip(molecules, kinds)]
     places = _padded(particles.position, 0.0).T.tolist()

@@ -8,6 +8,7 @@ Variables, each with the beads in the order of their identities (molecule after 
 - ``last_species`` (bead): numbers in ``last_names``.
 - ``last_names`` (name): names of the species.
 - ``last_bonds`` (bond, end): identities of both ends; missing where there is none.
+- ``last_angles`` (angle, corner): identities of the three beads; missing where there is none.
 
 Attributes: ``last_box``, the edges in r_c, and ``last_step``.
 """
@@ -47,11 +48,13 @@ def variables_of(particles: Particles) -> dict[str, tuple]:
         "last_species": (("bead",), particles.species, "1", "species, number in last_names"),
         "last_names": (("name",), np.array(particles.names), "1", "names of the species"),
         "last_bonds": (("bond", "end"), particles.bonds, "1", "numbers of the bonded beads"),
+        "last_angles": (("angle", "corner"), particles.angles, "1", "beads of angles"),
     }
     without = {
         "last_velocity": particles.velocity is None,
         "last_image": not particles.image.any(),
         "last_bonds": not len(particles.bonds),
+        "last_angles": not len(particles.angles),
     }
     return {name: variable for name, variable in found.items() if not without.get(name)}
 
@@ -103,6 +106,7 @@ def particles_of(
         species=_array(variables, "last_species", (beads,), "u", path),
         names=tuple(map(str, names)),
         bonds=_optional(variables, "last_bonds", (None, 2), "u", path, np.uint32),
+        angles=_optional(variables, "last_angles", (None, 3), "u", path, np.uint32),
         step=int(attributes.get("last_step", 0)),
     )
 

@@ -91,6 +91,7 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
             species=scene.kinds,
             names=scene.species,
             bonds=scene.bonded,
+            angles=scene.angled,
             step=step,
         ),
         path,

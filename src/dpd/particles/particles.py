@@ -8,6 +8,8 @@ from dpd.errors import UserError
 
 ROUNDING = 1e-5  # of an edge that a bead may be outside: single precision, numbers in text
 
+NO_ANGLES = np.zeros((0, 3), np.uint32)
+
 
 class Particles(NamedTuple):
     """Beads in the order of their identities, with their bonds.
@@ -30,6 +32,8 @@ class Particles(NamedTuple):
     step : int
     left_out : tuple of str
         What the file held that has no place here, a sentence each.
+    angles : (angles, 3) uint32 array
+        Identities of the three beads of each, the middle one in between.
     """
 
     box: tuple[float, ...]
@@ -41,6 +45,7 @@ class Particles(NamedTuple):
     bonds: np.ndarray
     step: int = 0
     left_out: tuple[str, ...] = ()
+    angles: np.ndarray = NO_ANGLES
 
     @property
     def dimension(self) -> int:
@@ -89,7 +94,7 @@ def checked(particles: Particles, path: object) -> Particles:
     ------
     UserError
         If the box has no volume, a number is not finite, a bead is outside the box, or a bond has
-        an end that is no bead, the same bead twice, or is there twice.
+        an end that is no bead, the same bead twice, or is there twice; the same for an angle.
     """
 
     def refuse(problem: str) -> None:
@@ -112,6 +117,7 @@ def checked(particles: Particles, path: object) -> Particles:
     position, image = _inside(particles.position, particles.image, box[:, None], refuse)
     _check_species(particles, refuse)
     _check_bonds(particles.bonds, particles.beads, refuse)
+    _check_angles(particles.angles, particles.beads, refuse)
     return particles._replace(
         box=tuple(map(float, box)),
         position=position,
@@ -119,6 +125,7 @@ def checked(particles: Particles, path: object) -> Particles:
         velocity=None if particles.velocity is None else particles.velocity.astype(float),
         species=particles.species.astype(np.uint8),
         bonds=particles.bonds.astype(np.uint32).reshape(-1, 2),
+        angles=particles.angles.astype(np.uint32).reshape(-1, 3),
     )
 
 
@@ -174,3 +181,19 @@ def _check_bonds(bonds, count, refuse):
     if (times > 1).any():
         one, other = pairs[first[np.argmax(times > 1)]]
         refuse(f"beads {one} and {other} are bonded {times.max()} times; keep one of these bonds")
+
+
+def _check_angles(angles, count, refuse):
+    bad = (angles < 0) | (angles >= count)
+    if bad.any():
+        number = int(np.argmax(bad.any(axis=1)))
+        bead = angles[number][bad[number]][0]
+        refuse(
+            f"angle {number} has bead {bead}, and beads go from 0 to {count - 1}; the file lacks "
+            "beads, or the angle is wrong"
+        )
+    one, middle, other = angles.T
+    twice = (one == middle) | (middle == other) | (one == other)
+    if twice.any():
+        number = int(np.argmax(twice))
+        refuse(f"angle {number} has a bead twice: {angles[number].tolist()}; remove it")

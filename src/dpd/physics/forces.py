@@ -8,7 +8,8 @@ becomes the method of that class and nothing else: terms that a scene does not n
 from typing import NamedTuple
 
 from dpd.jit import method
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
 from dpd.physics.friction import Friction
@@ -23,7 +24,8 @@ class Forces(NamedTuple):
     ----------
     pair : Soft or Core
         The conservative force between pairs.
-    bond : Bond or None
+    bond : Bond, BondTable or None
+    angle : Angle, AngleTable or None
     friction : Friction or None
     langevin : Langevin or None
     exchange : Exchange or None
@@ -31,7 +33,8 @@ class Forces(NamedTuple):
     """
 
     pair: Soft | Core
-    bond: Bond | None = None
+    bond: Bond | BondTable | None = None
+    angle: Angle | AngleTable | None = None
     friction: Friction | None = None
     langevin: Langevin | None = None
     exchange: Exchange | None = None

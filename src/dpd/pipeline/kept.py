@@ -103,6 +103,7 @@ def last_configuration(scene: Scene, state: State) -> Particles:
         species=scene.kinds,
         names=scene.species,
         bonds=scene.bonded,
+        angles=scene.angled,
         step=state.step,
     )
 

@@ -12,6 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from dpd.report.notation import typeset
+from dpd.scene.bonding import laws_of
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class SweepLine:
     system : str
         Beads, molecules, box, density.
     forces : str
-        Repulsion, core, bonds.
+        Repulsion, core, bonds, angles.
     dynamics : str
         Thermostat, scheme, time step.
     sampling : str
@@ -233,13 +234,14 @@ def _missed(scenes):
 
 def _molecules(scenes):
     """Monomers, chains of a length, or architectures."""
-    kinds = {kind.beads: given["architecture"] for scene in scenes
+    kinds = {(kind.beads, kind.parents): given["architecture"] for scene in scenes
              for kind, given in zip(scene.molecules, scene.data["molecules"])}  # fmt: skip
-    species = sorted({name for beads in kinds for name in beads})
+    species = sorted({name for beads, _ in kinds for name in beads})
     of = f" of {' and '.join(species)}" if len(species) > 1 else ""
-    if any(len(set(beads)) > 1 for beads in kinds):
+    branched = any(not kind.is_linear for scene in scenes for kind in scene.molecules)
+    if branched or any(len(set(beads)) > 1 for beads, _ in kinds):
         return f"molecules {', '.join(kinds.values())}"
-    lengths = [len(beads) for beads in kinds]
+    lengths = [len(beads) for beads, _ in kinds]
     return f"monomers{of}" if set(lengths) == {1} else f"chains{of}, N = {span(lengths)}"
 
 
@@ -255,8 +257,9 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds."""
-    return "; ".join(part for part in (_repulsion(scenes), _core(scenes), _bond(scenes)) if part)
+    """Repulsion, core, bonds, angles."""
+    parts = (_repulsion(scenes), _core(scenes), _bond(scenes), _angle(scenes))
+    return "; ".join(part for part in parts if part)
 
 
 def _repulsion(scenes):
@@ -282,11 +285,19 @@ def _core(scenes):
 
 
 def _bond(scenes):
-    bonds = [scene.data["bond"] for scene in scenes if "bond" in scene.data]
-    if not bonds:
+    laws = [law for scene in scenes for law in laws_of(scene.data.get("bond", {}))]
+    if not laws:
         return ""
-    stiffness, length = (span([bond[key] for bond in bonds]) for key in ("stiffness", "length"))
+    stiffness, length = (span([law[key] for law in laws]) for key in ("stiffness", "length"))
     return f"bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
+
+
+def _angle(scenes):
+    laws = [law for scene in scenes for law in laws_of(scene.data.get("angle", {}))]
+    if not laws:
+        return ""
+    stiffness, angle = (span([law[key] for law in laws]) for key in ("stiffness", "angle"))
+    return f"angles of stiffness k = {stiffness} kT/rad^2, at rest at {angle} degrees"
 
 
 def _dynamics(scenes):

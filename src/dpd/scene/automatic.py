@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from dpd.errors import UserError
+from dpd.scene.bonding import laws_of
 from dpd.scene.schema import read_yaml
 
 TABLE = Path(__file__).with_name("automatic.yaml")
@@ -55,7 +56,7 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     Raises
     ------
     UserError
-        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, no
+        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, angles, no
         friction, more friction or a smaller tolerance than in the table.
     """
     _refuse(data, where)
@@ -75,6 +76,8 @@ def _refuse(data, where):
         why = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
     elif data["thermostat"]["kind"] == "langevin":
         why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
+    elif "angle" in data:
+        why = "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
     elif data["thermostat"]["gamma"] == 0:
         why = "schemes were measured with a thermostat; without friction take gw-vv"
     if why:
@@ -108,4 +111,4 @@ def _ratios(data, density, measured):
     """Stiffness of this scene over that of the measured one: of repulsion, and of bonds."""
     yield max(data["repulsion"].values()) * density / measured["repulsion"]
     if "bond" in data:
-        yield data["bond"]["stiffness"] / measured["bond"]
+        yield max(law["stiffness"] for law in laws_of(data["bond"])) / measured["bond"]

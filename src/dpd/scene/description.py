@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dpd.scene.bonding import is_table
+
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
@@ -28,6 +30,7 @@ def description(scene: Scene) -> str:
         "repulsion": _pairs(scene.data["repulsion"]),
         "core": _pairs(scene.data.get("core", {})),
         "bonds": _bonds(scene),
+        "angles": _angles(scene),
         "thermostat": _pairs(thermostat),
         "integrator": _integrator(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "
@@ -50,7 +53,20 @@ def _bonds(scene: Scene) -> str:
     if "bond" not in scene.data:
         return ""
     count = sum(kind.count * (len(kind.beads) - 1) for kind in scene.molecules)
-    return f"{count}, {_pairs(scene.data['bond'])}"
+    return f"{count}, {_laws(scene.data['bond'])}"
+
+
+def _angles(scene: Scene) -> str:
+    if scene.angles is None:
+        return ""
+    return f"{len(scene.angles.members)}, {_laws(scene.data['angle'])}"
+
+
+def _laws(given: dict) -> str:
+    """One law for all, or each law with its pair or triple before it."""
+    if not is_table(given):
+        return _pairs(given)
+    return "; ".join(f"{name}: {_pairs(law)}" for name, law in given.items())
 
 
 def _integrator(scene: Scene) -> str:

@@ -13,10 +13,12 @@ import numpy as np
 from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.physics.schemes import scheme_named
+from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
+from dpd.scene.bonding import Joined, check_bonding, joined
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
-from dpd.scene.molecules import MissedDensity, Molecule, beads_of
+from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
 
@@ -126,9 +128,9 @@ class Scene:
         """The kinds of molecules, in the scene's order."""
         kinds = []
         for kind in self.data["molecules"]:
-            beads = beads_of(kind["architecture"])
+            beads, parents = tree_of(kind["architecture"])
             count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
-            kinds.append(Molecule(beads, count))
+            kinds.append(Molecule(beads, parents, count))
         return tuple(kinds)
 
     @cached_property
@@ -192,16 +194,26 @@ class Scene:
         return table
 
     @cached_property
+    def bonds(self) -> Joined:
+        """All bonds, molecule after molecule; empty where every molecule is a single bead."""
+        return joined(self, self.data.get("bond", {}), lambda kind: kind.bonds)
+
+    @property
     def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
-        pairs, first = [], 0
-        for kind in self.molecules:
-            length = len(kind.beads)
-            starts = first + length * np.arange(kind.count)
-            along = starts[:, None] + np.arange(length - 1)
-            pairs.append(np.stack([along.ravel(), along.ravel() + 1], axis=1))
-            first += length * kind.count
-        return np.concatenate(pairs).astype(np.uint32)
+        return self.bonds.members
+
+    @cached_property
+    def angles(self) -> Joined | None:
+        """All angles, molecule after molecule; None without them."""
+        if "angle" not in self.data:
+            return None
+        return joined(self, self.data["angle"], lambda kind: kind.triples)
+
+    @property
+    def angled(self) -> np.ndarray:
+        """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
+        return np.zeros((0, 3), np.uint32) if self.angles is None else self.angles.members
 
     @cached_property
     def lengths(self) -> np.ndarray:
@@ -270,7 +282,7 @@ class Scene:
         self._check_molecules()
         self._check_repulsion()
         self._check_core()
-        self._check_bond()
+        check_bonding(self, self._fail)
         self._check_thermostat()
         if self.steps.sample < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
@@ -291,6 +303,10 @@ class Scene:
                 self._fail("start.method", "'polymerize' grows chains in two dimensions only")
             if "bond" not in self.data:
                 self._fail("start.method", "'polymerize' has nothing to grow: no chains, no bond")
+            branched = [k for k in self.molecules if not k.is_chain]
+            if branched:
+                text = self.data["molecules"][self.molecules.index(branched[0])]["architecture"]
+                self._fail("start.method", f"'polymerize' grows chains; {text!r} has branches")
         half = min(self.box) / 2
         if "rdf" in self.observe and self.observe["rdf"]["range"] > half:
             self._fail(
@@ -375,19 +391,3 @@ class Scene:
                 f"{core['smooth']:g} beyond a core of diameter {2 * core['radius']:g} goes past "
                 f"the cutoff; allowed: <= {CUTOFF - 2 * core['radius']:g}",
             )
-
-    def _check_bond(self):
-        chains = any(len(kind.beads) > 1 for kind in self.molecules)
-        if chains and "bond" not in self.data:
-            self._fail("bond", "molecules of several beads need one, as {stiffness: 2, length: 0}")
-        if not chains and "bond" in self.data:
-            self._fail(
-                "bond",
-                "every molecule is a single bead; remove the key, or give an architecture "
-                "of several beads, as 'A 10'",
-            )
-        for name in ("bonds", "crossings", "passes", "end_to_end"):
-            if not chains and name in self.observe:
-                self._fail(
-                    "observe", f"{name!r} has nothing to measure: every molecule is a single bead"
-                )

@@ -13,10 +13,12 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
+from dpd.scene.bonding import is_table, laws_of, numbers_of, species_along
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
@@ -52,18 +54,36 @@ def system_of(scene: Scene) -> System:
         dt=float(integrator["dt"]),
         scheme=scheme_named(integrator["scheme"], float(integrator["lambda"])),
         seed=data["seed"],
-        members=scene.bonded if "bond" in data else None,
-        bond=_bond(data.get("bond")),
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
+        **_bonding(scene, data),
     )
 
 
-def _bond(bond):
-    """The law of bonds, if there are any."""
-    if bond is None:
-        return None
-    return Bond(float(bond["stiffness"]), float(bond["length"]))
+def _bonding(scene, forces):
+    """Bonds and angles of a scene, as `System` has them, with the laws in ``forces``."""
+    found = dict.fromkeys(("bond", "members", "angle", "angle_members"))
+    if "bond" in forces:
+        stiffness, length = _values(forces["bond"], "stiffness", "length")
+        found["members"], number = scene.bonds
+        found["bond"] = (
+            Bond(stiffness, length) if number is None else BondTable(stiffness, length, number)
+        )
+    if "angle" in forces:
+        stiffness, angle = _values(forces["angle"], "stiffness", "angle")
+        found["angle_members"], number = scene.angles
+        angle = np.deg2rad(angle)
+        found["angle"] = (
+            Angle(stiffness, angle) if number is None else AngleTable(stiffness, angle, number)
+        )
+    return found
+
+
+def _values(given, *keys):
+    """Values of one law for all as numbers; of a table as arrays."""
+    laws = laws_of(given)
+    values = (np.array([float(law[key]) for law in laws]) for key in keys)
+    return values if is_table(given) else map(float, np.concatenate(list(values)))
 
 
 def _pair(scene, core):
@@ -82,13 +102,12 @@ def _start_system(scene, dt):
         friction=float(forces["gamma"]),
         gaussian=False,
         per_bead=False,
-        members=scene.bonded if "bond" in forces else None,
-        bond=_bond(forces.get("bond")),
         pair=_pair(scene, forces.get("core")),
         dt=float(dt),
         scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
+        **_bonding(scene, forces),
     )
 
 
@@ -187,19 +206,28 @@ def _positions(scene, method, flight, rng):
             low[along] = box[along] * filled / scene.beads
             slab[along] = box[along] * beads / scene.beads
         filled += beads
-        x = _flights(kind.count, len(kind.beads), slab, flight, rng)
+        x = _flights(kind, slab, _flight_of_bonds(kind, flight), rng)
         if method == "slabs":
             x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
         parts.append((x + low).reshape(-1, len(box)).T)
     return wrapped(np.concatenate(parts, axis=1), scene.box)
 
 
-def _flights(count, length, size, flight, rng):
+def _flight_of_bonds(kind, flight):
+    """The length of each step of a random flight along a molecule, or of all."""
+    if not isinstance(flight, dict):
+        return flight
+    numbers = numbers_of(flight, species_along(kind, kind.bonds))
+    return np.array(list(flight.values()))[numbers][:, None]
+
+
+def _flights(kind, size, flight, rng):
     """(count, length, dimension) positions of random flights that begin in a box."""
-    first = rng.random((count, 1, len(size))) * size
-    steps = rng.normal(size=(count, length - 1, len(size)))
+    first = rng.random((kind.count, 1, len(size))) * size
+    steps = rng.normal(size=(kind.count, len(kind.beads) - 1, len(size)))
     steps *= flight / np.linalg.norm(steps, axis=2, keepdims=True)
-    return np.concatenate([first, steps], axis=1).cumsum(axis=1)
+    steps = np.concatenate([first, steps], axis=1)
+    return np.moveaxis(kind.summed(np.moveaxis(steps, 1, 2)), 2, 1)
 
 
 def species_of(scene: Scene) -> np.ndarray | None:

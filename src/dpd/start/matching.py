@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError, shown
+from dpd.start.trees import order_of_trees
 
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles
@@ -43,6 +44,8 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     """
     _check_box(scene, particles, path)
     number = _numbers_of_species(scene, particles, path)
+    if not all(kind.is_chain for kind in scene.molecules):
+        return order_of_trees(scene, particles, number, path)
     chains = chains_of(particles.bonds, particles.position.shape[1], path)
     order = []
     for place, kind in enumerate(scene.molecules):
@@ -166,7 +169,8 @@ def chains_of(bonds: np.ndarray, beads: int, path: str) -> dict[int, np.ndarray]
     if lengths[once].sum() < beads:
         ring = np.setdiff1d(np.arange(beads), along)[0]
         raise UserError(
-            f"{path}: bead {ring} is of a molecule that is a ring; molecules are linear here"
+            f"{path}: bead {ring} is of a molecule that is a ring; molecules are chains or trees "
+            "here"
         )
     return {
         int(length): along[first[once & (lengths == length)][:, None] + np.arange(length)]
@@ -181,8 +185,8 @@ def _neighbours(bonds, beads, path):
     if count.max(initial=0) > 2:
         bead = np.argmax(count > 2)
         raise UserError(
-            f"{path}: bead {bead} has {count[bead]} bonds; allowed: 2, since molecules are linear "
-            "here"
+            f"{path}: bead {bead} has {count[bead]} bonds; allowed: 2, since all molecules of "
+            "the scene are linear"
         )
     order = np.argsort(one, kind="stable")
     one, other = one[order], other[order]

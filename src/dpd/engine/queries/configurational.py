@@ -10,9 +10,9 @@ from dpd.engine.bond_forces import (
     add_bond_forces,
     batches,
     bond_curvature,
+    bonded_of,
     empty_slots,
     find_slots,
-    in_batches,
 )
 from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
@@ -49,7 +49,7 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
     rows = rows_of(state.position)
     beads = Beads(rows, rows, None, state.identity, state.species)
     space = space_of(system.box)
-    bonds = in_batches(system.bond, system.members)
+    bonds = bonded_of(system)
     return _sums(beads, system.forces.pair, bonds, space, grid(space, 1.0))
 
 
