@@ -68,6 +68,7 @@ class Trajectory:
                 names=scene.species,
                 bonds=scene.bonded,
                 step=state.step,
+                masses=scene.masses,
             )
             arrays["digest"][...] = self.file.append(frame, arrays["digest"])
         arrays["last"][...] = position

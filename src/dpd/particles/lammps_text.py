@@ -27,7 +27,7 @@ def as_data(particles: Particles) -> str:
         f"{particles.beads} atoms", f"{len(particles.names)} atom types",
         *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []), "",
         *(f"{edge} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")), "",
-        "Masses", "", *(f"{i + 1} 1 # {name}" for i, name in enumerate(particles.names)), "",
+        "Masses", "", *_mass_lines(particles), "",
         f"Atoms # {'bond' if len(bonds) else 'atomic'}", "", *_atom_lines(particles),
     ]  # fmt: skip
     if particles.velocity is not None:
@@ -38,6 +38,12 @@ def as_data(particles: Particles) -> str:
         lines += ["", "Bonds", ""]
         lines += [f"{i + 1} 1 {one + 1} {two + 1}" for i, (one, two) in enumerate(bonds.tolist())]
     return "\n".join(lines) + "\n"
+
+
+def _mass_lines(particles):
+    """Lines of the section Masses, with the names of the species."""
+    masses = particles.masses_by_name()
+    return [f"{i + 1} {masses.get(name, 1)} # {name}" for i, name in enumerate(particles.names)]
 
 
 def _atom_lines(particles):

@@ -8,6 +8,7 @@ Variables, each with the beads in the order of their identities (molecule after 
 - ``last_species`` (bead): numbers in ``last_names``.
 - ``last_names`` (name): names of the species.
 - ``last_bonds`` (bond, end): identities of both ends; missing where there is none.
+- ``last_masses`` (name): of a bead of each species; missing where all are 1.
 
 Attributes: ``last_box``, the edges in r_c, and ``last_step``.
 """
@@ -47,11 +48,13 @@ def variables_of(particles: Particles) -> dict[str, tuple]:
         "last_species": (("bead",), particles.species, "1", "species, number in last_names"),
         "last_names": (("name",), np.array(particles.names), "1", "names of the species"),
         "last_bonds": (("bond", "end"), particles.bonds, "1", "numbers of the bonded beads"),
+        "last_masses": (("name",), particles.masses, "m", "mass of a bead of each species"),
     }
     without = {
         "last_velocity": particles.velocity is None,
         "last_image": not particles.image.any(),
         "last_bonds": not len(particles.bonds),
+        "last_masses": particles.masses is None,
     }
     return {name: variable for name, variable in found.items() if not without.get(name)}
 
@@ -104,6 +107,11 @@ def particles_of(
         names=tuple(map(str, names)),
         bonds=_optional(variables, "last_bonds", (None, 2), "u", path, np.uint32),
         step=int(attributes.get("last_step", 0)),
+        masses=(
+            _array(variables, "last_masses", (len(names),), "f", path)
+            if "last_masses" in variables
+            else None
+        ),
     )
 
 

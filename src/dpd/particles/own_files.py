@@ -92,6 +92,7 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
             names=scene.species,
             bonds=scene.bonded,
             step=step,
+            masses=scene.masses,
         ),
         path,
     )

@@ -30,6 +30,8 @@ class Particles(NamedTuple):
     step : int
     left_out : tuple of str
         What the file held that has no place here, a sentence each.
+    masses : None or (names,) array
+        Of a bead of each species; None where all are 1.
     """
 
     box: tuple[float, ...]
@@ -41,6 +43,7 @@ class Particles(NamedTuple):
     bonds: np.ndarray
     step: int = 0
     left_out: tuple[str, ...] = ()
+    masses: np.ndarray | None = None
 
     @property
     def dimension(self) -> int:
@@ -50,6 +53,10 @@ class Particles(NamedTuple):
     def beads(self) -> int:
         """Number of beads."""
         return self.position.shape[1]
+
+    def masses_by_name(self) -> dict[str, float]:
+        """Mass of a bead of each species; nothing where all are 1."""
+        return {} if self.masses is None else dict(zip(self.names, self.masses.tolist()))
 
     def __str__(self) -> str:
         edges = " x ".join(f"{edge:g}" for edge in self.box)
@@ -111,6 +118,7 @@ def checked(particles: Particles, path: object) -> Particles:
             )
     position, image = _inside(particles.position, particles.image, box[:, None], refuse)
     _check_species(particles, refuse)
+    _check_masses(particles, refuse)
     _check_bonds(particles.bonds, particles.beads, refuse)
     return particles._replace(
         box=tuple(map(float, box)),
@@ -153,6 +161,12 @@ def _check_species(particles, refuse):
             f"bead {bead} is of kind {species[bead]}, and there are {len(names)} kinds, counted "
             "from 0; mend its kind"
         )
+
+
+def _check_masses(particles, refuse):
+    for name, mass in particles.masses_by_name().items():
+        if not (np.isfinite(mass) and mass > 0):
+            refuse(f"beads of {name} have the mass {mass:g}; allowed: numbers above 0")
 
 
 def _check_bonds(bonds, count, refuse):

@@ -104,6 +104,7 @@ def last_configuration(scene: Scene, state: State) -> Particles:
         names=scene.species,
         bonds=scene.bonded,
         step=state.step,
+        masses=scene.masses,
     )
 
 

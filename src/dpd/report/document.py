@@ -158,7 +158,8 @@ def _allowed(rule):
     if "oneOf" in rule:
         return " or ".join(_allowed(branch) for branch in rule["oneOf"])
     kind = rule.get("type", "")
-    kind = kind if isinstance(kind, str) else " or ".join(kind)
-    kind = {"object": "mapping", "array": "list"}.get(kind, kind)
+    names = {"object": "mapping", "array": "list"}
+    first, *others = [names.get(each, each) for each in ([kind] if isinstance(kind, str) else kind)]
     limits = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="))
-    return kind + ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
+    first += ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
+    return " or ".join([first, *others])

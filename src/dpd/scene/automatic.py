@@ -36,7 +36,8 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     """A guess at the integrator of a scene that leaves it to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as
-    1 / sqrt(stiffness), the period of its fastest motion) or hotter.
+    1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
+    the highest friction.
 
     Parameters
     ----------
@@ -61,10 +62,13 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     _refuse(data, where)
     system = "melt" if "bond" in data else "fluid"
     measured = table()[system]
-    choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
+    lightest = min([1.0, *data.get("mass", {}).values()])
+    gamma = max(_frictions(data)) / lightest
+    choice = _row(measured["choices"], gamma, data["integrator"], where)
     kT = data["thermostat"]["kT"]
     density = max(density, DENSITY[system])
-    slower = np.sqrt(max(1.0, kT, *_ratios(data, density, measured["stiffness"])))
+    stiffest = max(kT, *_ratios(data, density, measured["stiffness"]))
+    slower = np.sqrt(max(1.0, stiffest / lightest))
     dt = float(f"{choice['dt'] / slower:.2g}")
     return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
 
@@ -75,10 +79,16 @@ def _refuse(data, where):
         why = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
     elif data["thermostat"]["kind"] == "langevin":
         why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
-    elif data["thermostat"]["gamma"] == 0:
+    elif not any(_frictions(data)):
         why = "schemes were measured with a thermostat; without friction take gw-vv"
     if why:
         raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
+
+
+def _frictions(data):
+    """All values of gamma."""
+    gamma = data["thermostat"]["gamma"]
+    return list(gamma.values()) if isinstance(gamma, dict) else [gamma]
 
 
 def _row(choices, gamma, integrator, where):
@@ -87,7 +97,8 @@ def _row(choices, gamma, integrator, where):
     at = [friction for friction in frictions if friction >= gamma]
     if not at:
         raise UserError(
-            f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
+            f"{where}: thermostat.gamma: {gamma:g} (over the mass of the lightest beads, if they "
+            "are lighter than 1) is more than 'auto' was measured for; allowed: "
             f"<= {frictions[-1]:g}, or name a scheme"
         )
     good = [

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from dpd.errors import UserError
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
@@ -168,6 +170,13 @@ def _check_start_forces(scene, refuse):
     if "bond" in own and "bond" not in scene.data:
         refuse("start.forces.bond", "every molecule is a single bead; remove the key")
     forces = start_forces(scene)
+    by_species = scene.data["thermostat"]["kind"] == "langevin" and np.ndim(scene.friction)
+    if by_species and "gamma" not in own and ("relax" in start or start["method"] == "polymerize"):
+        refuse(
+            "thermostat.gamma",
+            "one value for each species, and the start is relaxed or grown with friction between "
+            "pairs; add start.forces.gamma, as 4.5",
+        )
     for name, needed in (("core", ("radius", "force")), ("bond", ("stiffness",))):
         for key in needed:
             if name in own and key not in forces[name]:

@@ -36,6 +36,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
+    if "mass" in data:
+        kept["mass"] = data["mass"]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
     elif grows(scene):
@@ -58,7 +60,7 @@ def start_digest(scene: Scene) -> str:
 def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
-    forces = {"repulsion": data["repulsion"]}
+    forces = {"repulsion": scene.repulsions}
     for name in ("core", "bond"):
         if name in data or name in changed:
             forces[name] = data.get(name, {}) | changed.get(name, {})
