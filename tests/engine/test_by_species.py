@@ -99,7 +99,7 @@ def couples(dimension, scheme, **changes):
     [("shardlow", 3), ("lowe-andersen", 3), ("aboba", 3), ("shardlow", 2), ("lowe-andersen", 2)],
 )
 def test_couples_exchange_beside_the_reference(scheme, dimension):
-    """Ten steps agree to 1e-10. In Lowe's one pair in eight is drawn, for a rate of 12 at dt 0.01."""
+    """Ten steps agree to 1e-10. In Lowe's a pair of rate 12 is drawn in 12 % of the steps."""
     simulation, reference = couples(dimension, scheme, skin=0.2 if dimension == 2 else 0.0)
     before = reference.velocity.copy()
     for _ in range(10):
