@@ -1,13 +1,17 @@
 """Friction of pairs of species and masses, as scenes, starts, files and pages have them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.observe.displacement import Displacement
 from dpd.particles.formats import read, write
 from dpd.pipeline.kept import last_configuration
 from dpd.pipeline.probing import thermostat_time
+from dpd.pipeline.sight import _temperature_of
 from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
@@ -176,3 +180,34 @@ def test_a_caption_names_frictions_and_masses():
     assert "masses m_A = 1, m_B = 4" in line.forces
     bath = sweep_line(swept(BLEND | LANGEVIN, set=["one"]))
     assert "Langevin thermostat, gamma_A = 4.5, gamma_B = 9" in bath.dynamics
+
+
+def test_displacements_are_those_of_centres_of_mass():
+    """A bead of mass 1 moves by 0.8. Its molecule has a mass of 4, all beads have 8."""
+    scene = Scene({
+        "dimension": 2,
+        "box": 10,
+        "molecules": [{"architecture": "A B", "count": 1}, {"architecture": "A", "count": 4}],
+        "repulsion": {"A A": 25, "A B": 25, "B B": 25},
+        "bond": {"stiffness": 50},
+        "mass": {"B": 3},
+        "integrator": {"scheme": "gw-vv", "dt": 0.02},
+        "steps": {"sample": 2},
+        "observe": [{"displacement": {"every": 1}}],
+    })  # fmt: skip
+    observer = Displacement(scene, system_of(scene), 1)
+    place = np.full((2, 6), 5.0)
+    for _ in range(2):
+        state = State(place.copy(), place, None, np.arange(6, dtype=np.uint32), scene.kinds, 0)
+        observer.sample(SimpleNamespace(state=state), None)
+        place[0, 0] += 0.8
+    found = observer.variables()["msd_centre"][1][0]
+    np.testing.assert_allclose(found[0], (0.8 / 4 - 0.8 / 8) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(found[1:], (0.8 / 8) ** 2, rtol=1e-12)
+
+
+def test_a_checkpoint_shows_the_temperature_with_masses():
+    """<m v^2> / dimension of the beads in it."""
+    stored = {"velocity": np.array([[1.0, 2.0]]), "species": np.array([1, 0], np.uint8)}
+    assert _temperature_of(stored, Scene(BLEND)) == (4 * 1 + 1 * 4) / 2
+    assert _temperature_of(stored, None) == 2.5
