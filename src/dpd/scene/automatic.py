@@ -97,9 +97,9 @@ def _row(choices, gamma, integrator, where):
     at = [friction for friction in frictions if friction >= gamma]
     if not at:
         raise UserError(
-            f"{where}: thermostat.gamma: {gamma:g} (over the mass of the lightest beads, if they "
-            "are lighter than 1) is more than 'auto' was measured for; allowed: "
-            f"<= {frictions[-1]:g}, or name a scheme"
+            f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
+            f"<= {frictions[-1]:g} (over the mass of the lightest beads, where that is below 1), "
+            "or name a scheme"
         )
     good = [
         choice
