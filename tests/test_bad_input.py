@@ -220,8 +220,10 @@ def test_as_many_species_as_a_byte_tells_apart():
 
 
 WHOLE = FLUID | {
-    "molecules": [{"architecture": "A 2 B", "density": 3}],
-    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "molecules": [{"architecture": "A 2 B C", "density": 3}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25, "B C": 30, "C C": 25},
+    "chi": {"A C": 2},
+    "mass": {"A": 1, "C": 2},
     "box": [4, 4, 4],
     "bond": {"stiffness": 50, "length": 0.5},
     "angle": {"stiffness": 2, "angle": 120},

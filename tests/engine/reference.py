@@ -10,6 +10,7 @@ from dpd.jit import kernel
 from dpd.physics import noise
 from dpd.physics.core import Core
 
+EXCHANGES = ("shardlow", "lowe-andersen", "aboba")
 NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langevin noise with
 
 uniform_noise, gaussian_noise = kernel()(noise.uniform_noise), kernel()(noise.gaussian_noise)
@@ -41,8 +42,14 @@ class Reference:
         self.system, self.scheme, self.prediction = system, scheme, prediction
         self.position, self.velocity = position.copy(), velocity.copy()
         self.species = np.zeros(position.shape[1], int) if species is None else species
+        self.mass = 1.0 if system.masses is None else np.asarray(system.masses)[self.species]
         self.steps = 0
         self.evaluate(velocity)
+
+    def friction_of(self, *species):
+        """gamma of a pair of species, or of a species."""
+        gamma = np.asarray(self.system.friction, float)
+        return gamma[species] if gamma.ndim else gamma
 
     def evaluate(self, velocity):
         """Forces, virials and energies where the beads are, friction with this velocity."""
@@ -72,7 +79,8 @@ class Reference:
         i, j = i[near], j[near]
         r_ij, r, e = self.separation(i, j)
         a = system.pair.repulsion[self.species[i], self.species[j]]
-        gamma = 0 if system.per_bead else system.friction
+        apart = system.per_bead or self.scheme in EXCHANGES
+        gamma = 0 if apart else self.friction_of(self.species[i], self.species[j])
         sigma = np.sqrt(2 * gamma * system.kT)
         zeta = pair_noise(i, j, system.seed, self.steps, system.gaussian)
         approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
@@ -97,11 +105,12 @@ class Reference:
     def evaluate_bath(self, velocity):
         """Langevin: -gamma v + sigma zeta dt^(-1/2) along each axis; no part of the virial."""
         system, beads = self.system, np.arange(velocity.shape[1])
-        sigma = np.sqrt(2 * system.friction * system.kT)
+        gamma = self.friction_of(self.species)
+        sigma = np.sqrt(2 * gamma * system.kT)
         for axis in range(len(velocity)):
             partner = np.full(len(beads), NOBODY - axis)
             zeta = pair_noise(beads, partner, system.seed, self.steps, system.gaussian)
-            drag = -system.friction * velocity[axis]
+            drag = -gamma * velocity[axis]
             self.force[axis] += drag + sigma * zeta * system.dt**-0.5
 
     def evaluate_bonds(self):
@@ -136,10 +145,20 @@ class Reference:
         self.virial += [r_ij @ conservative.T, r_ij @ full.T]
 
     def step(self):
-        """One step of Eq. 7, of Eq. 9 with or without its acceleration term, or of DPD-VV."""
-        dt, v, f = self.system.dt, self.velocity, self.force
+        """One step of Eq. 7, of Eq. 9 with or without its acceleration term, or of DPD-VV.
+
+        Or of a scheme that ends with an exchange of momentum, or has it in its middle.
+        """
+        dt, v, f = self.system.dt, self.velocity, self.force / self.mass
         self.steps += 1
-        if self.scheme == "euler":
+        if self.scheme == "aboba":
+            self.position = self.position + dt * v / 2
+            self.evaluate(v)
+            self.velocity = v + dt * self.force / self.mass / 2
+            self.exchange()
+            self.velocity += dt * self.force / self.mass / 2
+            self.position = self.position + dt * self.velocity / 2
+        elif self.scheme == "euler":
             self.position = self.position + dt * v
             self.velocity = v + dt * f
             self.evaluate(self.velocity)
@@ -147,9 +166,51 @@ class Reference:
             acceleration = 0 if self.scheme == "verlet-no-acceleration" else dt**2 * f / 2
             self.position = self.position + dt * v + acceleration
             self.evaluate(v + self.prediction * dt * f)
-            self.velocity = v + dt * (f + self.force) / 2
+            self.velocity = v + dt * (f + self.force / self.mass) / 2
+        if self.scheme in ("shardlow", "lowe-andersen"):
+            self.exchange()
         if self.scheme == "dpd-vv":
             # The same place and noise, friction of the final velocities; the virial stays.
             kept = self.virial, self.energy
             self.evaluate(self.velocity)
             self.virial, self.energy = kept
+
+    def exchange(self):
+        """Let pairs exchange momentum along their lines, in the order of their identities.
+
+        Shardlow's two half steps, as Nikunen et al. 2003 write them; the exact solution of the
+        Ornstein-Uhlenbeck process of the pair; or Lowe's new relative velocity.
+        """
+        system, dt, kT = self.system, self.system.dt, self.system.kT
+        i, j = np.triu_indices(self.position.shape[1], 1)
+        near = self.separation(i, j)[1] < 1
+        i, j = i[near], j[near]
+        _, r, e = self.separation(i, j)
+        gamma = np.broadcast_to(self.friction_of(self.species[i], self.species[j]), r.shape)
+        gaussian = system.gaussian or self.scheme != "shardlow"
+        zeta = pair_noise(i, j, system.seed, self.steps, gaussian)
+        mass = np.broadcast_to(self.mass, self.velocity.shape[1])
+        inverse_mu = 1 / mass[i] + 1 / mass[j]
+        for p in range(len(r)):
+            one, two = i[p], j[p]
+            u = e[:, p] @ (self.velocity[:, one] - self.velocity[:, two])
+            g, per_mu = gamma[p] * (1 - r[p]) ** 2, inverse_mu[p]
+            if self.scheme == "lowe-andersen":
+                drawn = self.chance(one, two) < gamma[p] * dt
+                new = np.sqrt(kT * per_mu) * zeta[p] if drawn else u
+            elif self.scheme == "aboba":
+                decay = np.exp(-g * dt * per_mu)
+                new = u * decay + np.sqrt(kT * per_mu * (1 - decay**2)) * zeta[p]
+            else:
+                push = np.sqrt(2 * g * kT) * zeta[p] * np.sqrt(dt) / 2
+                half = u + (push - g * u * dt / 2) * per_mu
+                new = (half + push * per_mu) / (1 + g * dt * per_mu / 2)
+            momentum = (new - u) / per_mu
+            self.velocity[:, one] += momentum / mass[one] * e[:, p]
+            self.velocity[:, two] -= momentum / mass[two] * e[:, p]
+
+    def chance(self, low, high):
+        """The engine's number from 0 to 1 of a pair at this step."""
+        first, second = step_keys(np.uint64(self.system.seed), self.steps)
+        keys = noise.Keys(np.uint32(second), np.uint32(first))
+        return pair_word(np.uint32(low), np.uint32(high), keys) / 2**32

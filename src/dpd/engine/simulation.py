@@ -168,6 +168,7 @@ def _plan_of(system):
         dt=system.dt,
         skin=float(system.skin),
         seed=np.uint64(system.seed),
+        inverse_mass=None if system.masses is None else 1.0 / np.asarray(system.masses, float),
     )
 
 

@@ -1,5 +1,7 @@
 """What a simulation is made of: the system, which stays, and the state, which moves."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -67,8 +69,11 @@ class System:
         One edge per dimension, in r_c.
     pair : Soft or Core
         The conservative force between pairs.
-    kT, friction : float
-        Temperature, and gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT.
+    kT : float
+        Temperature.
+    friction : float or array
+        gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT. A (species, species) array has one for each
+        pair of species; for a thermostat that acts on each bead, a (species,) array one for each.
     gaussian : bool
         Gaussian noise instead of uniform.
     dt : float
@@ -91,12 +96,14 @@ class System:
     per_bead : bool
         The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
         is not conserved.
+    masses : (species,) array or None
+        None where all are 1.
     """
 
     box: tuple
     pair: Soft | Core
     kT: float
-    friction: float
+    friction: float | np.ndarray
     gaussian: bool
     dt: float
     scheme: Scheme
@@ -107,6 +114,7 @@ class System:
     angle: Angle | AngleTable | None = None
     skin: float = 0.0
     per_bead: bool = False
+    masses: np.ndarray | None = None
 
     @property
     def dimension(self) -> int:
@@ -125,14 +133,44 @@ class System:
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""
-        gamma, gaussian = float(self.friction), bool(self.gaussian)
-        if gamma == 0.0:
+        gamma, shares, gaussian = self.friction, None, bool(self.gaussian)
+        if not np.any(gamma):
             return {}
+        if np.ndim(gamma):
+            gamma, shares = 1.0, np.ascontiguousarray(gamma, dtype=np.float64)
+        gamma = float(gamma)
         if self.scheme.exchange is not None:
-            return {"exchange": Exchange(self.scheme.exchange, gamma, float(self.kT), gaussian)}
-        amplitude = float(np.sqrt(2.0 * self.friction * self.kT / self.dt))
+            kind, kT = self.scheme.exchange, float(self.kT)
+            return {"exchange": Exchange(kind, gamma, kT, gaussian, shares)}
+        amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
         term = Langevin if self.per_bead else Friction
-        return {term.__name__.lower(): term(gamma, amplitude, gaussian)}
+        return {term.__name__.lower(): term(gamma, amplitude, gaussian, shares)}
+
+    def mass_of(self, species: np.ndarray | None) -> np.ndarray | float:
+        """Mass of each bead.
+
+        Parameters
+        ----------
+        species : (n,) uint8 array or None
+            None where there is one species.
+
+        Returns
+        -------
+        (n,) array or float
+            A number where all have the same mass.
+        """
+        if self.masses is None:
+            return 1.0
+        return float(self.masses[0]) if species is None else self.masses[species]
+
+    def momenta(self, state: State) -> np.ndarray:
+        """(dimension, n) array: the momentum of each bead, in storage order.
+
+        It is the array of the velocities itself where all masses are 1.
+        """
+        if self.masses is None:
+            return state.velocity
+        return self.mass_of(state.species) * state.velocity
 
 
 @dataclass
@@ -144,7 +182,8 @@ class State:
     position, velocity : (dimension, n) arrays
         After an advance, views of the rows that the kernels work on.
     force : (dimension, n) array or None
-        The same; None where it is yet to be evaluated.
+        The same; None where it is yet to be evaluated. Where the system has masses, it is the force
+        over the mass.
     identity : (n,) uint32 array
         Number of the bead in each slot.
     species : (n,) uint8 array or None

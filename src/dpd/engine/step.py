@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.bond_forces import Bonded, add_bond_forces, batches, find_slots
+from dpd.engine.masses import divide_by_masses, multiply_by_masses
 from dpd.engine.moves import DISTANCE, SLOT, drift, velocity_of_friction
 from dpd.engine.neighbours.cells import Cells, Grid, count_cells, move_to_cells, share_cells
 from dpd.engine.neighbours.lists import (
@@ -75,6 +76,8 @@ class Plan(NamedTuple):
     dt, skin : float
         Time step; distance beyond the cutoff within which pairs are listed.
     seed : uint64
+    inverse_mass : None or (species,) array
+        1 / m of each species; None where all masses are 1.
     """
 
     space: Space
@@ -85,6 +88,7 @@ class Plan(NamedTuple):
     dt: float
     skin: float
     seed: int
+    inverse_mass: np.ndarray | None = None
 
 
 class Shared(NamedTuple):
@@ -168,7 +172,8 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
     beads, spare : Beads
         Sorting swaps the two.
     force : array with a row for each bead
-        The force on the beads as they are; kept up to date. Zero for 0 steps.
+        The force on the beads as they are, over their mass if they have one; kept up to date. Zero
+        for 0 steps.
     reference : None or array with a row for each bead
         None to find pairs by cells in every step. With a list, where the beads were at the
         last sort, in today's order; kept up to date. 0 steps sort and list afresh.
@@ -226,6 +231,7 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
         now = Evaluation(step_keys(plan.seed, step), measure, shared.virial, shared.energy)
         touching = add_forces(team, plan, beads, force, shared, listed, touching, now)
         add_langevin(plan, beads, force, mine, now)
+        divide_by_masses(force, beads.species, mine, plan.inverse_mass)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
             waiting = plan.scheme.correction * plan.dt
         elif span.steps > 0:
@@ -332,18 +338,7 @@ def add_some(plan, beads, force, pairs, n, task, touching, now):
     if now.measure:
         sums = Sums(now.virial[task], now.energy[task])
         measure_pairs(sums, pairs, n, beads.species, plan.forces.pair, plan.space)
-    gamma = gamma_of(plan.forces.friction, plan.forces.exchange)
-    return with_pairs(touching, pairs, n, gamma, plan.space)
-
-
-@part()
-def gamma_of(friction, exchange):
-    """Friction of the pairs that are needed again."""
-    if exchange is not None:
-        return exchange.gamma
-    if friction is not None:
-        return friction.gamma
-    return 0.0
+    return with_pairs(touching, pairs, n, beads.species, plan.forces, plan.space)
 
 
 @part()
@@ -351,7 +346,7 @@ def add_langevin(plan, beads, force, mine, now):
     """Add the forces of a thermostat that acts on each bead on its own."""
     velocity = velocity_of_friction(beads.velocity, beads.predicted)
     langevin = plan.forces.langevin
-    add_langevin_forces(force, velocity, beads.identity, mine, langevin, plan.space, now.keys)
+    add_langevin_forces(force, velocity, beads, mine, langevin, plan.space, now.keys)
 
 
 @part()
@@ -371,14 +366,10 @@ def finish(team, plan, beads, force, mine, edges, touching, now):
         if scheme.correction > 0.0:
             add_rows(beads.velocity, force, scheme.correction * dt, mine)
             take_friction_again(team, plan, beads, force, mine, touching, scheme.renewal)
-        exchange_momentum(
-            beads.velocity, beads.identity, touching, exchange, dt, now.keys, plan.space
-        )
+        exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
     else:
         add_rows(beads.velocity, force, 0.5 * dt, mine)
-        exchange_momentum(
-            beads.velocity, beads.identity, touching, exchange, dt, now.keys, plan.space
-        )
+        exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
         add_rows(beads.velocity, force, 0.5 * dt, mine)
         add_rows(beads.position, beads.velocity, 0.5 * dt, mine)
         put_inside(beads.position, mine, edges)
@@ -388,9 +379,11 @@ def finish(team, plan, beads, force, mine, edges, touching, now):
 def take_friction_again(team, plan, beads, force, mine, touching, renewal):
     """Replace the friction in the force by that of the velocities now, where the scheme does."""
     if renewal is not None:
+        multiply_by_masses(force, beads.species, mine, plan.inverse_mass)
         lose(beads.predicted, beads.velocity, mine)
         for phase in range(len(touching.phase) - 1):
             meet(team)
             renew_friction(force, touching, phase, beads.predicted, plan.space)
         meet(team)
-        renew_langevin_friction(force, beads.predicted, mine, plan.forces.langevin)
+        renew_langevin_friction(force, beads.predicted, beads.species, mine, plan.forces.langevin)
+        divide_by_masses(force, beads.species, mine, plan.inverse_mass)

@@ -45,6 +45,10 @@ class Displacement:
             [kind.count for kind in scene.molecules], axis=0,
         )  # fmt: skip
         self._inner = self._first + inner.T
+        species = None if len(scene.species) == 1 else scene.kinds
+        self._mass = system.mass_of(species)
+        each = np.broadcast_to(self._mass, scene.beads)
+        self._of_molecule = np.add.reduceat(each, self._first)
         d, molecules = system.dimension, len(lengths)
         self.averages = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
         self.arrays = self.averages.arrays | {
@@ -65,8 +69,10 @@ class Displacement:
                 arrays["last"], position, box, state.step, "displacement", self.every
             )
         arrays["last"][...] = position
-        moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
-        centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
+        weights = self._mass if np.ndim(self._mass) else None
+        whole = np.average(arrays["moved"], axis=1, weights=weights, keepdims=True)
+        moved = arrays["moved"] - whole
+        centre = np.add.reduceat(self._mass * moved, self._first, axis=1) / self._of_molecule
         return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
 
     def variables(self) -> Variables:

@@ -18,8 +18,8 @@ class Thermo:
 
     What a run that blew up did not sample is NaN.
 
-    kT is the kinetic temperature <v^2> / dimension (Groot and Warren 1997, Eq. 13). The
-    pressure tensor is (sum_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
+    kT is the kinetic temperature <m v^2> / dimension (Groot and Warren 1997, Eq. 13). The
+    pressure tensor is (sum_i m_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
     in the virial and once with all forces (their Eq. 15, second and first line).
 
     Parameters
@@ -51,12 +51,13 @@ class Thermo:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         arrays, velocity = self.arrays, simulation.state.velocity
+        momenta = self._system.momenta(simulation.state)
         at = int(arrays["taken"][0])
         arrays["taken"][0] += 1
-        arrays["kT"][at] = np.mean(velocity**2)
-        arrays["momentum"][at] = velocity.sum(axis=1)
+        arrays["kT"][at] = np.mean(velocity * momenta)
+        arrays["momentum"][at] = momenta.sum(axis=1)
         if self.needs_forces:
-            arrays["kinetic"][at] = velocity @ velocity.T
+            arrays["kinetic"][at] = velocity @ momenta.T
             arrays["virial"][at] = sums.virial
             arrays["energy"][at] = sums.energy
 
@@ -66,7 +67,7 @@ class Thermo:
         along = ("sample",)
         found = {
             "time": (along, time, "tau", "time since the end of equilibration"),
-            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature <v^2>/dimension"),
+            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature <m v^2>/dimension"),
             "momentum": (
                 ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
             ),

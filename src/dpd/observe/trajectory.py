@@ -70,6 +70,7 @@ class Trajectory:
                 bonds=scene.bonded,
                 angles=scene.angled,
                 step=state.step,
+                masses=scene.masses,
             )
             arrays["digest"][...] = self.file.append(frame, arrays["digest"])
         arrays["last"][...] = position

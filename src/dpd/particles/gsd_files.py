@@ -26,7 +26,7 @@ SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
 FLAT = 1e-4  # r_c that a bead of two dimensions may be away from z = 0
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
-OTHERS = {"mass": 1, "charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
+OTHERS = {"charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
@@ -147,6 +147,7 @@ def _particles_of(path, frame):
             angles=frame.angles.group.astype(np.int64).reshape(-1, 3),
             step=int(configuration.step),
             left_out=tuple(_left_out(frame)),
+            masses=_masses(beads),
         ),
         path,
     )
@@ -167,12 +168,27 @@ def _velocity(beads, dimension):
     return beads.velocity[:, :dimension].T.astype(float)
 
 
+def _masses(beads):
+    """(types,) array of masses by type; None where all are 1, or where beads of a type differ."""
+    types, masses = np.asarray(beads.typeid), np.asarray(beads.mass, float)
+    if masses.shape != types.shape or (masses == 1).all():
+        return None
+    table = np.ones(len(beads.types))
+    known = types < len(table)
+    table[types[known]] = masses[known]
+    alike = known.all() and (table[types] == masses).all()
+    return np.array([_decimal(mass) for mass in table]) if alike else None
+
+
 def _left_out(frame):
     """What a frame has that is lost, a sentence each."""
     for name, nothing in OTHERS.items():
         values = getattr(frame.particles, name)
         if not np.array_equal(values, np.broadcast_to(nothing, np.shape(values))):
-            yield f"{name} is left out: beads have none here, or 1 for the mass"
+            yield f"{name} is left out: beads have none here"
+    masses = np.asarray(frame.particles.mass)
+    if _masses(frame.particles) is None and not (masses == 1).all():
+        yield "mass is left out: beads of one type differ in it, here they do not"
     for name in MORE_BONDS:
         if getattr(frame, name).N:
             yield f"{getattr(frame, name).N} {name} are left out: there are none here"
@@ -205,6 +221,8 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
     beads.image = _columns(particles.image, np.int32)
     if particles.velocity is not None:
         beads.velocity = _columns(particles.velocity, precision)
+    if particles.masses is not None:
+        beads.mass = particles.masses[particles.species].astype(np.float32)
     if len(particles.bonds):
         frame.bonds.N = len(particles.bonds)
         frame.bonds.types = ["bond"]

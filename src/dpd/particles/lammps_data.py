@@ -67,7 +67,7 @@ def read_data(path: Path) -> Particles:
     """Read a data file.
 
     It is of two dimensions if all beads are at the same z. Units are taken to be ``lj``, with
-    lengths in r_c, energies in kT and masses of 1.
+    lengths in r_c and energies in kT.
 
     Raises
     ------
@@ -109,6 +109,7 @@ def read_data(path: Path) -> Particles:
             angles=_members(path, data, identities, "Angle", 3),
             step=int(found[1]) if (found := STEP.search(data.title)) else 0,
             left_out=tuple(_left_out(data, style, rows)),
+            masses=_masses(path, data, labels),
         ),
         path,
     )
@@ -287,6 +288,21 @@ def _names(path, data):
     return labels, tuple(names.get(number) or _letters(number) for number in range(1, count + 1))
 
 
+def _masses(path, data, labels):
+    """(types,) array of masses by type; None if all are 1 or none are given."""
+    masses = np.ones(data.counts.get("atom types", 0))
+    for line in data.sections.get("Masses", [])[1:]:
+        words = line.text.split()
+        number = labels.get(words[0], words[0])
+        mass = _number(words[-1]) if len(words) == 2 else None
+        if mass is None or not str(number).isdigit() or not 1 <= int(number) <= len(masses):
+            raise UserError(
+                f"{path}: line {line.number}: {shown(line.text)} is not a type and its mass"
+            )
+        masses[int(number) - 1] = mass
+    return None if (masses == 1).all() else masses
+
+
 def _letters(number):
     """A to Z for 1 to 26, then AA, AB ..."""
     text = ""
@@ -367,9 +383,6 @@ def _left_out(data, style, rows):
     """What a file has that is lost, a sentence each."""
     if "charge" in STYLES[style] and rows[:, STYLES[style].index("charge")].any():
         yield "charges are left out: there are none here"
-    masses = [line.text.split()[-1] for line in data.sections.get("Masses", [])[1:]]
-    if any(_number(mass) != 1 for mass in masses):
-        yield "masses are left out: every bead here has mass 1"
     for name in ("dihedrals", "impropers"):
         if data.counts.get(name):
             yield f"{data.counts[name]} {name} are left out: there are none here"

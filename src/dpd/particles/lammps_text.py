@@ -29,7 +29,7 @@ def as_data(particles: Particles) -> str:
         *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []),
         *([f"{len(angles)} angles", "1 angle types"] if len(angles) else []), "",
         *(f"{edge} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")), "",
-        "Masses", "", *(f"{i + 1} 1 # {name}" for i, name in enumerate(particles.names)), "",
+        "Masses", "", *_mass_lines(particles), "",
         f"Atoms # {style}", "", *_atom_lines(particles),
     ]  # fmt: skip
     if particles.velocity is not None:
@@ -41,6 +41,12 @@ def as_data(particles: Particles) -> str:
             rows = (" ".join(map(str, row)) for row in (members.astype(int) + 1).tolist())
             lines += ["", name, "", *(f"{i + 1} 1 {row}" for i, row in enumerate(rows))]
     return "\n".join(lines) + "\n"
+
+
+def _mass_lines(particles):
+    """Lines of the section Masses, with the names of the species."""
+    masses = particles.masses_by_name()
+    return [f"{i + 1} {masses.get(name, 1)} # {name}" for i, name in enumerate(particles.names)]
 
 
 def _atom_lines(particles):

@@ -9,6 +9,7 @@ Variables, each with the beads in the order of their identities (molecule after 
 - ``last_names`` (name): names of the species.
 - ``last_bonds`` (bond, end): identities of both ends; missing where there is none.
 - ``last_angles`` (angle, corner): identities of the three beads; missing where there is none.
+- ``last_masses`` (name): of a bead of each species; missing where all are 1.
 
 Attributes: ``last_box``, the edges in r_c, and ``last_step``.
 """
@@ -49,12 +50,14 @@ def variables_of(particles: Particles) -> dict[str, tuple]:
         "last_names": (("name",), np.array(particles.names), "1", "names of the species"),
         "last_bonds": (("bond", "end"), particles.bonds, "1", "numbers of the bonded beads"),
         "last_angles": (("angle", "corner"), particles.angles, "1", "beads of angles"),
+        "last_masses": (("name",), particles.masses, "m", "mass of a bead of each species"),
     }
     without = {
         "last_velocity": particles.velocity is None,
         "last_image": not particles.image.any(),
         "last_bonds": not len(particles.bonds),
         "last_angles": not len(particles.angles),
+        "last_masses": particles.masses is None,
     }
     return {name: variable for name, variable in found.items() if not without.get(name)}
 
@@ -108,6 +111,11 @@ def particles_of(
         bonds=_optional(variables, "last_bonds", (None, 2), "u", path, np.uint32),
         angles=_optional(variables, "last_angles", (None, 3), "u", path, np.uint32),
         step=int(attributes.get("last_step", 0)),
+        masses=(
+            _array(variables, "last_masses", (len(names),), "f", path)
+            if "last_masses" in variables
+            else None
+        ),
     )
 
 

@@ -93,6 +93,7 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
             bonds=scene.bonded,
             angles=scene.angled,
             step=step,
+            masses=scene.masses,
         ),
         path,
     )

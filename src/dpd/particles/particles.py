@@ -34,6 +34,8 @@ class Particles(NamedTuple):
         What the file held that has no place here, a sentence each.
     angles : (angles, 3) uint32 array
         Identities of the three beads of each, the middle one in between.
+    masses : None or (names,) array
+        Of a bead of each species; None where all are 1.
     """
 
     box: tuple[float, ...]
@@ -46,6 +48,7 @@ class Particles(NamedTuple):
     step: int = 0
     left_out: tuple[str, ...] = ()
     angles: np.ndarray = NO_ANGLES
+    masses: np.ndarray | None = None
 
     @property
     def dimension(self) -> int:
@@ -55,6 +58,10 @@ class Particles(NamedTuple):
     def beads(self) -> int:
         """Number of beads."""
         return self.position.shape[1]
+
+    def masses_by_name(self) -> dict[str, float]:
+        """Mass of a bead of each species; nothing where all are 1."""
+        return {} if self.masses is None else dict(zip(self.names, self.masses.tolist()))
 
     def __str__(self) -> str:
         edges = " x ".join(f"{edge:g}" for edge in self.box)
@@ -116,6 +123,7 @@ def checked(particles: Particles, path: object) -> Particles:
             )
     position, image = _inside(particles.position, particles.image, box[:, None], refuse)
     _check_species(particles, refuse)
+    _check_masses(particles, refuse)
     _check_bonds(particles.bonds, particles.beads, refuse)
     _check_angles(particles.angles, particles.beads, refuse)
     return particles._replace(
@@ -160,6 +168,12 @@ def _check_species(particles, refuse):
             f"bead {bead} is of kind {species[bead]}, and there are {len(names)} kinds, counted "
             "from 0; mend its kind"
         )
+
+
+def _check_masses(particles, refuse):
+    for name, mass in particles.masses_by_name().items():
+        if not (np.isfinite(mass) and mass > 0):
+            refuse(f"beads of {name} have the mass {mass:g}; allowed: numbers above 0")
 
 
 def _check_bonds(bonds, count, refuse):

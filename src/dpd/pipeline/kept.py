@@ -105,6 +105,7 @@ def last_configuration(scene: Scene, state: State) -> Particles:
         bonds=scene.bonded,
         angles=scene.angled,
         step=state.step,
+        masses=scene.masses,
     )
 
 

@@ -274,7 +274,7 @@ def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
         return ""
     cause = "dt is too large for this scene, or the run too short to reach its temperature"
-    if scene.data["thermostat"]["gamma"] == 0:
+    if not np.any(scene.friction):
         cause = "without friction (gamma 0) nothing holds it"
     known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
     return (

@@ -72,11 +72,12 @@ attributes of the file say what made it: scene, seed, versions, and digests
 {run}
 
 A run of your own also keeps how it ended: `last_position`, `last_velocity`, `last_species` (numbers
-in `last_names`) and `last_bonds`, molecule after molecule as in the scene, and the attributes
-`last_box` and `last_step`. A run of a study keeps that if its scene says `keep_state: true`. The
-group `state` of the file holds what `python -m dpd extend run.nc --sample 10000` needs to make the
-run longer, to the same bits as a run that was planned that long. Among that is every sample of the
-observables that average over parts of the run, so the file is about as large as a checkpoint.
+in `last_names`) and `last_bonds`, molecule after molecule as in the scene, `last_masses` if it
+names masses, and the attributes `last_box` and `last_step`. A run of a study keeps that if its
+scene says `keep_state: true`. The group `state` of the file holds what `python -m dpd extend run.nc
+--sample 10000` needs to make the run longer, to the same bits as a run that was planned that long.
+Among that is every sample of the observables that average over parts of the run, so the file is
+about as large as a checkpoint.
 
 ## First configurations
 
@@ -158,7 +159,8 @@ def _allowed(rule):
     if "oneOf" in rule:
         return " or ".join(_allowed(branch) for branch in rule["oneOf"])
     kind = rule.get("type", "")
-    kind = kind if isinstance(kind, str) else " or ".join(kind)
-    kind = {"object": "mapping", "array": "list"}.get(kind, kind)
+    names = {"object": "mapping", "array": "list"}
+    first, *others = [names.get(each, each) for each in ([kind] if isinstance(kind, str) else kind)]
     limits = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="))
-    return kind + ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
+    first += ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
+    return " or ".join([first, *others])

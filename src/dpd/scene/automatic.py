@@ -37,7 +37,8 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     """A guess at the integrator of a scene that leaves it to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as
-    1 / sqrt(stiffness), the period of its fastest motion) or hotter.
+    1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
+    the highest friction.
 
     Parameters
     ----------
@@ -62,10 +63,13 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     _refuse(data, where)
     system = "melt" if "bond" in data else "fluid"
     measured = table()[system]
-    choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
+    lightest = min([1.0, *data.get("mass", {}).values()])
+    gamma = max(_frictions(data)) / lightest
+    choice = _row(measured["choices"], gamma, data["integrator"], where)
     kT = data["thermostat"]["kT"]
     density = max(density, DENSITY[system])
-    slower = np.sqrt(max(1.0, kT, *_ratios(data, density, measured["stiffness"])))
+    stiffest = max(kT, *_ratios(data, density, measured["stiffness"]))
+    slower = np.sqrt(max(1.0, stiffest / lightest))
     dt = float(f"{choice['dt'] / slower:.2g}")
     return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
 
@@ -78,10 +82,16 @@ def _refuse(data, where):
         why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
     elif "angle" in data:
         why = "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
-    elif data["thermostat"]["gamma"] == 0:
+    elif not any(_frictions(data)):
         why = "schemes were measured with a thermostat; without friction take gw-vv"
     if why:
         raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
+
+
+def _frictions(data):
+    """All values of gamma."""
+    gamma = data["thermostat"]["gamma"]
+    return list(gamma.values()) if isinstance(gamma, dict) else [gamma]
 
 
 def _row(choices, gamma, integrator, where):
@@ -91,7 +101,8 @@ def _row(choices, gamma, integrator, where):
     if not at:
         raise UserError(
             f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
-            f"<= {frictions[-1]:g}, or name a scheme"
+            f"<= {frictions[-1]:g} (over the mass of the lightest beads, where that is below 1), "
+            "or name a scheme"
         )
     good = [
         choice

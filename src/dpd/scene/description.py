@@ -21,13 +21,16 @@ def description(scene: Scene) -> str:
     -------
     str
     """
-    thermostat, dt = scene.data["thermostat"], scene.data["integrator"]["dt"]
+    thermostat, dt = dict(scene.data["thermostat"]), scene.data["integrator"]["dt"]
+    if isinstance(thermostat["gamma"], dict):
+        thermostat["gamma"] = f"{{{_pairs(thermostat['gamma'])}}}"
     steps, times = scene.steps, [f"{dt * number:g}" for number in scene.steps]
     lines = {
         "box": f"{' x '.join(f'{edge:g}' for edge in scene.box)} r_c",
         "beads": f"{scene.beads}, {scene.density:.4g} per r_c^{scene.dimension}",
         "molecules": "; ".join(_molecules(scene)),
-        "repulsion": _pairs(scene.data["repulsion"]),
+        "repulsion": _pairs({pair: f"{value:.6g}" for pair, value in scene.repulsions.items()}),
+        "masses": _pairs(scene.data.get("mass", {})),
         "core": _pairs(scene.data.get("core", {})),
         "bonds": _bonds(scene),
         "angles": _angles(scene),

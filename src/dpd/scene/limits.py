@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from dpd.errors import UserError
-from dpd.scene.grids import check_grids
 from dpd.scene.architecture import length_of
 from dpd.scene.bonding import is_table, laws_of
+from dpd.scene.grids import check_grids
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
 
@@ -180,6 +182,13 @@ def _check_start_forces(scene, refuse):
     if "bond" in own and "bond" not in scene.data:
         refuse("start.forces.bond", "every molecule is a single bead; remove the key")
     forces = start_forces(scene)
+    by_species = scene.data["thermostat"]["kind"] == "langevin" and np.ndim(scene.friction)
+    if by_species and "gamma" not in own and ("relax" in start or start["method"] == "polymerize"):
+        refuse(
+            "thermostat.gamma",
+            "one value for each species, and the start is relaxed or grown with friction between "
+            "pairs; add start.forces.gamma, as 4.5",
+        )
     for key in ("radius", "force"):
         if "core" in own and key not in forces["core"]:
             refuse(

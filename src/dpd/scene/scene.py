@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,11 +15,13 @@ from dpd.physics.schemes import scheme_named
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, check_bonding, joined
+from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
+from dpd.scene.tables import check_tables, friction_table, mass_table, pair_table
 
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
@@ -97,7 +98,8 @@ class Scene:
         if "dt" in integrator:
             self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
         self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
-        self.data["integrator"] = choose(self.data, self.density, self.where)
+        with_all = self.data | {"repulsion": self.repulsions}
+        self.data["integrator"] = choose(with_all, self.density, self.where)
 
     @cached_property
     def digest(self) -> str:
@@ -175,7 +177,7 @@ class Scene:
             f"molecules.{density.place}.density: {self._sizes(density)} instead of "
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
-        ]
+        ] + chi_notes(self)
 
     def _sizes(self, density):
         """Box, count and the density that they make, in words."""
@@ -187,11 +189,32 @@ class Scene:
     @cached_property
     def repulsion(self) -> np.ndarray:
         """(species, species) array of a_ij."""
-        table = np.full((len(self.species),) * 2, np.nan)
-        for pair, value in self.data["repulsion"].items():
-            i, j = (self.species.index(name) for name in pair.split())
-            table[i, j] = table[j, i] = value
-        return table
+        return pair_table(self, self.repulsions)
+
+    @cached_property
+    def from_chi(self) -> tuple[FromChi, ...]:
+        """The repulsions that the scene gives as chi."""
+        return repulsions_from_chi(self)
+
+    @property
+    def repulsions(self) -> dict[str, float]:
+        """a_ij by pairs of species as "A B", those that are given as chi with them."""
+        return self.data["repulsion"] | {each.pair: each.repulsion for each in self.from_chi}
+
+    @cached_property
+    def friction(self) -> float | np.ndarray:
+        """gamma: a number, or one by pairs of species, or for langevin by species."""
+        return friction_table(self, self.data["thermostat"]["gamma"])
+
+    @cached_property
+    def masses(self) -> np.ndarray | None:
+        """(species,) array; None where the scene names no masses."""
+        return mass_table(self)
+
+    @property
+    def lightest(self) -> float:
+        """Mass of the lightest beads."""
+        return 1.0 if self.masses is None else float(self.masses.min())
 
     @cached_property
     def bonds(self) -> Joined:
@@ -246,7 +269,7 @@ class Scene:
         """The same for steps of another length."""
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
-            thermal = dt * self.data["thermostat"]["kT"] ** 0.5
+            thermal = dt * (self.data["thermostat"]["kT"] / self.lightest) ** 0.5
             room = min(self.box) >= 2 * (CUTOFF + skin)
             chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
@@ -280,7 +303,7 @@ class Scene:
     def _check(self):
         self._check_box()
         self._check_molecules()
-        self._check_repulsion()
+        check_tables(self)
         self._check_core()
         check_bonding(self, self._fail)
         self._check_thermostat()
@@ -356,23 +379,6 @@ class Scene:
                     f"off; allowed: {MOST_MISSED:.0%}. Write 'box: {edges}', in which {count} of "
                     f"them fit, or 'count: {count}' instead of the density",
                 )
-
-    def _check_repulsion(self):
-        for pair, value in self.data["repulsion"].items():
-            names = pair.split()
-            other = self.data["repulsion"].get(f"{names[1]} {names[0]}", value)
-            if other != value:
-                self._fail(f"repulsion.{pair}", f"{value:g}, but {other:g} in the other order")
-            for name in names:
-                if name not in self.species:
-                    self._fail(
-                        f"repulsion.{pair}",
-                        f"no molecule has the species {name!r}; allowed: {', '.join(self.species)}",
-                    )
-        for i, j in combinations_with_replacement(range(len(self.species)), 2):
-            if np.isnan(self.repulsion[i, j]):
-                pair = f"{self.species[i]} {self.species[j]}"
-                self._fail("repulsion", f"no value for the pair {pair!r}; add '{pair}: 25'")
 
     def _check_thermostat(self):
         scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]

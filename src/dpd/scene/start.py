@@ -37,6 +37,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
+    if "mass" in data:
+        kept["mass"] = data["mass"]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
     elif grows(scene):
@@ -59,7 +61,7 @@ def start_digest(scene: Scene) -> str:
 def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
-    forces = {"repulsion": data["repulsion"]}
+    forces = {"repulsion": scene.repulsions}
     if "core" in data or "core" in changed:
         forces["core"] = data.get("core", {}) | changed.get("core", {})
     if "bond" in data or "bond" in changed:

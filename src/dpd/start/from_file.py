@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def state_from_file(
-    scene: Scene, species: np.ndarray | None, say: Callable[[str], object]
+    scene: Scene,
+    species: np.ndarray | None,
+    mass: float | np.ndarray,
+    say: Callable[[str], object],
 ) -> State:
     """Read the first configuration that a scene names.
 
@@ -33,6 +36,8 @@ def state_from_file(
         With ``start: {method: file}``.
     species : (n,) uint8 array or None
         Of the scene's beads.
+    mass : float or (n,) array
+        Of all beads of the scene, or of each.
     say : callable
         Called with a sentence for each thing that the file had otherwise.
 
@@ -60,11 +65,25 @@ def state_from_file(
     order = order_of(scene, particles, path)
     if (order != np.arange(len(order))).any():
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")
+    if sentence := _other_masses(scene, particles):
+        say(f"{path}: {sentence}")
     velocity = particles.velocity
     if velocity is None:
         description = start_description(scene)
         kT, rng = description["kT"], np.random.default_rng(description["seed"])
-        velocity = thermal_velocities(particles.position.shape, kT, rng)
+        in_file = mass if np.ndim(mass) == 0 else mass[np.argsort(order)]  # type: ignore[index]
+        velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
     identity = np.arange(len(order), dtype=np.uint32)
     return State(particles.position[:, order], velocity[:, order], None, identity, species, 0)
+
+
+def _other_masses(scene, particles):
+    """A sentence if the masses of a file are not those of the scene."""
+    there = particles.masses_by_name()
+    own = scene.data.get("mass", {})
+    differing = [name for name in scene.species if there.get(name, 1) != own.get(name, 1)]
+    if not differing:
+        return ""
+    masses = ", ".join(f"{name} {there.get(name, 1):g}" for name in differing)
+    return f"it has other masses than the scene ({masses}); those of the scene count"

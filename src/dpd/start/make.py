@@ -20,6 +20,7 @@ from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
 from dpd.scene.bonding import is_table, laws_of, numbers_of, species_along
 from dpd.scene.start import FLIGHT, start_description, start_forces
+from dpd.scene.tables import friction_table
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
 from dpd.start.velocities import thermal_velocities
@@ -49,13 +50,14 @@ def system_of(scene: Scene) -> System:
         box=scene.box,
         pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
-        friction=float(thermostat["gamma"]),
+        friction=scene.friction,
         gaussian=thermostat["noise"] == "gaussian",
         dt=float(integrator["dt"]),
         scheme=scheme_named(integrator["scheme"], float(integrator["lambda"])),
         seed=data["seed"],
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
+        masses=scene.masses,
         **_bonding(scene, data),
     )
 
@@ -99,7 +101,7 @@ def _start_system(scene, dt):
     forces = start_forces(scene)
     return replace(
         system_of(scene),
-        friction=float(forces["gamma"]),
+        friction=friction_table(scene, forces["gamma"]),
         gaussian=False,
         per_bead=False,
         pair=_pair(scene, forces.get("core")),
@@ -164,7 +166,9 @@ def make_start_and_record(
             progress,
         )  # fmt: skip
     elif description["method"] == "file":
-        state, record = state_from_file(scene, species_of(scene), say or _be_silent), {}
+        species = species_of(scene)
+        mass = system_of(scene).mass_of(species)
+        state, record = state_from_file(scene, species, mass, say or _be_silent), {}
     else:
         state, record = _random(scene, description), {}
     if "relax" in description:
@@ -176,7 +180,8 @@ def make_start_and_record(
         # Chains that grow and spare monomers that vanish leave flows across the box, which
         # only viscosity would bring to rest.
         rng = np.random.default_rng([description["seed"], 1])
-        state.velocity = thermal_velocities(state.position.shape, description["kT"], rng)
+        mass = system.mass_of(state.species)
+        state.velocity = thermal_velocities(state.position.shape, description["kT"], rng, mass)
     return state, record
 
 
@@ -189,9 +194,11 @@ def _random(scene, description):
     rng = np.random.default_rng(description["seed"])
     flight = description.get("flight", FLIGHT)
     position = _positions(scene, description["method"], flight, rng)
-    velocity = thermal_velocities(position.shape, description["kT"], rng)
+    species = species_of(scene)
+    mass = system_of(scene).mass_of(species)
+    velocity = thermal_velocities(position.shape, description["kT"], rng, mass)
     identity = np.arange(position.shape[1], dtype=np.uint32)
-    return State(position, velocity, None, identity, species_of(scene), 0)
+    return State(position, velocity, None, identity, species, 0)
 
 
 def _positions(scene, method, flight, rng):

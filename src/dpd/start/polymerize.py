@@ -225,9 +225,9 @@ def polymerize(
     growth = Growth(scene, settings["spare"], settings["initiators"], rng)
     n, box = len(growth.chain), system.box
     position = rng.random((2, n)) * np.array(box)[:, None]
-    velocity = rng.normal(scale=np.sqrt(kT), size=position.shape)
-    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), None, 0)
-    state.species = growth.species if len(scene.species) > 1 else None
+    species = growth.species if len(scene.species) > 1 else None
+    velocity = rng.normal(scale=np.sqrt(kT / system.mass_of(species)), size=position.shape)
+    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), species, 0)
     stretch = max(1, round(settings["interval"] / system.dt))
     settle = max(1, round(SETTLE / system.dt))
 
