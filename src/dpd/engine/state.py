@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.errors import UserError
+from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
@@ -14,6 +15,7 @@ from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
 from dpd.physics.schemes import Scheme
 from dpd.physics.soft import Soft
+from dpd.physics.wall import WallFriction, Walls
 
 
 class Beads(NamedTuple):
@@ -50,10 +52,14 @@ class Sums(NamedTuple):
         Sum over pairs and bonds of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
     energy : (2,) array
         `OF_PAIRS` and `OF_BONDS`.
+    walls : (walls, 2 + dimension) array or None
+        Sums over what each wall does to beads, see `dpd.engine.external.AtWalls`; no part of the
+        virial.
     """
 
     virial: np.ndarray
     energy: np.ndarray
+    walls: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +69,8 @@ class System:
     Attributes
     ----------
     box : tuple of float
-        One edge per dimension, in r_c.
+        One edge of the periodic box per dimension, in r_c. Along an axis with walls it is longer
+        than the distance of the planes, see `Walls`.
     pair : Soft or Core
         The conservative force between pairs.
     kT, friction : float
@@ -86,6 +93,11 @@ class System:
     per_bead : bool
         The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
         is not conserved.
+    walls : Walls or None
+        Without the friction, which follows from ``wall_friction``.
+    wall_friction : float
+        Gamma of beads with the walls; 0 for none.
+    body_force : BodyForce or None
     """
 
     box: tuple
@@ -100,20 +112,52 @@ class System:
     bond: Bond | None = None
     skin: float = 0.0
     per_bead: bool = False
+    walls: Walls | None = None
+    wall_friction: float = 0.0
+    body_force: BodyForce | None = None
 
     @property
     def dimension(self) -> int:
         return len(self.box)
 
     @property
+    def extent(self) -> tuple[float, ...]:
+        """Edges of the space that beads fill: of the box, or the distance of two planes."""
+        edges = list(self.box)
+        if self.walls is not None:
+            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                edges[axis] = place - self.origin[axis] if inward < 0 else edges[axis]
+        return tuple(map(float, edges))
+
+    @property
+    def origin(self) -> tuple[float, ...]:
+        """Where that space begins in the box."""
+        low = [0.0] * self.dimension
+        if self.walls is not None:
+            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                low[axis] = place if inward > 0 else low[axis]
+        return tuple(map(float, low))
+
+    @property
     def volume(self) -> float:
-        return float(np.prod(self.box))
+        return float(np.prod(self.extent))
 
     @property
     def forces(self) -> Forces:
         """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
-        return Forces(self.pair._replace(repulsion=repulsion), self.bond, **self._thermostat())
+        return Forces(
+            self.pair._replace(repulsion=repulsion), self.bond, **self._thermostat(),
+            walls=self._walls(), body_force=self.body_force,
+        )  # fmt: skip
+
+    def _walls(self):
+        """The walls with their friction, if they have any."""
+        gamma = float(self.wall_friction)
+        if self.walls is None or gamma == 0.0:
+            return self.walls
+        amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
+        return self.walls._replace(friction=WallFriction(gamma, amplitude, bool(self.gaussian)))
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""

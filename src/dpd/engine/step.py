@@ -26,7 +26,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.bond_forces import Bonded, add_bond_forces, batches, find_slots
-from dpd.engine.moves import DISTANCE, SLOT, drift, velocity_of_friction
+from dpd.engine.external import AtWalls, add_external, renew_wall_friction
+from dpd.engine.moves import Lost, drift, first_lost, velocity_of_friction
 from dpd.engine.neighbours.cells import Cells, Grid, count_cells, move_to_cells, share_cells
 from dpd.engine.neighbours.lists import (
     CHUNK,
@@ -101,6 +102,8 @@ class Shared(NamedTuple):
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
         `SLOT` of a bead of each thread's that moved too far, or -1; and the `DISTANCE`.
+    at_walls : AtWalls or None
+        None without walls.
     """
 
     cells: Cells
@@ -109,6 +112,7 @@ class Shared(NamedTuple):
     energy: np.ndarray
     moved: np.ndarray
     lost: np.ndarray
+    at_walls: AtWalls | None
 
 
 class Span(NamedTuple):
@@ -134,6 +138,7 @@ class Evaluation(NamedTuple):
 
     Attributes
     ----------
+    step : int
     keys : Keys
         Of its noise.
     measure : bool
@@ -142,18 +147,11 @@ class Evaluation(NamedTuple):
         Where to, see `Shared`.
     """
 
+    step: int
     keys: Keys
     measure: bool
     virial: np.ndarray
     energy: np.ndarray
-
-
-class Lost(NamedTuple):
-    """A bead that moved too far: its identity, or -1; the step; how far along an axis."""
-
-    bead: int
-    step: int
-    distance: float
 
 
 @kernel()
@@ -223,24 +221,15 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
         )
         meet(team)
         measure = span.measure and s + 1 >= span.steps
-        now = Evaluation(step_keys(plan.seed, step), measure, shared.virial, shared.energy)
+        now = Evaluation(step, step_keys(plan.seed, step), measure, shared.virial, shared.energy)
         touching = add_forces(team, plan, beads, force, shared, listed, touching, now)
         add_langevin(plan, beads, force, mine, now)
+        add_external(team, plan, beads, force, mine, shared.at_walls, now)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
             waiting = plan.scheme.correction * plan.dt
         elif span.steps > 0:
             finish(team, plan, beads, force, mine, edges, touching, now)
     return swapped, lost
-
-
-@part()
-def first_lost(shared, identity, step):
-    """The first bead that moved too far, if one did."""
-    for rank in range(shared.lost.shape[0]):
-        slot = np.int64(shared.lost[rank, SLOT])
-        if slot >= 0:
-            return Lost(np.int64(identity[slot]), step, shared.lost[rank, DISTANCE])
-    return Lost(np.int64(-1), step, 0.0)
 
 
 @part()
@@ -394,3 +383,4 @@ def take_friction_again(team, plan, beads, force, mine, touching, renewal):
             renew_friction(force, touching, phase, beads.predicted, plan.space)
         meet(team)
         renew_langevin_friction(force, beads.predicted, mine, plan.forces.langevin)
+        renew_wall_friction(force, beads, mine, plan.forces.walls, plan.space)
