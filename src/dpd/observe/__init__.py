@@ -27,6 +27,8 @@ from dpd.observe.stretch import Stretch
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
 from dpd.observe.trajectory import Trajectory
+from dpd.observe.velocity_profile import VelocityProfile
+from dpd.observe.walls import WallForces
 from dpd.scene.beside import files_beside
 
 if TYPE_CHECKING:
@@ -60,8 +62,10 @@ if TYPE_CHECKING:
 
 OBSERVABLES = {
     "thermo": Thermo,
+    "walls": WallForces,
     "rdf": RadialDistribution,
     "profile": Profile,
+    "velocity_profile": VelocityProfile,
     "bonds": BondLengths,
     "chains": Chains,
     "displacement": Displacement,

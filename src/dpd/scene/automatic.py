@@ -55,8 +55,8 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     Raises
     ------
     UserError
-        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, no
-        friction, more friction or a smaller tolerance than in the table.
+        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, walls, a
+        body force, no friction, more friction or a smaller tolerance than in the table.
     """
     _refuse(data, where)
     system = "melt" if "bond" in data else "fluid"
@@ -77,6 +77,8 @@ def _refuse(data, where):
         why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
     elif data["thermostat"]["gamma"] == 0:
         why = "schemes were measured with a thermostat; without friction take gw-vv"
+    elif "walls" in data or "body_force" in data:
+        why = "schemes were measured in the bulk at rest; with walls or a body force take gw-vv"
     if why:
         raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError
+from dpd.scene.flow import check_flow
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
+from dpd.scene.walls import check_walls, period_of
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -18,7 +20,7 @@ MOST_SPECIES = 256  # a bead's species is one byte
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
-SERIES = ("thermo", "crossings", "passes", "trace", "trajectory")  # keep every sample
+SERIES = ("thermo", "walls", "crossings", "passes", "trace", "trajectory")  # keep every sample
 
 
 def check_beads(data: dict[str, Any], where: str) -> None:
@@ -88,6 +90,8 @@ def check_limits(scene: Scene) -> None:
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
     _check_bond_length(scene, refuse)
+    check_walls(scene, refuse)
+    check_flow(scene, refuse)
 
 
 def _check_length(scene, refuse):
@@ -120,7 +124,7 @@ def _check_observe(scene, refuse):
                 f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
                 f"{MOST_SAMPLES}, every >= {-(-scene.steps.sample // MOST_SAMPLES)}",
             )
-    for name, what in (("rdf", "range"), ("profile", "box")):
+    for name, what in (("rdf", "range"), ("profile", "box"), ("velocity_profile", "box")):
         if name not in scene.observe:
             continue
         bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
@@ -189,7 +193,7 @@ def _check_bond_length(scene, refuse):
     bond = scene.data.get("bond")
     if bond is None:
         return
-    share = stretched_share(bond, scene.data["thermostat"]["kT"], scene.box)
+    share = stretched_share(bond, scene.data["thermostat"]["kT"], period_of(scene))
     if share > MOST_STRETCHED:
         edges = " x ".join(f"{edge:g}" for edge in scene.box)
         refuse(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, reason
+from dpd.scene.walls import walls_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,6 +37,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
+    if walls := walls_of(scene):
+        kept["between"] = [list(walls.axes), walls.reach]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
     elif grows(scene):
@@ -59,6 +62,8 @@ def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
     forces = {"repulsion": data["repulsion"]}
+    if "walls" in data:
+        forces["walls"] = data["walls"]
     for name in ("core", "bond"):
         if name in data or name in changed:
             forces[name] = data.get(name, {}) | changed.get(name, {})

@@ -137,14 +137,12 @@ class Growth:
             undone += self.length[c] - keep
             self.length[c] = keep
 
-    def mixed(
-        self, state: State, box: tuple[float, ...], share: float, rng: np.random.Generator
-    ) -> State:
+    def mixed(self, state: State, system: System, share: float, rng: np.random.Generator) -> State:
         """The state with a share of the free monomers put to random places."""
         free = self.chain[state.identity] == FREE
         move = free & (rng.random(len(free)) < share)
         position = state.position.copy()
-        position[:, move] = rng.random((2, int(move.sum()))) * np.array(box)[:, None]
+        position[:, move] = _random_places(system, int(move.sum()), rng)
         return replace(state, position=position)
 
     @property
@@ -158,6 +156,12 @@ class Growth:
         return np.concatenate(
             [np.flatnonzero(full & (self.kind == k))[:n] for k, n in enumerate(self.asked)]
         )
+
+
+def _random_places(system, count, rng):
+    """(2, count) array: places anywhere in the box, or between its walls."""
+    edges, low = (np.array(each)[:, None] for each in (system.extent, system.origin))
+    return rng.random((2, count)) * edges + low
 
 
 def _cells(position, members, box, radius):
@@ -203,7 +207,7 @@ def polymerize(
     rng = np.random.default_rng(seed)
     growth = Growth(scene, settings["spare"], settings["initiators"], rng)
     n, box = len(growth.chain), system.box
-    position = rng.random((2, n)) * np.array(box)[:, None]
+    position = _random_places(system, n, rng)
     velocity = rng.normal(scale=np.sqrt(kT), size=position.shape)
     state = State(position, velocity, None, np.arange(n, dtype=np.uint32), None, 0)
     state.species = growth.species if len(scene.species) > 1 else None
@@ -220,7 +224,7 @@ def polymerize(
     sums = np.zeros(4, np.int64)
     undone = 0
     while True:
-        state = growth.mixed(state, box, settings["interval"] / settings["mixing"], rng)
+        state = growth.mixed(state, system, settings["interval"] / settings["mixing"], rng)
         place = state.by_identity(state.position)
         sums += growth.grow(
             place, box, settings["radius"], settings["partner"] == "nearest", state.step, rng
