@@ -190,6 +190,7 @@ def test_a_file_of_another_box(channel, tmp_path, box, words):
     """Refused, with what does not fit."""
     last = read(channel)
     position = np.random.default_rng(1).random(last.position.shape) * np.array(box)[:, None]
+    position[2] = position[2] / 2 + box[2] / 4 if box[2] < 10 else position[2]
     write(last._replace(box=box, position=position, image=0 * last.image), tmp_path / "other.nc")
     scene = Scene(CHANNEL | {"start": {"method": "file", "path": str(tmp_path / "other.nc")}})
     with pytest.raises(UserError, match=words):
