@@ -140,14 +140,13 @@ def _reach(scene, softest):
     strongest = max(scene.data["repulsion"].values())
     pushed = ENERGY_OF_FLUID[scene.dimension] * scene.density * strongest
     most = RARE * scene.data["thermostat"]["kT"] + pushed
-    reach = max(1, math.ceil(math.sqrt(2 * most / softest) - RANGE))
-    if reach > DEEPEST:
-        least = 2 * most / (DEEPEST + RANGE) ** 2
+    least = 2 * most / (DEEPEST + RANGE) ** 2
+    if softest < least:
         raise UserError(
-            f"{scene.where}: walls.repulsion: {softest:g} is too soft: beads would get "
-            f"{reach} r_c behind the planes; allowed: >= {least:.3g} for this fluid"
+            f"{scene.where}: walls.repulsion: {softest:g} is too soft: beads would get more than "
+            f"{DEEPEST} r_c behind the planes; allowed: >= {least:.3g} for this fluid"
         )
-    return float(reach)
+    return float(max(1, math.ceil(math.sqrt(2 * most / softest) - RANGE)))
 
 
 def check_walls(scene: Scene, refuse: Callable[[str, str], object]) -> None:
