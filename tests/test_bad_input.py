@@ -256,6 +256,18 @@ WHOLE = FLUID | {
     "unstable": "fail",
     "seed": 1,
 }  # fmt: skip
+# The same between walls, where there is no radial distribution function.
+WALLED = WHOLE | {
+    "walls": {
+        "axis": ["z"], "repulsion": {"A": 25, "B": 30}, "gamma": 4.5,
+        "velocity": [[0, 1, 0], [0, -1, 0]],
+    },
+    "body_force": {"axis": "x", "strength": {"A": 0.1, "B": 0}, "opposite": "y"},
+    "observe": [
+        {"walls": {"every": 5}}, {"velocity_profile": {"every": 5, "bin": 0.5, "axis": "y"}},
+        {"profile": {"every": 5, "bin": 0.5, "axis": "x"}},
+    ],
+}  # fmt: skip
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
@@ -285,28 +297,38 @@ def key_of(place):
     return ".".join(map(str, place))
 
 
-def test_the_whole_scene_has_every_key():
+def test_the_whole_scenes_have_every_key():
     """So that a key that comes in is tried out too."""
     Scene(WHOLE)
+    Scene(WALLED)
     rules = schema("scene")["properties"]
-    assert set(WHOLE) == set(rules)
+    assert set(WALLED) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
-    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle"):
-        assert set(rules[name]["properties"]) - set(WHOLE[name]) <= not_here, name
+    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle", "walls",
+                 "body_force"):  # fmt: skip
+        assert set(rules[name]["properties"]) - set(WALLED[name]) <= not_here, name
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
-    assert set(observables) - {next(iter(item)) for item in WHOLE["observe"]} == {
+    observed = {next(iter(item)) for item in [*WHOLE["observe"], *WALLED["observe"]]}
+    assert set(observables) - observed == {
         "crossings",  # in two dimensions
         "configurational",  # without a core
         "trajectory",  # a file of its own
     }
 
 
-@pytest.mark.parametrize("place", list(places(WHOLE)), ids=key_of)
-def test_any_value_at_any_key(place):
+@pytest.mark.parametrize(
+    ("whole", "place"),
+    [
+        *((WHOLE, place) for place in places(WHOLE)),
+        *((WALLED, place) for place in places(WALLED) if WALLED[place[0]] != WHOLE.get(place[0])),
+    ],
+    ids=lambda part: key_of(part) if isinstance(part, tuple) else "",
+)
+def test_any_value_at_any_key(whole, place):
     """Either a scene, or one sentence with the file and the key or what it belongs to."""
     for value in WRONG:
         try:
-            scene = Scene(with_value(WHOLE, place, value), "my.yaml")
+            scene = Scene(with_value(whole, place, value), "my.yaml")
         except UserError as problem:
             message = str(problem)
             assert message.startswith("my.yaml: ") and "\n" not in message, message

@@ -43,7 +43,7 @@ class Reference:
         self.position, self.velocity = position.copy(), velocity.copy()
         self.species = np.zeros(position.shape[1], int) if species is None else species
         self.mass = 1.0 if system.masses is None else np.asarray(system.masses)[self.species]
-        self.steps = 0
+        self.steps, self.at_walls = 0, None
         self.evaluate(velocity)
 
     def friction_of(self, *species):
@@ -58,6 +58,10 @@ class Reference:
         self.evaluate_pairs(velocity)
         if self.system.per_bead:
             self.evaluate_bath(velocity)
+        if self.system.walls is not None:
+            self.evaluate_walls(velocity)
+        if self.system.body_force is not None:
+            self.evaluate_body_force()
         if self.system.bond is not None:
             self.evaluate_bonds()
         if self.system.angle is not None:
@@ -112,6 +116,34 @@ class Reference:
             zeta = pair_noise(beads, partner, system.seed, self.steps, system.gaussian)
             drag = -gamma * velocity[axis]
             self.force[axis] += drag + sigma * zeta * system.dt**-0.5
+
+    def evaluate_walls(self, velocity):
+        """Planes: a_w (1 - z) along their normal; friction and noise in all directions."""
+        system, walls, beads = self.system, self.system.walls, np.arange(velocity.shape[1])
+        gamma, a = system.wall_friction, walls.repulsion[self.species]
+        sigma = np.sqrt(2 * gamma * system.kT)
+        self.at_walls = np.zeros((len(walls.axis), 2 + len(velocity)))
+        planes = zip(walls.axis, walls.inward, walls.place, walls.velocity)
+        for number, (axis, inward, place, moving) in enumerate(planes):
+            z = inward * (self.position[axis] - place)
+            near, w = z < 1, np.clip(1 - z, 0, 1)
+            push = np.where(near, a * (1 - z), 0)
+            self.force[axis] += inward * push
+            self.at_walls[number, :2] = (near * a * (1 - z) ** 2 / 2).sum(), push.sum()
+            for k in range(len(velocity)):
+                partner = np.full(len(beads), NOBODY - 3 - 3 * number - k)
+                zeta = pair_noise(beads, partner, system.seed, self.steps, system.gaussian)
+                drag = -gamma * w**2 * (velocity[k] - moving[k])
+                drag += sigma * w * zeta * system.dt**-0.5
+                self.force[k] += drag
+                self.at_walls[number, 2 + k] = drag.sum()
+
+    def evaluate_body_force(self):
+        """A constant force, the other way round in the upper half of the axis across."""
+        body = self.system.body_force
+        x = self.position[body.across] % self.system.box[body.across]
+        sign = np.where(x < body.middle, 1, -1)
+        self.force[body.axis] += sign * body.strength[self.species]
 
     def evaluate_bonds(self):
         """Springs: energy C (r - length)^2 / 2."""
@@ -171,9 +203,9 @@ class Reference:
             self.exchange()
         if self.scheme == "dpd-vv":
             # The same place and noise, friction of the final velocities; the virial stays.
-            kept = self.virial, self.energy
+            kept = self.virial, self.energy, self.at_walls
             self.evaluate(self.velocity)
-            self.virial, self.energy = kept
+            self.virial, self.energy, self.at_walls = kept
 
     def exchange(self):
         """Let pairs exchange momentum along their lines, in the order of their identities.

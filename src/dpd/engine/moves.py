@@ -1,5 +1,7 @@
 """Drifts and kicks of beads, each thread its own, and the look for beads that got lost."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from dpd.engine.space import put_inside
@@ -10,6 +12,14 @@ from dpd.jit import part
 IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 SLOT, DISTANCE = 0, 1  # what is noted of such a bead
+
+
+class Lost(NamedTuple):
+    """A bead that moved too far: its identity, or -1; the step; how far along an axis."""
+
+    bead: int
+    step: int
+    distance: float
 
 
 @part()
@@ -73,3 +83,13 @@ def velocity_of_friction(velocity, predicted):
     if predicted is None:
         return velocity
     return predicted
+
+
+@part()
+def first_lost(shared, identity, step):
+    """The first bead that moved too far, if one did."""
+    for rank in range(shared.lost.shape[0]):
+        slot = np.int64(shared.lost[rank, SLOT])
+        if slot >= 0:
+            return Lost(np.int64(identity[slot]), step, shared.lost[rank, DISTANCE])
+    return Lost(np.int64(-1), step, 0.0)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.bond_forces import batches, bonded_of, empty_slots
+from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls
 from dpd.engine.neighbours.cells import cell_buffers, grid
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
@@ -34,6 +35,19 @@ class Unstable(UserError):
             f"dt {dt:g} is too large for this scene: lower integrator.dt, or the friction, "
             "repulsion or bond stiffness that asks for it (Groot and Warren use dt 0.04 with "
             "repulsion 25 and gamma 4.5)."
+        )
+
+
+class BehindWall(Unstable):
+    """A bead got further behind a wall than there is room for it."""
+
+    def __init__(self, bead: int, step: int, depth: float, reach: float) -> None:
+        self.bead, self.step, self.distance = bead, step, depth
+        UserError.__init__(
+            self,
+            f"bead {bead} got {depth:.3g} r_c behind a wall at step {step} (limit: {reach:g} r_c, "
+            "beyond which it might feel beads at the opposite wall). The walls are too soft for "
+            "this scene: raise walls.repulsion, or lower integrator.dt if the run is too hot",
         )
 
 
@@ -122,6 +136,7 @@ class Simulation:
         beads, lost = self._all_threads(self._plan, beads, spare, force, reference, shared, span)
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
+        self._refuse_behind(shared.at_walls)
         self.state = State(
             position=axes_of(beads.position, dimension),
             velocity=axes_of(beads.velocity, dimension),
@@ -131,7 +146,22 @@ class Simulation:
             step=state.step + steps,
             reference=None if reference is None else axes_of(reference, dimension),
         )
-        return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))
+        on_walls = None if shared.at_walls is None else shared.at_walls.sums
+        return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
+
+    def _refuse_behind(self, at_walls):
+        """Refuse a bead too far behind a wall.
+
+        In a step a bead moves by 1 r_c at most, and half of the gap behind a plane is `reach` and
+        1 r_c: none can pass the middle of the gap unseen.
+        """
+        if at_walls is None:
+            return
+        deepest = at_walls.deepest[np.argmax(at_walls.deepest[:, DEPTH])]
+        if deepest[DEPTH] > self.system.walls.reach:
+            raise BehindWall(
+                int(deepest[BEAD]), int(deepest[STEP]), deepest[DEPTH], self.system.walls.reach
+            )
 
     def _shared(self):
         """What the threads share during a call."""
@@ -144,7 +174,16 @@ class Simulation:
             np.zeros((tasks, 2)),
             np.zeros(self._threads),
             np.zeros((self._threads, 2)),
+            self._at_walls(),
         )
+
+    def _at_walls(self):
+        """Where is noted what happens at walls, if there are any."""
+        walls = self.system.walls
+        if walls is None:
+            return None
+        sums = np.zeros((len(walls.axis), DRAG + self.system.dimension))
+        return AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
 
     def _all_threads(self, *arguments):
         """What `advance` returns, run by all threads together."""

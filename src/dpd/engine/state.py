@@ -9,6 +9,7 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
@@ -17,6 +18,7 @@ from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
 from dpd.physics.schemes import Scheme
 from dpd.physics.soft import Soft
+from dpd.physics.wall import WallFriction, Walls
 
 
 class Beads(NamedTuple):
@@ -53,10 +55,14 @@ class Sums(NamedTuple):
         Sum over pairs, bonds and angles of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
     energy : (2,) array
         `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them.
+    walls : (walls, 2 + dimension) array or None
+        Sums over what each wall does to beads, see `dpd.engine.external.AtWalls`; no part of the
+        virial.
     """
 
     virial: np.ndarray
     energy: np.ndarray
+    walls: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,8 @@ class System:
     Attributes
     ----------
     box : tuple of float
-        One edge per dimension, in r_c.
+        One edge of the periodic box per dimension, in r_c. Along an axis with walls it is longer
+        than the distance of the planes, see `Walls`.
     pair : Soft or Core
         The conservative force between pairs.
     kT : float
@@ -98,6 +105,11 @@ class System:
         is not conserved.
     masses : (species,) array or None
         None where all are 1.
+    walls : Walls or None
+        Without the friction, which follows from ``wall_friction``.
+    wall_friction : float
+        Gamma of beads with the walls; 0 for none.
+    body_force : BodyForce or None
     """
 
     box: tuple
@@ -115,21 +127,52 @@ class System:
     skin: float = 0.0
     per_bead: bool = False
     masses: np.ndarray | None = None
+    walls: Walls | None = None
+    wall_friction: float = 0.0
+    body_force: BodyForce | None = None
 
     @property
     def dimension(self) -> int:
         return len(self.box)
 
     @property
+    def extent(self) -> tuple[float, ...]:
+        """Edges of the space that beads fill: of the box, or the distance of two planes."""
+        edges = list(self.box)
+        if self.walls is not None:
+            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                edges[axis] = place - self.origin[axis] if inward < 0 else edges[axis]
+        return tuple(map(float, edges))
+
+    @property
+    def origin(self) -> tuple[float, ...]:
+        """Where that space begins in the box."""
+        low = [0.0] * self.dimension
+        if self.walls is not None:
+            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                low[axis] = place if inward > 0 else low[axis]
+        return tuple(map(float, low))
+
+    @property
     def volume(self) -> float:
-        return float(np.prod(self.box))
+        return float(np.prod(self.extent))
 
     @property
     def forces(self) -> Forces:
         """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
-        pair = self.pair._replace(repulsion=repulsion)
-        return Forces(pair, self.bond, self.angle, **self._thermostat())
+        return Forces(
+            self.pair._replace(repulsion=repulsion), self.bond, self.angle, **self._thermostat(),
+            walls=self._walls(), body_force=self.body_force,
+        )  # fmt: skip
+
+    def _walls(self):
+        """The walls with their friction, if they have any."""
+        gamma = float(self.wall_friction)
+        if self.walls is None or gamma == 0.0:
+            return self.walls
+        amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
+        return self.walls._replace(friction=WallFriction(gamma, amplitude, bool(self.gaussian)))
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""

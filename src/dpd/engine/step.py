@@ -26,8 +26,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.bond_forces import Bonded, add_bond_forces, batches, find_slots
+from dpd.engine.external import AtWalls, add_external, renew_wall_friction
 from dpd.engine.masses import divide_by_masses, multiply_by_masses
-from dpd.engine.moves import DISTANCE, SLOT, drift, velocity_of_friction
+from dpd.engine.moves import Lost, drift, first_lost, velocity_of_friction
 from dpd.engine.neighbours.cells import Cells, Grid, count_cells, move_to_cells, share_cells
 from dpd.engine.neighbours.lists import (
     CHUNK,
@@ -105,6 +106,8 @@ class Shared(NamedTuple):
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
         `SLOT` of a bead of each thread's that moved too far, or -1; and the `DISTANCE`.
+    at_walls : AtWalls or None
+        None without walls.
     """
 
     cells: Cells
@@ -113,6 +116,7 @@ class Shared(NamedTuple):
     energy: np.ndarray
     moved: np.ndarray
     lost: np.ndarray
+    at_walls: AtWalls | None
 
 
 class Span(NamedTuple):
@@ -138,6 +142,7 @@ class Evaluation(NamedTuple):
 
     Attributes
     ----------
+    step : int
     keys : Keys
         Of its noise.
     measure : bool
@@ -146,18 +151,11 @@ class Evaluation(NamedTuple):
         Where to, see `Shared`.
     """
 
+    step: int
     keys: Keys
     measure: bool
     virial: np.ndarray
     energy: np.ndarray
-
-
-class Lost(NamedTuple):
-    """A bead that moved too far: its identity, or -1; the step; how far along an axis."""
-
-    bead: int
-    step: int
-    distance: float
 
 
 @kernel()
@@ -228,25 +226,16 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
         )
         meet(team)
         measure = span.measure and s + 1 >= span.steps
-        now = Evaluation(step_keys(plan.seed, step), measure, shared.virial, shared.energy)
+        now = Evaluation(step, step_keys(plan.seed, step), measure, shared.virial, shared.energy)
         touching = add_forces(team, plan, beads, force, shared, listed, touching, now)
         add_langevin(plan, beads, force, mine, now)
+        add_external(team, plan, beads, force, mine, shared.at_walls, now)
         divide_by_masses(force, beads.species, mine, plan.inverse_mass)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
             waiting = plan.scheme.correction * plan.dt
         elif span.steps > 0:
             finish(team, plan, beads, force, mine, edges, touching, now)
     return swapped, lost
-
-
-@part()
-def first_lost(shared, identity, step):
-    """The first bead that moved too far, if one did."""
-    for rank in range(shared.lost.shape[0]):
-        slot = np.int64(shared.lost[rank, SLOT])
-        if slot >= 0:
-            return Lost(np.int64(identity[slot]), step, shared.lost[rank, DISTANCE])
-    return Lost(np.int64(-1), step, 0.0)
 
 
 @part()
@@ -386,4 +375,5 @@ def take_friction_again(team, plan, beads, force, mine, touching, renewal):
             renew_friction(force, touching, phase, beads.predicted, plan.space)
         meet(team)
         renew_langevin_friction(force, beads.predicted, beads.species, mine, plan.forces.langevin)
+        renew_wall_friction(force, beads, mine, plan.forces.walls, plan.space)
         divide_by_masses(force, beads.species, mine, plan.inverse_mass)

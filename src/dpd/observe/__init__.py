@@ -33,6 +33,8 @@ from dpd.observe.structure_factor import StructureFactor
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
 from dpd.observe.trajectory import Trajectory
+from dpd.observe.velocity_profile import VelocityProfile
+from dpd.observe.walls import WallForces
 from dpd.scene.beside import files_beside
 
 if TYPE_CHECKING:
@@ -66,11 +68,13 @@ if TYPE_CHECKING:
 
 OBSERVABLES = {
     "thermo": Thermo,
+    "walls": WallForces,
     "rdf": RadialDistribution,
     "profile": Profile,
     "density_field": DensityField,
     "structure_factor": StructureFactor,
     "mixing": Mixing,
+    "velocity_profile": VelocityProfile,
     "bonds": BondLengths,
     "bond_lengths": PairBondLengths,
     "chains": Chains,

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.engine.external import ENERGY
+
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums, System
@@ -20,7 +22,9 @@ class Thermo:
 
     kT is the kinetic temperature <m v^2> / dimension (Groot and Warren 1997, Eq. 13). The
     pressure tensor is (sum_i m_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
-    in the virial and once with all forces (their Eq. 15, second and first line).
+    in the virial and once with all forces (their Eq. 15, second and first line). Forces of walls
+    and body forces are no part of the virial. Between walls the tensor is an average over the
+    space between the planes, which near them is not that of the bulk.
 
     Parameters
     ----------
@@ -47,6 +51,8 @@ class Thermo:
                 "virial": np.full((n, 2, d, d), np.nan),
                 "energy": np.full((n, 2), np.nan),
             }
+        if pressure and system.walls is not None:
+            self.arrays["wall_energy"] = np.full(n, np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
@@ -60,6 +66,8 @@ class Thermo:
             arrays["kinetic"][at] = velocity @ momenta.T
             arrays["virial"][at] = sums.virial
             arrays["energy"][at] = sums.energy
+            if sums.walls is not None:
+                arrays["wall_energy"][at] = sums.walls[:, ENERGY].sum()
 
     def variables(self) -> Variables:
         """Series for the file."""
@@ -96,18 +104,21 @@ class Thermo:
                 "pair_energy": (along, self.arrays["energy"][:, 0], "kT", "pair energy"),
                 "bond_energy": (along, self.arrays["energy"][:, 1], "kT", "bond energy"),
                 "total_energy": (
-                    along, self._total_energy(), "kT", "kinetic, pair and bond energy",
+                    along, self._total_energy(), "kT", "kinetic, pair, bond and wall energy",
                 ),
                 "pressure": (
                     along, self._trace(kinetic + virial[:, 0]), pressure,
                     "pressure, conservative virial",
                 ),
             }  # fmt: skip
+            if "wall_energy" in self.arrays:
+                energy = self.arrays["wall_energy"]
+                found["wall_energy"] = (along, energy, "kT", "energy of beads at walls")
         return found
 
     def _total_energy(self):
         kinetic = 0.5 * np.trace(self.arrays["kinetic"], axis1=1, axis2=2)
-        return kinetic + self.arrays["energy"].sum(axis=1)
+        return kinetic + self.arrays["energy"].sum(axis=1) + self.arrays.get("wall_energy", 0.0)
 
     def _trace(self, virial):
         d = self._system.dimension

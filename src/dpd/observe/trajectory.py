@@ -39,7 +39,7 @@ class Trajectory:
         from dpd.particles.trajectory_file import DIGEST, TrajectoryFile, bytes_of
 
         self.every = every
-        self._scene = scene
+        self._scene, self._box = scene, system.box
         shape = (system.dimension, scene.beads)
         self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
@@ -61,7 +61,7 @@ class Trajectory:
             self._follow(position, state.step)
         if self.file is not None:
             frame = Particles(
-                box=scene.box,
+                box=self._box,
                 position=position,
                 image=arrays["image"],
                 velocity=state.by_identity(state.velocity),
@@ -78,7 +78,7 @@ class Trajectory:
 
     def _follow(self, position, step):
         """Count the faces that beads have gone through since the last frame."""
-        arrays, box = self.arrays, self._scene.box
+        arrays, box = self.arrays, self._box
         moved = moved_between(arrays["last"], position, box, step, "trajectory", self.every)
         further = (arrays["last"] + moved - position) / np.array(box)[:, None]
         arrays["image"] += np.rint(further).astype(np.int32)

@@ -13,6 +13,7 @@ from dpd.errors import UserError
 from dpd.particles.netcdf import POSITION, particles_of
 from dpd.particles.particles import Particles, checked
 from dpd.scene.scene import Scene
+from dpd.scene.walls import period_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -84,7 +85,7 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
             )
     return checked(
         Particles(
-            box=scene.box,
+            box=period_of(scene),
             position=beads["position"],
             image=np.zeros(shape, np.int32),
             velocity=beads.get("velocity"),

@@ -9,12 +9,14 @@ from typing import NamedTuple
 
 from dpd.jit import method
 from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
 from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
 from dpd.physics.soft import Soft
+from dpd.physics.wall import Walls
 
 
 class Forces(NamedTuple):
@@ -30,6 +32,8 @@ class Forces(NamedTuple):
     langevin : Langevin or None
     exchange : Exchange or None
         The thermostat is one of these three.
+    walls : Walls or None
+    body_force : BodyForce or None
     """
 
     pair: Soft | Core
@@ -38,6 +42,8 @@ class Forces(NamedTuple):
     friction: Friction | None = None
     langevin: Langevin | None = None
     exchange: Exchange | None = None
+    walls: Walls | None = None
+    body_force: BodyForce | None = None
 
 
 # What a kernel calls with a term as the first argument.
@@ -48,3 +54,4 @@ curvature = method("curvature")
 drag = method("drag")
 random = method("random")
 change = method("change")
+weight = method("weight")

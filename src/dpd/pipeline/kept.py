@@ -28,6 +28,7 @@ from dpd.observe.longer import MOST_REMEMBERED, bytes_to_remember, remember
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles
 from dpd.scene.scene import Scene
+from dpd.scene.walls import period_of
 from dpd.start.make import species_of, system_of
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def remember_if_small(observers: list[Any]) -> str:
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
     return Particles(
-        box=scene.box,
+        box=period_of(scene),
         position=state.by_identity(state.position),
         image=np.zeros(state.position.shape, np.int32),
         velocity=state.by_identity(state.velocity),
@@ -169,7 +170,7 @@ def read_former(path: str | Path) -> Former:
     arrays = _as_checkpoint(stored, last, blank)
     whole = attributes.get(CHECKSUM) == checksum_of(arrays)
     wrong = "" if whole else "its checksum does not fit"
-    wrong = wrong or mistake_in(arrays, blank, scene.box, observers, scene.steps)
+    wrong = wrong or mistake_in(arrays, blank, period_of(scene), observers, scene.steps)
     if not wrong and int(arrays["step"]) != sum(scene.steps):
         wrong = f"step {arrays['step']} of {sum(scene.steps)}"
     if wrong:

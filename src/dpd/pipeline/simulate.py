@@ -22,6 +22,7 @@ from dpd.observe import observables
 from dpd.observe.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
 from dpd.scene.beside import files_beside
+from dpd.scene.flow import flows
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -264,8 +265,11 @@ def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if a run was not at its temperature; nothing if it was.
 
     It looks at the second half of the samples, so that a start that is hotter or colder may
-    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors.
+    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors. Of a run with
+    a flow it says nothing: kT then holds the flow as well.
     """
+    if flows(scene):
+        return ""
     kT = values.get("kT", np.empty(0))
     kT = kT[len(kT) // 2 :]
     if len(kT) < FEWEST or not np.isfinite(kT).all():

@@ -60,6 +60,29 @@ The rest is for papers whose numbers you want to hold against your own:
 
 A scene with a density gets the nearest whole number of molecules. If that misses the density by
 more than 1 %, the scene is refused, and the message names a box and a count that fit.
+
+## Walls and flows
+
+`walls` puts a soft plane at both ends of an axis. Nothing repeats along it. `box` is then the
+distance of the planes, and densities and pressures are per volume between them. Beads may get a
+little behind a plane, so files and pictures have a longer box, with empty space behind both planes
+and the fluid in the middle. Profiles count from the lower plane. A file to begin with may have
+either box.
+
+The observable `walls` measures the pressure of the fluid on each wall. The pressure of `thermo` is
+an average over the whole space between the planes, and near them the fluid is not that of the bulk:
+for the bulk take `wall_pressure`, and the density in the middle of `profile`.
+
+Walls with a `gamma` take hold of beads as pair friction does; along smooth walls a fluid slips
+freely. The slip length says how far behind the plane the flow would be at rest
+(`dpd.analysis.flow.channel_flow`). For the fluid of density 3, repulsion 25 and gamma 4.5 it is
+-0.04 +- 0.04 r_c at walls with gamma 4.5, -0.21 +- 0.05 with 9 and -0.30 +- 0.02 with 20: there
+the fluid is at rest in front of the plane. Walls with a `velocity` shear the fluid between them.
+
+`body_force` drives a flow between walls. With `opposite` it drives two flows in opposite directions
+in a periodic box: its net force is 0 on the average, and as the numbers of beads in both halves
+fluctuate, so does the total momentum a little. kT of `thermo` holds the flow as well. Take
+`temperature_profile` of the observable `velocity_profile`, which is measured about the flow.
 """
 FILES = """## Variables of run.nc
 

@@ -28,6 +28,7 @@ FLUID = {
     "steps": {"equilibrate": 0, "sample": 1000},
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
+WALLED = FLUID | {"walls": {"axis": "z", "repulsion": 25}}
 IN_A_PLANE = ("crossings",)  # observables of two dimensions
 VERDICT_COLUMNS = {
     "paper": "the paper",
@@ -82,7 +83,7 @@ def verdict_table() -> str:
 
 def _scene(observable, **settings):
     """A scene that an observable can look at."""
-    base = PLANE if observable in IN_A_PLANE else FLUID
+    base = PLANE if observable in IN_A_PLANE else WALLED if observable == "walls" else FLUID
     return Scene(base | {"observe": [{observable: settings}]}, "example")
 
 

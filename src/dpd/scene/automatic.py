@@ -57,8 +57,8 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     Raises
     ------
     UserError
-        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, angles, no
-        friction, more friction or a smaller tolerance than in the table.
+        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, angles,
+        walls, a body force, no friction, more friction or a smaller tolerance than in the table.
     """
     _refuse(data, where)
     system = "melt" if "bond" in data else "fluid"
@@ -84,6 +84,8 @@ def _refuse(data, where):
         why = "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
     elif not any(_frictions(data)):
         why = "schemes were measured with a thermostat; without friction take gw-vv"
+    elif "walls" in data or "body_force" in data:
+        why = "schemes were measured in the bulk at rest; with walls or a body force take gw-vv"
     if why:
         raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
 

@@ -34,6 +34,8 @@ def description(scene: Scene) -> str:
         "core": _pairs(scene.data.get("core", {})),
         "bonds": _bonds(scene),
         "angles": _angles(scene),
+        "walls": _pairs(scene.data.get("walls", {})),
+        "body force": _pairs(scene.data.get("body_force", {})),
         "thermostat": _pairs(thermostat),
         "integrator": _integrator(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "

@@ -9,9 +9,11 @@ import numpy as np
 from dpd.errors import UserError
 from dpd.scene.architecture import length_of
 from dpd.scene.bonding import is_table, laws_of
+from dpd.scene.flow import check_flow
 from dpd.scene.grids import check_grids
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
+from dpd.scene.walls import check_walls, period_of
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -26,10 +28,11 @@ MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
 # With the name of what their bins divide.
 HISTOGRAMS = (
-    ("rdf", "range"), ("profile", "box"), ("bond_lengths", "range"), ("end_points", "range"),
+    ("rdf", "range"), ("profile", "box"), ("velocity_profile", "box"), ("bond_lengths", "range"),
+    ("end_points", "range"),
 )  # fmt: skip
 # Observables that keep every sample.
-SERIES = ("thermo", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")
+SERIES = ("thermo", "walls", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")
 
 
 def check_beads(data: dict[str, Any], where: str) -> None:
@@ -94,6 +97,8 @@ def check_limits(scene: Scene) -> None:
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
     _check_bond_length(scene, refuse)
+    check_walls(scene, refuse)
+    check_flow(scene, refuse)
 
 
 def _check_length(scene, refuse):
@@ -208,7 +213,7 @@ def _check_bond_length(scene, refuse):
     """Bonds whose beads would be nearer to other images of each other than to their own."""
     bond = scene.data.get("bond", {})
     for place, law in enumerate(laws_of(bond)):
-        share = stretched_share(law, scene.data["thermostat"]["kT"], scene.box)
+        share = stretched_share(law, scene.data["thermostat"]["kT"], period_of(scene))
         if share > MOST_STRETCHED:
             edges = " x ".join(f"{edge:g}" for edge in scene.box)
             refuse(

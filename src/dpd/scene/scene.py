@@ -22,6 +22,7 @@ from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
 from dpd.scene.tables import check_tables, friction_table, mass_table, pair_table
+from dpd.scene.walls import period_of
 
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
@@ -31,7 +32,8 @@ MOST_FRAMES = 100  # of density fields, likewise
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
 INTERVALS = {
-    "thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1, "structure_factor": 2.0,
+    "thermo": 0.1, "walls": 0.1, "velocity_profile": 0.2, "displacement": 0.1, "crossings": 0.2,
+    "passes": 0.1, "structure_factor": 2.0,
 }  # fmt: skip
 SLOWER = 0.8
 TOLERANCE = 0.01  # of scheme auto, in pressure and kT
@@ -270,7 +272,7 @@ class Scene:
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
             thermal = dt * (self.data["thermostat"]["kT"] / self.lightest) ** 0.5
-            room = min(self.box) >= 2 * (CUTOFF + skin)
+            room = min(period_of(self)) >= 2 * (CUTOFF + skin)
             chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
 
@@ -350,6 +352,7 @@ class Scene:
                     f"another one twice; allowed: >= {2 * CUTOFF:g}",
                 )
 
+        for edge in period_of(self):
             if edge < 2 * (CUTOFF + self.skin):
                 self._fail(
                     "pairs.skin",

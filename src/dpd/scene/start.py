@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from dpd.digest import value_digest
 from dpd.errors import UserError, reason
 from dpd.scene.bonding import is_table, laws_of
+from dpd.scene.walls import walls_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,6 +40,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
     }
     if "mass" in data:
         kept["mass"] = data["mass"]
+    if walls := walls_of(scene):
+        kept["between"] = [list(walls.axes), walls.reach]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
     elif grows(scene):
@@ -62,6 +65,8 @@ def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
     forces = {"repulsion": scene.repulsions}
+    if "walls" in data:
+        forces["walls"] = data["walls"]
     if "core" in data or "core" in changed:
         forces["core"] = data.get("core", {}) | changed.get("core", {})
     if "bond" in data or "bond" in changed:

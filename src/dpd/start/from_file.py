@@ -10,6 +10,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
+from dpd.start.between_walls import between_walls
 from dpd.start.matching import order_of
 from dpd.start.velocities import thermal_velocities
 
@@ -62,6 +63,8 @@ def state_from_file(
     particles = read(path, start.get("frame", LAST_FRAME))
     for sentence in particles.left_out:
         say(f"{path}: {sentence}")
+    if particles.dimension == scene.dimension:
+        particles = between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
     if (order != np.arange(len(order))).any():
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")

@@ -14,13 +14,17 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
+from dpd.physics.wall import Walls
 from dpd.scene.bonding import is_table, laws_of, numbers_of, species_along
+from dpd.scene.flow import body_force_of
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.scene.tables import friction_table
+from dpd.scene.walls import origin_of, period_of, walls_of
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
 from dpd.start.velocities import thermal_velocities
@@ -47,7 +51,7 @@ def system_of(scene: Scene) -> System:
     data = scene.data
     thermostat, integrator = data["thermostat"], data["integrator"]
     return System(
-        box=scene.box,
+        box=period_of(scene),
         pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
         friction=scene.friction,
@@ -58,6 +62,9 @@ def system_of(scene: Scene) -> System:
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
         masses=scene.masses,
+        walls=_walls(scene),
+        wall_friction=float(data.get("walls", {}).get("gamma", 0)),
+        body_force=_body_force(scene),
         **_bonding(scene, data),
     )
 
@@ -96,8 +103,40 @@ def _pair(scene, core):
     return Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
 
 
+def _walls(scene):
+    """The planes at both ends of the axes with walls, if there are any."""
+    walls = walls_of(scene)
+    if walls is None:
+        return None
+    low = np.array(origin_of(scene))
+    ends = np.stack([low, low + scene.box], axis=1)[list(walls.axes)]
+    pairs = len(walls.axes)
+    return Walls(
+        repulsion=np.array(walls.repulsion),
+        axis=np.repeat(np.array(walls.axes, np.int64), 2),
+        place=ends.ravel(),
+        inward=np.tile([1.0, -1.0], pairs),
+        velocity=np.tile(np.array(walls.velocity), (pairs, 1)),
+        reach=walls.reach,
+    )
+
+
+def _body_force(scene):
+    """The body force, if there is one."""
+    body = body_force_of(scene)
+    if body is None:
+        return None
+    across, middle = body.axis, np.inf
+    if body.opposite is not None:
+        across, middle = body.opposite, 0.5 * scene.box[body.opposite]
+    return BodyForce(np.array(body.strength), body.axis, across, float(middle))
+
+
 def _start_system(scene, dt):
-    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs."""
+    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs.
+
+    No body force acts: starts are at rest.
+    """
     forces = start_forces(scene)
     return replace(
         system_of(scene),
@@ -109,6 +148,7 @@ def _start_system(scene, dt):
         scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
+        body_force=None,
         **_bonding(scene, forces),
     )
 
@@ -202,7 +242,10 @@ def _random(scene, description):
 
 
 def _positions(scene, method, flight, rng):
-    """Random flights, each kind of molecule in the whole box or in a slab of its own."""
+    """Random flights, each kind of molecule in the whole box or in a slab of its own.
+
+    Where they go through a wall they are reflected.
+    """
     box = np.array(scene.box)
     along = int(np.argmax(box))
     low, filled, parts = np.zeros_like(box), 0, []
@@ -217,7 +260,11 @@ def _positions(scene, method, flight, rng):
         if method == "slabs":
             x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
         parts.append((x + low).reshape(-1, len(box)).T)
-    return wrapped(np.concatenate(parts, axis=1), scene.box)
+    x = np.concatenate(parts, axis=1)
+    walls = walls_of(scene)
+    for axis in () if walls is None else walls.axes:
+        x[axis] = np.abs((x[axis] + box[axis]) % (2 * box[axis]) - box[axis])
+    return wrapped(x + np.array(origin_of(scene))[:, None], period_of(scene))
 
 
 def _flight_of_bonds(kind, flight):

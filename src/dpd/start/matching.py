@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError, shown
+from dpd.scene.walls import period_of
 from dpd.start.trees import order_of_trees
 
 if TYPE_CHECKING:
@@ -75,9 +76,9 @@ def _check_box(scene, particles, path):
             f"{path}: it has {len(particles.box)} dimensions, and {scene.where} has "
             f"{scene.dimension}; take another file, or change 'dimension'"
         )
-    if not np.allclose(particles.box, scene.box, rtol=SAME, atol=0):
+    if not np.allclose(particles.box, period_of(scene), rtol=SAME, atol=0):
         edges = ", ".join(f"{edge:.9g}" for edge in particles.box)
-        own = ", ".join(f"{edge:.9g}" for edge in scene.box)
+        own = ", ".join(f"{edge:.9g}" for edge in period_of(scene))
         raise UserError(
             f"{path}: its box is [{edges}], and that of {scene.where} [{own}]; they have to "
             f"agree: write 'box: [{edges}]' in the scene, or take another file"

@@ -149,14 +149,12 @@ class Growth:
             undone += self.length[c] - keep
             self.length[c] = keep
 
-    def mixed(
-        self, state: State, box: tuple[float, ...], share: float, rng: np.random.Generator
-    ) -> State:
+    def mixed(self, state: State, system: System, share: float, rng: np.random.Generator) -> State:
         """The state with a share of the free monomers put to random places."""
         free = self.chain[state.identity] == FREE
         move = free & (rng.random(len(free)) < share)
         position = state.position.copy()
-        position[:, move] = rng.random((2, int(move.sum()))) * np.array(box)[:, None]
+        position[:, move] = _random_places(system, int(move.sum()), rng)
         return replace(state, position=position)
 
     @property
@@ -179,6 +177,12 @@ def _laws_of_pairs(scene):
     pairs = list(product(scene.species, repeat=2))
     table = numbers_of(scene.data["bond"], pairs).reshape((len(scene.species),) * 2)
     return np.maximum(table, 0).astype(np.uint16)  # pairs without a law are never bonded
+
+
+def _random_places(system, count, rng):
+    """(2, count) array: places anywhere in the box, or between its walls."""
+    edges, low = (np.array(each)[:, None] for each in (system.extent, system.origin))
+    return rng.random((2, count)) * edges + low
 
 
 def _cells(position, members, box, radius):
@@ -224,7 +228,7 @@ def polymerize(
     rng = np.random.default_rng(seed)
     growth = Growth(scene, settings["spare"], settings["initiators"], rng)
     n, box = len(growth.chain), system.box
-    position = rng.random((2, n)) * np.array(box)[:, None]
+    position = _random_places(system, n, rng)
     species = growth.species if len(scene.species) > 1 else None
     velocity = rng.normal(scale=np.sqrt(kT / system.mass_of(species)), size=position.shape)
     state = State(position, velocity, None, np.arange(n, dtype=np.uint32), species, 0)
@@ -241,7 +245,7 @@ def polymerize(
     sums = np.zeros(4, np.int64)
     undone = 0
     while True:
-        state = growth.mixed(state, box, settings["interval"] / settings["mixing"], rng)
+        state = growth.mixed(state, system, settings["interval"] / settings["mixing"], rng)
         place = state.by_identity(state.position)
         sums += growth.grow(
             place, box, settings["radius"], settings["partner"] == "nearest", state.step, rng
