@@ -66,7 +66,7 @@ class Simulation:
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
         # In rows, whatever they came in: each layout would compile kernels of its own.
-        state.position = np.ascontiguousarray(wrapped(state.position, system.box))
+        state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = _started(threads - 1) if threads > 1 else None
@@ -75,6 +75,11 @@ class Simulation:
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Edges in r_c, with images where they are now."""
+        return self.system.box_at(self.state.step)
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
@@ -158,7 +163,7 @@ class Simulation:
 
 def _plan_of(system):
     """What stays the same from step to step, as kernels take it."""
-    space = space_of(system.box)
+    space = space_of(system.box_at(0))
     return Plan(
         space=space,
         grid=grid(space, CUTOFF + system.skin),

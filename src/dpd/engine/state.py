@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine.slide import tilted
 from dpd.errors import UserError
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
@@ -13,6 +14,7 @@ from dpd.physics.forces import Forces
 from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
 from dpd.physics.schemes import Scheme
+from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
 
 
@@ -86,6 +88,8 @@ class System:
     per_bead : bool
         The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
         is not conserved.
+    shear : Shear or None
+        Steady flow, with Lees-Edwards boundary conditions.
     """
 
     box: tuple
@@ -100,10 +104,15 @@ class System:
     bond: Bond | None = None
     skin: float = 0.0
     per_bead: bool = False
+    shear: Shear | None = None
 
     @property
     def dimension(self) -> int:
         return len(self.box)
+
+    def box_at(self, step: int) -> tuple[float, ...]:
+        """The box with its images where they are at a step."""
+        return tilted(self.box, self.shear, self.dt, step)
 
     @property
     def volume(self) -> float:
