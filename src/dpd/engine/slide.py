@@ -100,13 +100,29 @@ def tilted(box: Sequence[float], shear: Shear | None, dt: float, step: int) -> t
     """
     if shear is None:
         return tuple(box)
-    found = TiltedBox(map(float, box))
-    parts, ratio = parts_of(shear, found, dt), found[shear.flow] / found[shear.gradient]
+    parts = parts_of(shear, box, dt)
     slid = parts * step % TURN
-    tilt = float(slid - TURN if slid >= TURN // 2 else slid) / TURN * ratio
+    turns = float(slid - TURN if slid >= TURN // 2 else slid) / TURN
+    return with_slide(box, shear, parts, turns)
+
+
+def with_slide(box: Sequence[float], shear: Shear, parts: int, turns: float) -> TiltedBox:
+    """A box whose images have slid by so many ``turns``, edges along the flow, from -1/2 to 1/2.
+
+    Parameters
+    ----------
+    box : tuple of float
+    shear : Shear
+    parts : int
+        See `parts_of`.
+    turns : float
+    """
+    found = TiltedBox(map(float, box))
+    ratio = found[shear.flow] / found[shear.gradient]
     found.slide = Slide(
-        shear.flow, shear.gradient, float(shear.rate), np.uint64(parts), ratio, np.array([tilt])
-    )
+        shear.flow, shear.gradient, float(shear.rate), np.uint64(parts), ratio,
+        np.array([turns * ratio]),
+    )  # fmt: skip
     return found
 
 

@@ -129,8 +129,9 @@ def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     slide = getattr(box, "slide", None)
     if slide is None:
         return apart - edges * np.rint(apart / edges)
-    boxes = np.rint(_upright(apart, slide) / edges)
-    return apart - _tilted(edges * boxes, slide)
+    far = edges * np.rint(along_axes(apart, box) / edges)  # in lattice coordinates
+    far[slide.flow] += slide.tilt[0] * far[slide.gradient]
+    return apart - far
 
 
 def wrapped(position: np.ndarray, box: Sequence[float]) -> np.ndarray:
@@ -147,17 +148,20 @@ def wrapped(position: np.ndarray, box: Sequence[float]) -> np.ndarray:
     return np.where(inside < edges, inside, 0.0)  # rounding may reach the edge
 
 
-def _upright(apart, slide):
-    """Separations in lattice coordinates."""
+def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
+    """Separations along the vectors of the lattice of images: as they are, unless images slide.
+
+    Parameters
+    ----------
+    apart : (dimension, ...) array
+    box : tuple
+        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
+    """
+    slide = getattr(box, "slide", None)
+    if slide is None:
+        return apart
     found = np.array(apart)
     found[slide.flow] -= slide.tilt[0] * apart[slide.gradient]
-    return found
-
-
-def _tilted(apart, slide):
-    """Separations in lattice coordinates in ours."""
-    found = np.array(apart)
-    found[slide.flow] += slide.tilt[0] * apart[slide.gradient]
     return found
 
 

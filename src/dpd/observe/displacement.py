@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.observe.following import carried, moved_between
 from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
@@ -21,7 +21,8 @@ class Displacement:
 
     By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
     to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count. "Innermost" is the middle bead of a molecule, two of them for an even
+    does not count; nor does the flow of a shear, in which a bead moves by the integral of its
+    velocity about the flow, with the flow at the mean place between samples. "Innermost" is the middle bead of a molecule, two of them for an even
     number.
 
     Parameters
@@ -50,16 +51,17 @@ class Displacement:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self.averages.add(self._tracked(simulation.state), squares)
+        self.averages.add(self._tracked(simulation), squares)
 
-    def _tracked(self, state):
+    def _tracked(self, simulation):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box = self.arrays, self._system.box
+        arrays, box, state = self.arrays, simulation.box, simulation.state
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            arrays["moved"] += moved_between(
-                arrays["last"], position, box, state.step, "displacement", self.every
-            )
+            time = self.every * self._system.dt
+            begun = arrays["last"] + carried(arrays["last"], box, time)
+            moved = moved_between(begun, position, box, state.step, "displacement", self.every)
+            arrays["moved"] += moved - carried(moved, box, 0.5 * time)
         arrays["last"][...] = position
         moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths

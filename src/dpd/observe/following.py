@@ -4,10 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from dpd.engine.space import nearest
+from dpd.engine.space import along_axes, nearest
 from dpd.errors import LostTrack
 
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
+
+
+def carried(position: np.ndarray, box: tuple[float, ...], time: float) -> np.ndarray:
+    """How far a flow carries what is at some place in a time; zeros without shear.
+
+    Parameters
+    ----------
+    position : (dimension, n) array
+    box : tuple of float
+    time : float
+        In tau.
+
+    Returns
+    -------
+    (dimension, n) array, or one that goes with it
+    """
+    slide = getattr(box, "slide", None)
+    if slide is None:
+        return np.zeros((len(position), 1))
+    way = np.zeros_like(position)
+    way[slide.flow] = slide.rate * time * position[slide.gradient]
+    return way
 
 
 def moved_between(
@@ -23,7 +45,7 @@ def moved_between(
     Parameters
     ----------
     last, position : (dimension, n) array
-        In the box, at the last sample and now.
+        At the last sample, where a flow has carried it since (`carried`), and now in the box.
     box : tuple of float
     step : int
         Of the run, for messages.
@@ -42,7 +64,7 @@ def moved_between(
         If a bead has moved more than a third of an edge: it might as well have gone the other way.
     """
     moved = nearest(position - last, box)
-    if (np.abs(moved) / np.array(box)[:, None]).max() > FARTHEST:
+    if (np.abs(along_axes(moved, box)) / np.array(box)[:, None]).max() > FARTHEST:
         raise LostTrack(
             f"observe.{name}.every: a bead moved more than a third of the box between samples "
             f"{every} steps apart; sample more often",

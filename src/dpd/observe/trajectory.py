@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.engine.space import along_axes
+from dpd.observe.following import carried, moved_between
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -57,10 +58,10 @@ class Trajectory:
         state, arrays, scene = simulation.state, self.arrays, self._scene
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            self._follow(position, state.step)
+            self._follow(position, simulation)
         if self.file is not None:
             frame = Particles(
-                box=scene.box,
+                box=simulation.box,
                 position=position,
                 image=arrays["image"],
                 velocity=state.by_identity(state.velocity),
@@ -73,11 +74,13 @@ class Trajectory:
         arrays["last"][...] = position
         arrays["taken"][0] += 1
 
-    def _follow(self, position, step):
+    def _follow(self, position, simulation):
         """Count the faces that beads have gone through since the last frame."""
-        arrays, box = self.arrays, self._scene.box
-        moved = moved_between(arrays["last"], position, box, step, "trajectory", self.every)
-        further = (arrays["last"] + moved - position) / np.array(box)[:, None]
+        arrays, box, step = self.arrays, simulation.box, simulation.state.step
+        time = self.every * simulation.system.dt
+        begun = arrays["last"] + carried(arrays["last"], box, time)
+        moved = moved_between(begun, position, box, step, "trajectory", self.every)
+        further = along_axes(begun + moved - position, box) / np.array(box)[:, None]
         arrays["image"] += np.rint(further).astype(np.int32)
 
     def variables(self) -> dict[str, Any]:

@@ -96,7 +96,7 @@ def remember_if_small(observers: list[Any]) -> str:
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
     return Particles(
-        box=scene.box,
+        box=system_of(scene).box_at(state.step),
         position=state.by_identity(state.position),
         image=np.zeros(state.position.shape, np.int32),
         velocity=state.by_identity(state.velocity),

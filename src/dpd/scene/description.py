@@ -30,6 +30,7 @@ def description(scene: Scene) -> str:
         "bonds": _bonds(scene),
         "thermostat": _pairs(thermostat),
         "integrator": _integrator(scene),
+        "shear": _shear(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "
         f"({' + '.join(times)} tau)",
         "observe": ", ".join(scene.observe),
@@ -56,6 +57,13 @@ def _bonds(scene: Scene) -> str:
 def _integrator(scene: Scene) -> str:
     first = " (scheme auto: a first guess, which a run tries)" if scene.is_auto else ""
     return _pairs(scene.data["integrator"]) + first
+
+
+def _shear(scene: Scene) -> str:
+    if "shear" not in scene.data:
+        return ""
+    shear = scene.data["shear"]
+    return f"rate {shear['rate']:g}, flow along {shear['flow']}, gradient along {shear['gradient']}"
 
 
 def _pairs(values: dict) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError
+from dpd.scene.shear import check_shear, room_for_images
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
 
@@ -87,6 +88,7 @@ def check_limits(scene: Scene) -> None:
     _check_observe(scene, refuse)
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
+    check_shear(scene, refuse)
     _check_bond_length(scene, refuse)
 
 
@@ -189,7 +191,7 @@ def _check_bond_length(scene, refuse):
     bond = scene.data.get("bond")
     if bond is None:
         return
-    share = stretched_share(bond, scene.data["thermostat"]["kT"], scene.box)
+    share = stretched_share(bond, scene.data["thermostat"]["kT"], room_for_images(scene))
     if share > MOST_STRETCHED:
         edges = " x ".join(f"{edge:g}" for edge in scene.box)
         refuse(

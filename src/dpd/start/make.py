@@ -16,7 +16,9 @@ from dpd.errors import UserError
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
+from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
+from dpd.scene.shear import axes_of_shear
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
@@ -56,7 +58,15 @@ def system_of(scene: Scene) -> System:
         bond=_bond(data.get("bond")),
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
+        shear=_shear(scene),
     )
+
+
+def _shear(scene):
+    """The flow, if there is one."""
+    if "shear" not in scene.data:
+        return None
+    return Shear(float(scene.data["shear"]["rate"]), *axes_of_shear(scene))
 
 
 def _bond(bond):
@@ -75,7 +85,7 @@ def _pair(scene, core):
 
 
 def _start_system(scene, dt):
-    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs."""
+    """The system in which the start is made, at rest: gw-vv with lambda 1/2, pair friction."""
     forces = start_forces(scene)
     return replace(
         system_of(scene),
@@ -89,6 +99,7 @@ def _start_system(scene, dt):
         scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
+        shear=None,
     )
 
 
