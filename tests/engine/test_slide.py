@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 from dpd.engine.neighbours.cells import grid
 from dpd.engine.queries.pairs import pair_histogram
-from dpd.engine.slide import slide_to, tilted, with_slide
+from dpd.engine.slide import TURN, slide_to, tilted
 from dpd.engine.space import along_axes, nearest, nearest_images, put_inside, space_of, wrapped
 from dpd.engine.threads.team import Share
 from dpd.engine.vectors.arrays import axes_of, rows_of
@@ -41,6 +41,11 @@ def inside_in_kernel(position, space):
     put_inside(position, mine, np.zeros((2, 1)), space, space.slide)
 
 
+def box_with(edges, shear, turns):
+    """A box whose images have slid by some share of an edge."""
+    return tilted(edges, shear, 0.04, 0, round(turns * TURN) % TURN)
+
+
 @st.composite
 def tilted_boxes(draw):
     """A box of two dimensions or three, at any tilt: upright, half an edge, and between."""
@@ -50,7 +55,7 @@ def tilted_boxes(draw):
     turns = draw(st.one_of(st.sampled_from([-0.5, 0.0, 0.25, 0.4999999]), st.floats(-0.5, 0.5)))
     tall = box[gradient]
     box[flow] = max(box[flow], 2 / np.sqrt(1 - 1 / max(tall, 2.0) ** 2) + 1e-9)
-    return with_slide(box, Shear(0.1, flow, gradient), 0, turns)
+    return box_with(box, Shear(0.1, flow, gradient), turns)
 
 
 def lattice(box, reach=2):
@@ -152,7 +157,7 @@ def assert_images(moved, box):
 
 @pytest.mark.parametrize("turns", [-0.5, -0.2, 0.0, 0.31])
 def test_histogram_counts_pairs_of_a_tilted_box(turns):
-    box = with_slide((5.0, 4.0, 4.4), Shear(0.1, 0, 1), 0, turns)
+    box = box_with((5.0, 4.0, 4.4), Shear(0.1, 0, 1), turns)
     position = np.random.default_rng(4).random((3, 200)) * np.array(box)[:, None]
     counts = pair_histogram(position, box, 2.0, 40)
     distance = pairs_by_looking(position, box, 2.0)[3]
@@ -176,3 +181,6 @@ def test_the_slide_is_exact_after_any_number_of_steps(step, rate, dt, box):
     assert min(off, 1 - off) < Fraction(step, 2**65) + Fraction(1, 2**51)
     assert abs(turns) <= Fraction(1, 2) + Fraction(1, 2**51)
     assert tilt_at(tilted(box, shear, dt, 0).slide, step) == found.tilt
+    later = tilted(box, shear, dt, step, begun=12345 * 2**50)
+    assert tilt_at(later.slide, step) == later.tilt
+    assert (later.slid - found.slid - 12345 * 2**50 + 2**13) % TURN < 2**14

@@ -10,6 +10,7 @@ import numpy as np
 
 from dpd.engine.bond_forces import batches, empty_slots, in_batches
 from dpd.engine.neighbours.cells import cell_buffers, grid
+from dpd.engine.slide import tilted
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
@@ -65,12 +66,14 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
+        if system.shear is not None and state.slid is None:
+            state.slid = 0
         # In rows, whatever they came in: each layout would compile kernels of its own.
         state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = _started(threads - 1) if threads > 1 else None
-        self._plan = _plan_of(system)
+        self._plan = _plan_of(system, self.box)
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
@@ -79,7 +82,8 @@ class Simulation:
     @property
     def box(self) -> tuple[float, ...]:
         """Edges in r_c, with images where they are now."""
-        return self.system.box_at(self.state.step)
+        system, state = self.system, self.state
+        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
@@ -135,6 +139,7 @@ class Simulation:
             species=beads.species,
             step=state.step + steps,
             reference=None if reference is None else axes_of(reference, dimension),
+            slid=state.slid,
         )
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))
 
@@ -161,9 +166,9 @@ class Simulation:
         return found
 
 
-def _plan_of(system):
+def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
-    space = space_of(system.box_at(0))
+    space = space_of(box)
     return Plan(
         space=space,
         grid=grid(space, CUTOFF + system.skin),

@@ -10,7 +10,8 @@ upright: x' = x - t y. Cells are those of x' too, so that neighbours stay neighb
 they are longer by sqrt(1 + t^2), the most that a distance of 1 can be in x'.
 
 The slide is a whole number of 2^-64 of an edge for each step, so the tilt is an exact function of
-the number of the step: no error adds up, and a resumed run has the same bits.
+the number of the step: no error adds up, and a resumed run has the same bits. A run that begins
+with the end of another one begins with the slide of that.
 
 Beads are kept with positions in the upright box and velocities about the flow, which no boundary
 changes; see `dpd.physics.shear`.
@@ -45,6 +46,8 @@ class Slide(NamedTuple):
         Of the shear, in 1 / tau.
     parts : uint64
         Parts of an edge by which images slide in a step, 2^64 to an edge.
+    begun : uint64
+        Parts by which they had slid at step 0.
     ratio : float
         Edge along the flow over that along the gradient.
     tilt : (1,) array
@@ -55,6 +58,7 @@ class Slide(NamedTuple):
     gradient: int
     rate: float
     parts: int
+    begun: int
     ratio: float
     tilt: np.ndarray
 
@@ -74,6 +78,11 @@ class TiltedBox(tuple[float, ...]):
         """Displacement along the flow of an image, over that along the gradient."""
         return float(self.slide.tilt[0])
 
+    @property
+    def slid(self) -> int:
+        """Parts of an edge by which images have slid, 2^64 to an edge."""
+        return round(Fraction(self.tilt) / Fraction(self.slide.ratio) * TURN) % TURN
+
 
 def parts_of(shear: Shear, box: Sequence[float], dt: float) -> int:
     """Parts of an edge by which images slide in a step, 2^64 to an edge."""
@@ -81,7 +90,9 @@ def parts_of(shear: Shear, box: Sequence[float], dt: float) -> int:
     return round(Fraction(shear.rate) * Fraction(dt) * edges * TURN) % TURN
 
 
-def tilted(box: Sequence[float], shear: Shear | None, dt: float, step: int) -> tuple[float, ...]:
+def tilted(
+    box: Sequence[float], shear: Shear | None, dt: float, step: int, begun: int = 0
+) -> tuple[float, ...]:
     """The box with its images where they are at a step.
 
     Parameters
@@ -92,6 +103,8 @@ def tilted(box: Sequence[float], shear: Shear | None, dt: float, step: int) -> t
         Without shear the box stays as it is.
     dt : float
     step : int
+    begun : int
+        Parts of an edge by which they had slid at step 0.
 
     Returns
     -------
@@ -100,28 +113,13 @@ def tilted(box: Sequence[float], shear: Shear | None, dt: float, step: int) -> t
     """
     if shear is None:
         return tuple(box)
-    parts = parts_of(shear, box, dt)
-    slid = parts * step % TURN
-    turns = float(slid - TURN if slid >= TURN // 2 else slid) / TURN
-    return with_slide(box, shear, parts, turns)
-
-
-def with_slide(box: Sequence[float], shear: Shear, parts: int, turns: float) -> TiltedBox:
-    """A box whose images have slid by so many ``turns``, edges along the flow, from -1/2 to 1/2.
-
-    Parameters
-    ----------
-    box : tuple of float
-    shear : Shear
-    parts : int
-        See `parts_of`.
-    turns : float
-    """
     found = TiltedBox(map(float, box))
-    ratio = found[shear.flow] / found[shear.gradient]
+    parts, ratio = parts_of(shear, found, dt), found[shear.flow] / found[shear.gradient]
+    slid = (parts * step + begun) % TURN
+    tilt = float(slid - TURN if slid >= TURN // 2 else slid) / TURN * ratio
     found.slide = Slide(
-        shear.flow, shear.gradient, float(shear.rate), np.uint64(parts), ratio,
-        np.array([turns * ratio]),
+        shear.flow, shear.gradient, float(shear.rate), np.uint64(parts), np.uint64(begun), ratio,
+        np.array([tilt]),
     )  # fmt: skip
     return found
 
@@ -141,7 +139,7 @@ def slide_to(slide, step):
     Every thread does, before it moves its beads: nobody needs the former tilt any more.
     """
     if slide is not None:
-        slid = np.int64(np.uint64(slide.parts * np.uint64(step)))
+        slid = np.int64(np.uint64(slide.parts * np.uint64(step) + slide.begun))
         slide.tilt[0] = slid / 2.0**64 * slide.ratio
 
 
@@ -214,9 +212,9 @@ def put_on_lattice(target, place, position, i, shift, m, space, slide):
 def slide_level(position, first, n, axis, move, slide):
     """Complete columns that were moved by whole edges along an axis."""
     if slide is not None:
-        if axis == slide.gradient:
-            for t in range(n):
-                position[slide.flow, first + t] += slide.tilt[0] * move
+        beside = slide.tilt[0] * move if axis == slide.gradient else 0.0
+        for t in range(n):
+            position[slide.flow, first + t] += beside
 
 
 @part()

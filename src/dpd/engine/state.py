@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.slide import tilted
 from dpd.errors import UserError
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
@@ -110,10 +109,6 @@ class System:
     def dimension(self) -> int:
         return len(self.box)
 
-    def box_at(self, step: int) -> tuple[float, ...]:
-        """The box with its images where they are at a step."""
-        return tilted(self.box, self.shear, self.dt, step)
-
     @property
     def volume(self) -> float:
         return float(np.prod(self.box))
@@ -153,6 +148,9 @@ class State:
     step : int
     reference : (dimension, n) array or None
         Positions when the pair list was made; None without a list.
+    slid : int or None
+        Parts of an edge by which images had slid at step 0, see `dpd.engine.slide`; None without
+        shear.
     """
 
     position: np.ndarray
@@ -162,6 +160,7 @@ class State:
     species: np.ndarray | None
     step: int
     reference: np.ndarray | None = None
+    slid: int | None = None
 
     def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""

@@ -22,8 +22,8 @@ class Displacement:
     By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
     to sample and taken relative to the centre of mass of all beads, so a drift of the box
     does not count; nor does the flow of a shear, in which a bead moves by the integral of its
-    velocity about the flow, with the flow at the mean place between samples. "Innermost" is the middle bead of a molecule, two of them for an even
-    number.
+    velocity about the flow, with the flow at the mean place between samples. "Innermost" is the
+    middle bead of a molecule, two of them for an even number.
 
     Parameters
     ----------

@@ -20,7 +20,9 @@ class Thermo:
 
     kT is the kinetic temperature <v^2> / dimension (Groot and Warren 1997, Eq. 13). The
     pressure tensor is (sum_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
-    in the virial and once with all forces (their Eq. 15, second and first line).
+    in the virial and once with all forces (their Eq. 15, second and first line). Under shear
+    velocities are those about the flow, and the shear stress is minus the element of the pressure
+    tensor, with all forces, of the axes of the flow and of its gradient.
 
     Parameters
     ----------
@@ -102,7 +104,16 @@ class Thermo:
                     "pressure, conservative virial",
                 ),
             }  # fmt: skip
+        if self.needs_forces and self._system.shear is not None:
+            found["shear_stress"] = (
+                along, self._shear_stress(), pressure, "shear stress, virial of all forces",
+            )  # fmt: skip
         return found
+
+    def _shear_stress(self):
+        x, y = self._system.shear.flow, self._system.shear.gradient
+        tensor = self.arrays["kinetic"] + self.arrays["virial"][:, 1]
+        return -0.5 * (tensor[:, x, y] + tensor[:, y, x]) / self._system.volume
 
     def _total_energy(self):
         kinetic = 0.5 * np.trace(self.arrays["kinetic"], axis1=1, axis2=2)

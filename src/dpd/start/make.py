@@ -13,12 +13,11 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
+from dpd.particles.tilt import shear_of
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
-from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
-from dpd.scene.shear import axes_of_shear
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
@@ -58,15 +57,8 @@ def system_of(scene: Scene) -> System:
         bond=_bond(data.get("bond")),
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
-        shear=_shear(scene),
+        shear=shear_of(scene),
     )
-
-
-def _shear(scene):
-    """The flow, if there is one."""
-    if "shear" not in scene.data:
-        return None
-    return Shear(float(scene.data["shear"]["rate"]), *axes_of_shear(scene))
 
 
 def _bond(bond):
