@@ -80,8 +80,8 @@ observables that average over parts of the run, so the file is about as large as
 
 ## Shear
 
-`shear: {{rate: 0.1}}` lets the fluid flow along x with a speed of 0.1 y, without walls: images of the
-box above and below slide along (Lees-Edwards boundary conditions). All velocities are kept about
+`shear: {{rate: 0.1}}` lets the fluid flow along x with a speed of 0.1 y, without walls: images of
+the box above and below slide along (Lees-Edwards boundary conditions). Velocities are kept about
 this flow, in `run.nc`, in trajectories and in files to begin with; so kT is measured about the
 flow too, and a run that begins with thermal velocities flows from its first step. The velocity of a
 bead in the laboratory is that plus the rate times its y. The viscosity is the mean of
