@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dpd.engine.space import along_axes, nearest
 from dpd.errors import LostTrack
+
+if TYPE_CHECKING:
+    from dpd.engine.slide import TiltedBox
 
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
@@ -30,6 +35,11 @@ def carried(position: np.ndarray, box: tuple[float, ...], time: float) -> np.nda
     way = np.zeros_like(position)
     way[slide.flow] = slide.rate * time * position[slide.gradient]
     return way
+
+
+def edges_between(former: TiltedBox, now: TiltedBox, time: float) -> int:
+    """Whole edges by which an image above has slid in a time, beyond what the tilts tell."""
+    return round((former.tilt + now.slide.rate * time - now.tilt) / now.slide.ratio)
 
 
 def moved_between(

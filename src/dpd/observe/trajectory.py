@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dpd.engine.slide import TiltedBox
 from dpd.engine.space import along_axes
-from dpd.observe.following import carried, moved_between
+from dpd.observe.following import carried, edges_between, moved_between
+from dpd.particles.tilt import box_at
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -78,10 +80,19 @@ class Trajectory:
         """Count the faces that beads have gone through since the last frame."""
         arrays, box, step = self.arrays, simulation.box, simulation.state.step
         time = self.every * simulation.system.dt
+        self._slide_images(simulation, box, time)
         begun = arrays["last"] + carried(arrays["last"], box, time)
         moved = moved_between(begun, position, box, step, "trajectory", self.every)
         further = along_axes(begun + moved - position, box) / np.array(box)[:, None]
         arrays["image"] += np.rint(further).astype(np.int32)
+
+    def _slide_images(self, simulation, box, time):
+        """Count the whole edges that images have slid by since the last frame."""
+        if isinstance(box, TiltedBox):
+            state = simulation.state
+            former = box_at(self._scene, state.step - self.every, state.slid)
+            edges = edges_between(former, box, time)
+            self.arrays["image"][box.slide.flow] += edges * self.arrays["image"][box.slide.gradient]
 
     def variables(self) -> dict[str, Any]:
         """Nothing: the frames are in their own file."""
