@@ -94,7 +94,7 @@ def heating(run: xr.Dataset) -> float:
     return float(_stress(run).mean() * _rate(str(run.attrs["scene"])))
 
 
-def _stress(runs) -> np.ndarray:
+def _stress(runs: xr.Dataset) -> np.ndarray:
     if "shear_stress" not in runs:
         raise UserError(
             "no shear stress was measured: a scene needs the key 'shear', and the observable "

@@ -30,6 +30,7 @@ from dpd.jit import exact_part, part
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from dpd.engine.space import Space
     from dpd.physics.shear import Shear
 
 TURN = 2**64  # parts of an edge
@@ -57,8 +58,8 @@ class Slide(NamedTuple):
     flow: int
     gradient: int
     rate: float
-    parts: int
-    begun: int
+    parts: np.uint64
+    begun: np.uint64
     ratio: float
     tilt: np.ndarray
 
@@ -124,7 +125,7 @@ def tilted(
     return found
 
 
-def longest_cutoffs(space, cutoff: float) -> list[float]:
+def longest_cutoffs(space: Space, cutoff: float) -> list[float]:
     """The most that a distance of one cutoff can be along each axis of the lattice, at any tilt."""
     cutoffs = [cutoff] * len(space.edges)
     if space.slide is not None:

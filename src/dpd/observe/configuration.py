@@ -30,7 +30,9 @@ class Configuration:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self.arrays = {"position": np.full((system.dimension, scene.beads), np.nan)}
+        self.arrays: dict[str, np.ndarray] = {
+            "position": np.full((system.dimension, scene.beads), np.nan)
+        }
         if system.shear is not None:
             self.arrays["tilt"] = np.full(len(FACTORS), np.nan)
 

@@ -52,12 +52,14 @@ def box_at(scene: Scene, step: int, slid: int | None) -> tuple[float, ...]:
 def tilt_factors(box: Sequence[float]) -> list[float]:
     """xy, xz and yz of a box; zeros without shear."""
     slide = getattr(box, "slide", None)
-    axes = None if slide is None else (slide.flow, slide.gradient)
+    if slide is None:
+        return [0.0] * len(FACTORS)
+    axes = slide.flow, slide.gradient
     return [float(slide.tilt[0]) if pair == axes else 0.0 for pair in FACTORS]
 
 
 def box_of_file(
-    edges: Sequence[float], factors: Sequence[float], path: object
+    edges: Sequence[float], factors: Sequence[float] | np.ndarray, path: object
 ) -> tuple[float, ...]:
     """A box with tilt factors, one of which may differ from 0.
 
@@ -78,7 +80,7 @@ def box_of_file(
     edges, pairs = tuple(map(float, edges)), [p for p, f in zip(FACTORS, factors) if f]
     if not pairs:
         return edges
-    (flow, gradient), (factor,) = pairs[0], [f for f in factors if f][:1]
+    (flow, gradient), factor = pairs[0], next(f for f in factors if f)
     turns = float(factor) * edges[gradient] / edges[flow] if gradient < len(edges) else np.nan
     if len(pairs) > 1 or not abs(turns) <= 0.5 + ROUNDING:
         found = ", ".join(f"{factor:g}" for factor in factors)
