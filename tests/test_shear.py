@@ -29,7 +29,7 @@ FLUID = {
     "observe": [
         {"thermo": {"every": 5}}, {"rdf": {"every": 10, "range": 2}}, {"profile": {"every": 10}},
         {"displacement": {"every": 5}}, {"configuration": {"every": 50}},
-        {"trajectory": {"every": 20}},
+        {"trajectory": {"every": 5}},
     ],
 }  # fmt: skip
 PLANE = FLUID | {"dimension": 2, "box": [4.5, 4]}

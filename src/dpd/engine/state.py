@@ -138,7 +138,8 @@ class State:
     Attributes
     ----------
     position, velocity : (dimension, n) arrays
-        After an advance, views of the rows that the kernels work on.
+        After an advance, views of the rows that the kernels work on. Under shear velocities are
+        those about the flow, see `dpd.physics.shear`.
     force : (dimension, n) array or None
         The same; None where it is yet to be evaluated.
     identity : (n,) uint32 array
