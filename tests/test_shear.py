@@ -9,12 +9,14 @@ from dpd.analysis.shear import heating, viscosities, viscosity
 from dpd.engine.simulation import Simulation
 from dpd.engine.slide import TURN, tilted
 from dpd.errors import UserError
+from dpd.observe import OBSERVABLES
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
 from dpd.physics.shear import Shear
 from dpd.pipeline.extend import Extension, extend
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
+from dpd.scene.shear import IN_A_FLOW, NOT_BESIDE, check_shear
 from dpd.start.files import read_start, write_start
 from dpd.start.make import make_start, system_of
 
@@ -70,6 +72,23 @@ def test_bad_input_is_refused_in_one_sentence(change, words, tmp_path, monkeypat
     assert "\n" not in message and len(message) < 400
     for word in words:
         assert word in message, message
+
+
+@pytest.mark.parametrize("key", NOT_BESIDE)
+def test_what_does_not_go_with_shear_is_refused(key):
+    """Keys that a schema may have."""
+    scene = Scene(FLUID)
+    scene.data = scene.data | {key: {}}
+    found = []
+    check_shear(scene, lambda *problem: found.append(problem))
+    assert found and found[0][0] == "shear" and key in found[0][1]
+
+
+def test_only_observables_that_know_of_it_look_at_a_flow():
+    assert set(OBSERVABLES) >= IN_A_FLOW
+    for name in set(OBSERVABLES) - IN_A_FLOW:
+        with pytest.raises(UserError):
+            Scene(FLUID | {"observe": [name]})
 
 
 def test_bonds_that_could_meet_other_images_are_refused():
@@ -174,8 +193,9 @@ def test_images_of_a_trajectory_follow_free_beads(tmp_path):
     scene = Scene(
         PLANE
         | {
-            "repulsion": {"A A": 0}, "thermostat": {"gamma": 0}, "shear": {"rate": 0.6},
-            "observe": [{"trajectory": {"every": 10}}], "steps": {"sample": 400},
+            "repulsion": {"A A": 0}, "thermostat": {"gamma": 0, "kT": 0.04},
+            "shear": {"rate": 0.6}, "steps": {"sample": 200},
+            "observe": [{"trajectory": {"every": 5}}],
         }
     )  # fmt: skip
     simulate(scene, tmp_path / "run.nc", make_start(scene))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import carried, moved_between
+from dpd.observe.following import flow_at, moved_between
 from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
@@ -59,9 +59,9 @@ class Displacement:
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
             time = self.every * self._system.dt
-            begun = arrays["last"] + carried(arrays["last"], box, time)
+            begun = arrays["last"] + time * flow_at(arrays["last"], box)
             moved = moved_between(begun, position, box, state.step, "displacement", self.every)
-            arrays["moved"] += moved - carried(moved, box, 0.5 * time)
+            arrays["moved"] += moved - 0.5 * time * flow_at(moved, box)
         arrays["last"][...] = position
         moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths

@@ -15,26 +15,28 @@ if TYPE_CHECKING:
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
 
-def carried(position: np.ndarray, box: tuple[float, ...], time: float) -> np.ndarray:
-    """How far a flow carries what is at some place in a time; zeros without shear.
+def flow_at(position: np.ndarray, box: tuple[float, ...]) -> np.ndarray:
+    """Velocity of the flow of a shear at some places; zeros without shear.
+
+    A bead has this velocity beside that of the state, which is about the flow.
 
     Parameters
     ----------
     position : (dimension, n) array
     box : tuple of float
-    time : float
-        In tau.
+        As `dpd.engine.simulation.Simulation.box` has it.
 
     Returns
     -------
-    (dimension, n) array, or one that goes with it
+    (dimension, n) array, or (dimension, 1) without shear
+        In r_c / tau.
     """
     slide = getattr(box, "slide", None)
     if slide is None:
         return np.zeros((len(position), 1))
-    way = np.zeros_like(position)
-    way[slide.flow] = slide.rate * time * position[slide.gradient]
-    return way
+    flow = np.zeros_like(position)
+    flow[slide.flow] = slide.rate * position[slide.gradient]
+    return flow
 
 
 def edges_between(former: TiltedBox, now: TiltedBox, time: float) -> int:
@@ -55,7 +57,7 @@ def moved_between(
     Parameters
     ----------
     last, position : (dimension, n) array
-        At the last sample, where a flow has carried it since (`carried`), and now in the box.
+        At the last sample, where a flow has carried it since (`flow_at`), and now in the box.
     box : tuple of float
     step : int
         Of the run, for messages.

@@ -8,7 +8,7 @@ import numpy as np
 
 from dpd.engine.slide import TiltedBox
 from dpd.engine.space import along_axes
-from dpd.observe.following import carried, edges_between, moved_between
+from dpd.observe.following import edges_between, flow_at, moved_between
 from dpd.particles.tilt import box_at
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Trajectory:
         arrays, box, step = self.arrays, simulation.box, simulation.state.step
         time = self.every * simulation.system.dt
         self._slide_images(simulation, box, time)
-        begun = arrays["last"] + carried(arrays["last"], box, time)
+        begun = arrays["last"] + time * flow_at(arrays["last"], box)
         moved = moved_between(begun, position, box, step, "trajectory", self.every)
         further = along_axes(begun + moved - position, box) / np.array(box)[:, None]
         arrays["image"] += np.rint(further).astype(np.int32)

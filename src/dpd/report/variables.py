@@ -15,7 +15,7 @@ from dpd.observe import OBSERVABLES, observables
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
-from dpd.scene.shear import NOT_IN_A_FLOW
+from dpd.scene.shear import IN_A_FLOW
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -85,7 +85,7 @@ def verdict_table() -> str:
 def _all_variables(observable):
     """Variables of an observable, and those that it has under shear alone."""
     found = _variables(_scene(observable))
-    if observable not in NOT_IN_A_FLOW:
+    if observable in IN_A_FLOW:
         found |= _variables(_scene(observable, SHEAR))
     return found
 

@@ -16,7 +16,12 @@ if TYPE_CHECKING:
 
 AXES = "xyz"
 CUTOFF = 1.0
-# Observables that would mean something else in a flow, and why.
+# Observables that know of images that slide, and of velocities about a flow.
+IN_A_FLOW = {
+    "thermo", "rdf", "profile", "bonds", "chains", "displacement", "end_to_end", "crossings",
+    "configuration", "trajectory",
+}  # fmt: skip
+# Why others do not.
 NOT_IN_A_FLOW = {
     "configurational": "is a temperature in equilibrium only",
     "passes": "takes beads to move in straight lines, and a flow carries them past each other",
@@ -24,7 +29,7 @@ NOT_IN_A_FLOW = {
 }
 # Keys of a scene that do not go together with shear, and why.
 NOT_BESIDE = {
-    "walls": "the images of a box slide along its faces, where walls would be",
+    "walls": "walls stand still, and the fluid would flow through or past them",
     "pressure": "how far images have slid is known for a box that keeps its size only",
 }
 
@@ -67,8 +72,9 @@ def check_shear(scene: Scene, refuse: Refuse) -> None:
     _check_axes(scene, refuse)
     _check_beside(scene, refuse)
     _check_box(scene, refuse)
-    for name in NOT_IN_A_FLOW.keys() & scene.observe.keys():
-        refuse("observe", f"{name!r} {NOT_IN_A_FLOW[name]}; not allowed with 'shear'")
+    for name in scene.observe.keys() - IN_A_FLOW:
+        why = NOT_IN_A_FLOW.get(name, "takes the images of the box to stay where they are")
+        refuse("observe", f"{name!r} {why}; not allowed with 'shear'")
     flow, _ = axes_of_shear(scene)
     room = min(room_for_images(scene)[flow], min(scene.box) / 2)
     if "rdf" in scene.observe and scene.observe["rdf"]["range"] > room:
