@@ -6,6 +6,8 @@ import xarray as xr
 
 import dpd
 from dpd.analysis.shear import heating, viscosities, viscosity
+from dpd.digest import ROOT
+from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.slide import TURN, tilted
 from dpd.errors import UserError
@@ -108,6 +110,25 @@ def test_a_small_step_does_not_take_a_list_under_shear():
     small = FLUID | {"integrator": {"scheme": "gw-vv", "dt": 0.0005}, "observe": ["thermo"]}
     assert system_of(Scene(small)).skin == 0
     assert system_of(Scene({k: v for k, v in small.items() if k != "shear"})).skin > 0
+
+
+def test_the_example_is_a_scene():
+    assert Scene.read(ROOT / "config" / "scenes" / "shear.yaml").data["shear"]["rate"] == 0.2
+
+
+def test_bonds_cross_at_the_images_that_have_slid():
+    """Bond 0 goes up through a face; what is above it has slid by 1.8 r_c."""
+    box = tilted((6.0, 5.0), Shear(0.1, 0, 1), 0.04, 0, round(0.3 * TURN))
+    bonds = [
+        [(2.0, 4.8), (0.2, 0.2)],
+        [(1.8, 4.95), (2.2, 4.95)],  # below the face
+        [(0.0, 0.1), (0.4, 0.1)],  # above it
+        [(1.8, 0.1), (2.2, 0.1)],  # there if images had not slid
+    ]
+    position = np.array(bonds).reshape(-1, 2).T
+    members = np.arange(8, dtype=np.uint32).reshape(-1, 2)
+    found = crossing_bonds(np.ascontiguousarray(position), members, box)
+    assert {tuple(pair) for pair in found.T.tolist()} == {(0, 1), (0, 2)}
 
 
 def test_a_run_says_that_it_is_sheared():

@@ -72,9 +72,10 @@ def check_shear(scene: Scene, refuse: Refuse) -> None:
     _check_axes(scene, refuse)
     _check_beside(scene, refuse)
     _check_box(scene, refuse)
-    for name in scene.observe.keys() - IN_A_FLOW:
-        why = NOT_IN_A_FLOW.get(name, "takes the images of the box to stay where they are")
-        refuse("observe", f"{name!r} {why}; not allowed with 'shear'")
+    for name in scene.observe:
+        if name not in IN_A_FLOW:
+            why = NOT_IN_A_FLOW.get(name, "takes the images of the box to stay where they are")
+            refuse("observe", f"{name!r} {why}; not allowed with 'shear'")
     flow, _ = axes_of_shear(scene)
     room = min(room_for_images(scene)[flow], min(scene.box) / 2)
     if "rdf" in scene.observe and scene.observe["rdf"]["range"] > room:
@@ -100,8 +101,9 @@ def _check_axes(scene, refuse):
 
 def _check_beside(scene, refuse):
     """Schemes, lists and keys of a scene that do not go together with a flow."""
-    for key in NOT_BESIDE.keys() & scene.data.keys():
-        refuse("shear", f"not allowed together with {key!r}: {NOT_BESIDE[key]}; remove one of them")
+    for key, why in NOT_BESIDE.items():
+        if key in scene.data:
+            refuse("shear", f"not allowed together with {key!r}: {why}; remove one of them")
     scheme = scene.data["integrator"]["scheme"]
     if scene.is_auto:
         refuse(
