@@ -1,7 +1,8 @@
 """A plain NumPy engine: every pair of beads, one equation of Groot and Warren 1997 a line.
 
 It shares nothing with the engine but the noise of a pair or of a bead. Beads are kept in the
-order of their identities, and positions are not wrapped.
+order of their identities, and positions are not wrapped. Under shear velocities are those of the
+laboratory: an image above moves with the flow there, and friction sees that.
 """
 
 import numpy as np
@@ -35,16 +36,24 @@ def of_each(law):
     return one[number], other[number]
 
 
+def flow_of(system, position):
+    """Velocity of the flow where beads are."""
+    flow = np.zeros_like(position)
+    if system.shear is not None:
+        flow[system.shear.flow] = system.shear.rate * position[system.shear.gradient]
+    return flow
+
+
 class Reference:
     """A `System` moved by a scheme of the paper, named, with its lambda."""
 
     def __init__(self, system, scheme, prediction, position, velocity, species=None):
         self.system, self.scheme, self.prediction = system, scheme, prediction
-        self.position, self.velocity = position.copy(), velocity.copy()
+        self.position, self.velocity = position.copy(), velocity + flow_of(system, position)
         self.species = np.zeros(position.shape[1], int) if species is None else species
         self.mass = 1.0 if system.masses is None else np.asarray(system.masses)[self.species]
         self.steps, self.at_walls = 0, None
-        self.evaluate(velocity)
+        self.evaluate(self.velocity)
 
     def friction_of(self, *species):
         """gamma of a pair of species, or of a species."""
@@ -70,10 +79,24 @@ class Reference:
     def separation(self, i, j):
         """r_ij at the nearest image, r, and the unit vector e."""
         box = np.array(self.system.box)[:, None]
-        r_ij = self.position[:, i] - self.position[:, j]
+        r_ij = self.position[:, i] - self.position[:, j] - self.slid(i, j)
         r_ij = r_ij - box * np.round(r_ij / box)
         r = np.sqrt((r_ij**2).sum(axis=0))
         return r_ij, r, r_ij / r
+
+    def slid(self, i, j):
+        """How far the image of j that is nearest to i along the gradient has slid, as a vector."""
+        return self.faster(i, j) * self.system.dt * self.steps
+
+    def faster(self, i, j):
+        """How much faster that image of j is than j."""
+        shear, box = self.system.shear, self.system.box
+        difference = np.zeros((len(box), len(i)))
+        if shear is not None:
+            height = box[shear.gradient]
+            apart = self.position[shear.gradient, i] - self.position[shear.gradient, j]
+            difference[shear.flow] = shear.rate * height * np.round(apart / height)
+        return difference
 
     def evaluate_pairs(self, velocity):
         """Eqs. 3 to 6 and 8; with a core, Liu et al. 2008, Eq. 5."""
@@ -87,7 +110,8 @@ class Reference:
         gamma = 0 if apart else self.friction_of(self.species[i], self.species[j])
         sigma = np.sqrt(2 * gamma * system.kT)
         zeta = pair_noise(i, j, system.seed, self.steps, system.gaussian)
-        approach = (e * (velocity[:, i] - velocity[:, j])).sum(axis=0)
+        v_ij = velocity[:, i] - velocity[:, j] - self.faster(i, j)
+        approach = (e * v_ij).sum(axis=0)
         push, energy = a * (1 - r), a * (1 - r) ** 2 / 2
         if isinstance(system.pair, Core):
             _, d, most, width = system.pair
@@ -111,6 +135,7 @@ class Reference:
         system, beads = self.system, np.arange(velocity.shape[1])
         gamma = self.friction_of(self.species)
         sigma = np.sqrt(2 * gamma * system.kT)
+        velocity = velocity - flow_of(system, self.position)
         for axis in range(len(velocity)):
             partner = np.full(len(beads), NOBODY - axis)
             zeta = pair_noise(beads, partner, system.seed, self.steps, system.gaussian)

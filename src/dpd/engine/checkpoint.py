@@ -246,6 +246,8 @@ def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
     for name in ("position", "velocity", "force", "identity", "species", "reference"):
         if getattr(state, name) is not None:
             arrays[name] = getattr(state, name)
+    if state.slid is not None:
+        arrays["slid"] = np.array(state.slid, np.uint64)
     for i, observer in enumerate(observers):
         arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
     return arrays
@@ -271,6 +273,7 @@ def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> Stat
     return State(
         stored["position"], stored["velocity"], stored["force"], stored["identity"],
         stored.get("species"), int(stored["step"]), stored.get("reference"),
+        int(stored["slid"]) if "slid" in stored else None,
     )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine.slide import drift_with_flow
 from dpd.engine.space import put_inside
 from dpd.engine.threads.team import Share
 from dpd.engine.vectors.rows import add_rows, entries
@@ -35,14 +36,16 @@ def drift(beads, force, mine, edges, plan, waiting, lost):
         some = Share(first, min(mine.end, first + IN_CACHE))
         if waiting > 0.0:
             add_rows(beads.velocity, force, waiting, some)
-        drift_some(beads, force, some, edges, plan.scheme, plan.dt, lost)
+        drift_some(beads, force, some, edges, plan, lost)
 
 
 @part()
-def drift_some(beads, force, mine, edges, scheme, dt, lost):
+def drift_some(beads, force, mine, edges, plan, lost):
     """The same for so few beads that from loop to loop they stay in cache."""
+    scheme, dt, space = plan.scheme, plan.dt, plan.space
     time = dt if scheme.middle is None else 0.5 * dt
     half_square = scheme.acceleration * dt * dt
+    drift_with_flow(beads, force, mine, time, half_square, space.slide)
     x, v, f = beads.position.ravel(), beads.velocity.ravel(), force.ravel()
     far, (begin, end) = 0, entries(mine, beads.position)
     for q in range(begin, end):
@@ -54,7 +57,7 @@ def drift_some(beads, force, mine, edges, scheme, dt, lost):
         x[q] += time * v[q] + half_square * f[q]
         v[q] += (1.0 - scheme.correction) * dt * f[q]
         f[q] = 0.0
-    put_inside(beads.position, mine, edges)
+    put_inside(beads.position, mine, edges, space, space.slide)
 
 
 @part()

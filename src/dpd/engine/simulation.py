@@ -11,6 +11,7 @@ import numpy as np
 from dpd.engine.bond_forces import batches, bonded_of, empty_slots
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls
 from dpd.engine.neighbours.cells import cell_buffers, grid
+from dpd.engine.slide import tilted
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
@@ -79,16 +80,24 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
+        if system.shear is not None and state.slid is None:
+            state.slid = 0
         # In rows, whatever they came in: each layout would compile kernels of its own.
-        state.position = np.ascontiguousarray(wrapped(state.position, system.box))
+        state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = _started(threads - 1) if threads > 1 else None
-        self._plan = _plan_of(system)
+        self._plan = _plan_of(system, self.box)
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Edges in r_c, with images where they are now."""
+        system, state = self.system, self.state
+        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
@@ -145,6 +154,7 @@ class Simulation:
             species=beads.species,
             step=state.step + steps,
             reference=None if reference is None else axes_of(reference, dimension),
+            slid=state.slid,
         )
         on_walls = None if shared.at_walls is None else shared.at_walls.sums
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
@@ -195,9 +205,9 @@ class Simulation:
         return found
 
 
-def _plan_of(system):
+def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
-    space = space_of(system.box)
+    space = space_of(box)
     return Plan(
         space=space,
         grid=grid(space, CUTOFF + system.skin),

@@ -17,6 +17,7 @@ from dpd.physics.forces import Forces
 from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
 from dpd.physics.schemes import Scheme
+from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
 from dpd.physics.wall import WallFriction, Walls
 
@@ -110,6 +111,8 @@ class System:
     wall_friction : float
         Gamma of beads with the walls; 0 for none.
     body_force : BodyForce or None
+    shear : Shear or None
+        Steady flow, with Lees-Edwards boundary conditions.
     """
 
     box: tuple
@@ -130,6 +133,7 @@ class System:
     walls: Walls | None = None
     wall_friction: float = 0.0
     body_force: BodyForce | None = None
+    shear: Shear | None = None
 
     @property
     def dimension(self) -> int:
@@ -223,7 +227,8 @@ class State:
     Attributes
     ----------
     position, velocity : (dimension, n) arrays
-        After an advance, views of the rows that the kernels work on.
+        After an advance, views of the rows that the kernels work on. Under shear velocities are
+        those about the flow, see `dpd.physics.shear`.
     force : (dimension, n) array or None
         The same; None where it is yet to be evaluated. Where the system has masses, it is the force
         over the mass.
@@ -234,6 +239,9 @@ class State:
     step : int
     reference : (dimension, n) array or None
         Positions when the pair list was made; None without a list.
+    slid : int or None
+        Parts of an edge by which images had slid at step 0, see `dpd.engine.slide`; None without
+        shear.
     """
 
     position: np.ndarray
@@ -243,6 +251,7 @@ class State:
     species: np.ndarray | None
     step: int
     reference: np.ndarray | None = None
+    slid: int | None = None
 
     def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""

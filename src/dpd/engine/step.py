@@ -47,6 +47,7 @@ from dpd.engine.second_friction import (
     renew_friction,
     with_pairs,
 )
+from dpd.engine.slide import slide_to
 from dpd.engine.space import Space, put_inside, row_edges
 from dpd.engine.state import Sums
 from dpd.engine.thermostats import (
@@ -208,6 +209,8 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
     for s in range(max(span.steps, 1)):
         if span.steps > 0:
             step += 1
+        slide_to(plan.space.slide, step)
+        if span.steps > 0:
             drift(beads, force, mine, edges, plan, waiting, shared.lost[team.rank])
             shared.moved[team.rank] = farthest_move(beads.position, listed, mine, plan.space)
             meet(team)
@@ -361,7 +364,7 @@ def finish(team, plan, beads, force, mine, edges, touching, now):
         exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
         add_rows(beads.velocity, force, 0.5 * dt, mine)
         add_rows(beads.position, beads.velocity, 0.5 * dt, mine)
-        put_inside(beads.position, mine, edges)
+        put_inside(beads.position, mine, edges, plan.space, plan.space.slide)
 
 
 @part()

@@ -39,7 +39,6 @@ class Chains:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self._system = system
         self._kinds = scene.molecules
         self._branched = [not kind.is_linear for kind in self._kinds]
         numbers = 3 if any(self._branched) else 2
@@ -49,7 +48,7 @@ class Chains:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
-        whole = in_one_piece(self._kinds, state.by_identity(state.position), self._system.box)
+        whole = in_one_piece(self._kinds, state.by_identity(state.position), simulation.box)
         found = [sizes(beads, kind.ends) for kind, beads in zip(self._kinds, whole)]
         if any(self._branched):
             ends = [ends_square(beads[:, :, kind.ends]) for kind, beads in zip(self._kinds, whole)]

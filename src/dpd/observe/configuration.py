@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.particles.tilt import FACTORS, tilt_factors
+
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums, System
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Configuration:
-    """Positions at the last sample, molecule after molecule.
+    """Positions at the last sample, molecule after molecule; under shear the tilt of the box too.
 
     Parameters
     ----------
@@ -28,14 +30,26 @@ class Configuration:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self.arrays = {"position": np.full((system.dimension, scene.beads), np.nan)}
+        self.arrays: dict[str, np.ndarray] = {
+            "position": np.full((system.dimension, scene.beads), np.nan)
+        }
+        if system.shear is not None:
+            self.arrays["tilt"] = np.full(len(FACTORS), np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
         self.arrays["position"][...] = state.by_identity(state.position)
+        if "tilt" in self.arrays:
+            self.arrays["tilt"][...] = tilt_factors(simulation.box)
 
     def variables(self) -> Variables:
         """Positions for the file."""
         position = self.arrays["position"]
-        return {"position": (("axis", "bead"), position, "r_c", "positions at the end, in the box")}
+        found: Variables = {
+            "position": (("axis", "bead"), position, "r_c", "positions at the end, in the box")
+        }
+        if "tilt" in self.arrays:
+            text = "tilt factors xy, xz and yz of the lattice of its images"
+            found["box_tilt"] = (("tilt",), self.arrays["tilt"], "1", text)
+        return found

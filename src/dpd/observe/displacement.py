@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.observe.following import flow_at, moved_between
 from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
@@ -21,8 +21,9 @@ class Displacement:
 
     By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
     to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count. "Innermost" is the bead in the middle of the longest way through a
-    molecule, two of them for an even number.
+    does not count; nor does the flow of a shear, in which a bead moves by the integral of its
+    velocity about the flow, with the flow at the mean place between samples. "Innermost" is the
+    bead in the middle of the longest way through a molecule, two of them for an even number.
 
     Parameters
     ----------
@@ -58,16 +59,17 @@ class Displacement:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self.averages.add(self._tracked(simulation.state), squares)
+        self.averages.add(self._tracked(simulation), squares)
 
-    def _tracked(self, state):
+    def _tracked(self, simulation):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box = self.arrays, self._system.box
+        arrays, box, state = self.arrays, simulation.box, simulation.state
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            arrays["moved"] += moved_between(
-                arrays["last"], position, box, state.step, "displacement", self.every
-            )
+            time = self.every * self._system.dt
+            begun = arrays["last"] + time * flow_at(arrays["last"], box)
+            moved = moved_between(begun, position, box, state.step, "displacement", self.every)
+            arrays["moved"] += moved - 0.5 * time * flow_at(moved, box)
         arrays["last"][...] = position
         weights = self._mass if np.ndim(self._mass) else None
         whole = np.average(arrays["moved"], axis=1, weights=weights, keepdims=True)

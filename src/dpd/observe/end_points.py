@@ -48,7 +48,7 @@ class EndPoints:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
-        whole = in_one_piece(self._kinds, state.by_identity(state.position), self._system.box)
+        whole = in_one_piece(self._kinds, state.by_identity(state.position), simulation.box)
         found = np.zeros(self.arrays["sums"].shape[1:])
         for row, kind, beads in zip(found, self._kinds, whole):
             if len(kind.beads) > 1:

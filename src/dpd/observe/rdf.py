@@ -49,7 +49,7 @@ class RadialDistribution:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         counts = pair_histogram(
-            simulation.state.position, self._system.box, self._edges[-1], len(self._edges) - 1
+            simulation.state.position, simulation.box, self._edges[-1], len(self._edges) - 1
         )
         self.averages.add(counts)
 

@@ -24,7 +24,9 @@ class Thermo:
     pressure tensor is (sum_i m_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
     in the virial and once with all forces (their Eq. 15, second and first line). Forces of walls
     and body forces are no part of the virial. Between walls the tensor is an average over the
-    space between the planes, which near them is not that of the bulk.
+    space between the planes, which near them is not that of the bulk. Under shear velocities are
+    those about the flow, and the shear stress is minus the element of the pressure tensor, with all
+    forces, of the axes of the flow and of its gradient.
 
     Parameters
     ----------
@@ -114,7 +116,16 @@ class Thermo:
             if "wall_energy" in self.arrays:
                 energy = self.arrays["wall_energy"]
                 found["wall_energy"] = (along, energy, "kT", "energy of beads at walls")
+        if self.needs_forces and self._system.shear is not None:
+            found["shear_stress"] = (
+                along, self._shear_stress(), pressure, "shear stress, virial of all forces",
+            )  # fmt: skip
         return found
+
+    def _shear_stress(self):
+        x, y = self._system.shear.flow, self._system.shear.gradient
+        tensor = self.arrays["kinetic"] + self.arrays["virial"][:, 1]
+        return -0.5 * (tensor[:, x, y] + tensor[:, y, x]) / self._system.volume
 
     def _total_energy(self):
         kinetic = 0.5 * np.trace(self.arrays["kinetic"], axis1=1, axis2=2)

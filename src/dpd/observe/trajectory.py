@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.engine.slide import TiltedBox
+from dpd.engine.space import along_axes
+from dpd.observe.following import edges_between, flow_at, moved_between
+from dpd.particles.tilt import box_at
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,7 +42,7 @@ class Trajectory:
         from dpd.particles.trajectory_file import DIGEST, TrajectoryFile, bytes_of
 
         self.every = every
-        self._scene, self._box = scene, system.box
+        self._scene = scene
         shape = (system.dimension, scene.beads)
         self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
@@ -58,10 +61,10 @@ class Trajectory:
         state, arrays, scene = simulation.state, self.arrays, self._scene
         position = state.by_identity(state.position)
         if arrays["taken"][0]:
-            self._follow(position, state.step)
+            self._follow(position, simulation)
         if self.file is not None:
             frame = Particles(
-                box=self._box,
+                box=simulation.box,
                 position=position,
                 image=arrays["image"],
                 velocity=state.by_identity(state.velocity),
@@ -76,12 +79,23 @@ class Trajectory:
         arrays["last"][...] = position
         arrays["taken"][0] += 1
 
-    def _follow(self, position, step):
+    def _follow(self, position, simulation):
         """Count the faces that beads have gone through since the last frame."""
-        arrays, box = self.arrays, self._box
-        moved = moved_between(arrays["last"], position, box, step, "trajectory", self.every)
-        further = (arrays["last"] + moved - position) / np.array(box)[:, None]
+        arrays, box, step = self.arrays, simulation.box, simulation.state.step
+        time = self.every * simulation.system.dt
+        self._slide_images(simulation, box, time)
+        begun = arrays["last"] + time * flow_at(arrays["last"], box)
+        moved = moved_between(begun, position, box, step, "trajectory", self.every)
+        further = along_axes(begun + moved - position, box) / np.array(box)[:, None]
         arrays["image"] += np.rint(further).astype(np.int32)
+
+    def _slide_images(self, simulation, box, time):
+        """Count the whole edges that images have slid by since the last frame."""
+        if isinstance(box, TiltedBox):
+            state = simulation.state
+            former = box_at(self._scene, state.step - self.every, state.slid)
+            edges = edges_between(former, box, time)
+            self.arrays["image"][box.slide.flow] += edges * self.arrays["image"][box.slide.gradient]
 
     def variables(self) -> dict[str, Any]:
         """Nothing: the frames are in their own file."""

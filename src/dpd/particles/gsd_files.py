@@ -16,6 +16,7 @@ import numpy as np
 
 from dpd.errors import UserError, reason
 from dpd.particles.particles import Particles, checked
+from dpd.particles.tilt import box_of_file, centre, in_tilted_box, tilt_factors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -122,8 +123,6 @@ def _particles_of(path, frame):
     if dimension not in (2, 3):
         raise UserError(f"{path}: {dimension} dimensions; allowed: 2 or 3")
     box = np.array([_decimal(edge) for edge in configuration.box])
-    if box[3:].any():
-        raise UserError(f"{path}: the box is tilted; allowed: right angles, tilt factors 0")
     for name, columns in (("position", 3), ("velocity", 3), ("image", 3)):
         if np.shape(getattr(beads, name)) != (beads.N, columns):
             raise UserError(f"{path}: {name} is not 3 numbers for each of {beads.N} beads")
@@ -133,11 +132,11 @@ def _particles_of(path, frame):
             f"{path}: two dimensions, and bead {bead} is at z = {beads.position[bead, 2]:g}; "
             "allowed: 0"
         )
-    edges = box[:dimension]
-    position = beads.position[:, :dimension].T.astype(float) + 0.5 * edges[:, None]
+    edges = box_of_file(box[:dimension], box[3:], path)
+    position = beads.position[:, :dimension].T.astype(float) + centre(edges)
     return checked(
         Particles(
-            box=tuple(edges),
+            box=edges,
             position=position,
             image=beads.image[:, :dimension].T,
             velocity=_velocity(beads, dimension),
@@ -212,13 +211,14 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
     dimension = particles.dimension
     configuration.step = particles.step
     configuration.dimensions = dimension
-    configuration.box = [*particles.box, *[THICKNESS] * (3 - dimension), 0, 0, 0]
+    configuration.box = [*particles.box, *[THICKNESS] * (3 - dimension)]
+    configuration.box += tilt_factors(particles.box)
     beads.N = particles.beads
     beads.types = list(particles.names)
     beads.typeid = particles.species.astype(np.uint32)
-    centred = particles.position - 0.5 * np.array(particles.box)[:, None]
-    beads.position = _columns(centred, precision)
-    beads.image = _columns(particles.image, np.int32)
+    position, image = in_tilted_box(particles)
+    beads.position = _columns(position - centre(particles.box), precision)
+    beads.image = _columns(image, np.int32)
     if particles.velocity is not None:
         beads.velocity = _columns(particles.velocity, precision)
     if particles.masses is not None:

@@ -11,7 +11,8 @@ Variables, each with the beads in the order of their identities (molecule after 
 - ``last_angles`` (angle, corner): identities of the three beads; missing where there is none.
 - ``last_masses`` (name): of a bead of each species; missing where all are 1.
 
-Attributes: ``last_box``, the edges in r_c, and ``last_step``.
+Attributes: ``last_box``, the edges in r_c, and ``last_step``; under shear ``last_tilt``, the tilt
+factors xy, xz and yz of the lattice of images. Velocities are then those about the flow.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.particles.particles import Particles
+from dpd.particles.tilt import box_of_file, tilt_factors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -64,7 +66,9 @@ def variables_of(particles: Particles) -> dict[str, tuple]:
 
 def attributes_of(particles: Particles) -> dict[str, Any]:
     """The rest of it, as `dpd.files.write` takes attributes."""
-    return {"last_box": np.array(particles.box, float), "last_step": particles.step}
+    tilt = tilt_factors(particles.box)
+    found = {"last_box": np.array(particles.box, float), "last_step": particles.step}
+    return found | ({"last_tilt": np.array(tilt)} if any(tilt) else {})
 
 
 def particles_of(
@@ -93,7 +97,8 @@ def particles_of(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "
             "its scene says 'keep_state: true'"
         )
-    box = tuple(float(edge) for edge in np.atleast_1d(attributes.get("last_box", ())))
+    edges = tuple(float(edge) for edge in np.atleast_1d(attributes.get("last_box", ())))
+    box = box_of_file(edges, attributes.get("last_tilt", ()), path)
     position = _array(variables, POSITION, (len(box), None), "f", path)
     beads = position.shape[1]
     names = _array(variables, "last_names", (None,), "UO", path)

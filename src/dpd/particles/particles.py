@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine.space import along_axes, wrapped
 from dpd.errors import UserError
 
 ROUNDING = 1e-5  # of an edge that a bead may be outside: single precision, numbers in text
@@ -17,13 +18,14 @@ class Particles(NamedTuple):
     Attributes
     ----------
     box : tuple of float
-        Edges in r_c, two or three. The box goes from 0 to its edges.
+        Edges in r_c, two or three. The box goes from 0 to its edges; under shear it is a
+        `dpd.engine.slide.TiltedBox`, whose images have slid.
     position : (dimension, n) array
         In r_c, inside the box.
     image : (dimension, n) int32 array
         How many boxes further the bead is than its position says.
     velocity : None or (dimension, n) array
-        In r_c / tau.
+        In r_c / tau; under shear about the flow.
     species : (n,) uint8 array
         Numbers in ``names``.
     names : tuple of str
@@ -121,13 +123,13 @@ def checked(particles: Particles, path: object) -> Particles:
                 f"bead {np.argmax(bad)} has a {name} that is not a finite number ({bad.sum()} of "
                 f"{bad.size} beads have); write the file again from a run that is whole"
             )
-    position, image = _inside(particles.position, particles.image, box[:, None], refuse)
+    position, image = _inside(particles, box[:, None], refuse)
     _check_species(particles, refuse)
     _check_masses(particles, refuse)
     _check_bonds(particles.bonds, particles.beads, refuse)
     _check_angles(particles.angles, particles.beads, refuse)
     return particles._replace(
-        box=tuple(map(float, box)),
+        box=particles.box if _slid(particles.box) else tuple(map(float, box)),
         position=position,
         image=image,
         velocity=None if particles.velocity is None else particles.velocity.astype(float),
@@ -137,9 +139,30 @@ def checked(particles: Particles, path: object) -> Particles:
     )
 
 
-def _inside(position, image, edges, refuse):
+def _slid(box):
+    """Whether it is a box whose images have slid."""
+    return hasattr(box, "slide")
+
+
+def _inside(particles, edges, refuse):
     """Positions in the box, with rounding mended, and their images."""
-    position = position.astype(float)
+    position, image = particles.position.astype(float), particles.image
+    if _slid(particles.box):  # files may have them in the tilted box
+        across = position.copy()
+        across[particles.box.slide.flow] = 0.0
+        _refuse_outside(across, edges, refuse)
+        inside = wrapped(position, particles.box)
+        moved = np.rint(along_axes(position - inside, particles.box) / edges).astype(np.int32)
+        return inside, image + moved
+    _refuse_outside(position, edges, refuse)
+    boxes = np.floor(position / edges)
+    inside = position - edges * boxes
+    over = inside >= edges  # by rounding
+    inside[over] = 0.0
+    return inside, (image + boxes + over).astype(np.int32)
+
+
+def _refuse_outside(position, edges, refuse):
     outside = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
     if outside.any():
         bad = outside.any(axis=0)
@@ -151,11 +174,6 @@ def _inside(position, image, edges, refuse):
             "beads are outside); wrap the positions into the box, with image flags if they are to "
             "be kept, or mend the box"
         )
-    boxes = np.floor(position / edges)
-    inside = position - edges * boxes
-    over = inside >= edges  # by rounding
-    inside[over] = 0.0
-    return inside, (image + boxes + over).astype(np.int32)
 
 
 def _check_species(particles, refuse):

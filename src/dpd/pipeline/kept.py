@@ -6,6 +6,7 @@ that the last configuration lacks:
 
 - ``identity``, the order in which the engine stores beads: sums over pairs are added up in it;
 - ``force``, which a step begins with, and whose noise is that of the step before;
+- ``slid``, by how much images had slid at its beginning, under shear;
 - ``reference``, where the beads were when the list of pairs was made, if there is a list;
 - ``step``;
 - as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene, with
@@ -27,6 +28,7 @@ from dpd.observe import observables
 from dpd.observe.longer import MOST_REMEMBERED, bytes_to_remember, remember
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles
+from dpd.particles.tilt import box_at
 from dpd.scene.scene import Scene
 from dpd.scene.walls import period_of
 from dpd.start.make import species_of, system_of
@@ -97,7 +99,7 @@ def remember_if_small(observers: list[Any]) -> str:
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
     return Particles(
-        box=period_of(scene),
+        box=box_at(scene, state.step, state.slid),
         position=state.by_identity(state.position),
         image=np.zeros(state.position.shape, np.int32),
         velocity=state.by_identity(state.velocity),
@@ -224,7 +226,8 @@ def _blank_state(scene):
     zeros = np.zeros((scene.dimension, scene.beads))
     identity = np.arange(scene.beads, dtype=np.uint32)
     reference = zeros if scene.skin > 0 else None
-    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference)
+    slid = 0 if "shear" in scene.data else None
+    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid)
 
 
 def _as_checkpoint(

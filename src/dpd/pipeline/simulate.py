@@ -280,6 +280,8 @@ def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     cause = "dt is too large for this scene, or the run too short to reach its temperature"
     if not np.any(scene.friction):
         cause = "without friction (gamma 0) nothing holds it"
+    elif "shear" in scene.data:
+        cause = f"shear heats the fluid, by viscosity times rate^2; or {cause}"
     known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
     return (
         f"kT is {mean:.4g} {known} instead of {asked:g} in the second half of the run, and "

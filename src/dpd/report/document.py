@@ -102,6 +102,27 @@ scene says `keep_state: true`. The group `state` of the file holds what `python 
 Among that is every sample of the observables that average over parts of the run, so the file is
 about as large as a checkpoint.
 
+## Shear
+
+`shear: {{rate: 0.1}}` lets the fluid flow along x with a speed of 0.1 y, without walls: images of
+the box above and below slide along (Lees-Edwards boundary conditions). Velocities are kept about
+this flow, in `run.nc`, in trajectories and in files to begin with; so kT is measured about the
+flow too, and a run that begins with thermal velocities flows from its first step. The velocity of a
+bead in the laboratory is that plus the rate times its y. The viscosity is the mean of
+`shear_stress` over the rate, with its error:
+
+```python
+import dpd
+from dpd.analysis.shear import viscosity
+
+print(viscosity(dpd.load("run.nc")))
+```
+
+Shear heats the fluid by viscosity times rate^2 per volume, which the thermostat takes up; look at
+`kT`. Displacements are those about the flow. Positions stay in the box of right angles; the lattice
+of its images is tilted, and files say by how much: `last_tilt`, `box_tilt`, and the tilt factors of
+the box in GSD and LAMMPS data.
+
 ## First configurations
 
 `start` of a scene says where beads begin. `method: file` reads that from a file: GSD, LAMMPS data,

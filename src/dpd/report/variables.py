@@ -15,6 +15,7 @@ from dpd.observe import OBSERVABLES, observables
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
+from dpd.scene.shear import IN_A_FLOW
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -29,6 +30,7 @@ FLUID = {
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
 WALLED = FLUID | {"walls": {"axis": "z", "repulsion": 25}}
+SHEAR = {"shear": {"rate": 0.1}}
 IN_A_PLANE = ("crossings",)  # observables of two dimensions
 VERDICT_COLUMNS = {
     "paper": "the paper",
@@ -60,7 +62,7 @@ def run_table() -> str:
     rows = [
         [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
         for observable in OBSERVABLES
-        for name, (dimensions, _, units, meaning) in _variables(_scene(observable)).items()
+        for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
     ]
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
 
@@ -81,10 +83,18 @@ def verdict_table() -> str:
     return markdown_table(["column", "meaning"], rows)
 
 
-def _scene(observable, **settings):
+def _all_variables(observable):
+    """Variables of an observable, and those that it has under shear alone."""
+    found = _variables(_scene(observable))
+    if observable in IN_A_FLOW:
+        found |= _variables(_scene(observable, SHEAR))
+    return found
+
+
+def _scene(observable, more=(), **settings):
     """A scene that an observable can look at."""
     base = PLANE if observable in IN_A_PLANE else WALLED if observable == "walls" else FLUID
-    return Scene(base | {"observe": [{observable: settings}]}, "example")
+    return Scene(base | dict(more) | {"observe": [{observable: settings}]}, "example")
 
 
 def _variables(scene):

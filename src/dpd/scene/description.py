@@ -38,6 +38,7 @@ def description(scene: Scene) -> str:
         "body force": _pairs(scene.data.get("body_force", {})),
         "thermostat": _pairs(thermostat),
         "integrator": _integrator(scene),
+        "shear": _shear(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "
         f"({' + '.join(times)} tau)",
         "observe": ", ".join(scene.observe),
@@ -77,6 +78,13 @@ def _laws(given: dict) -> str:
 def _integrator(scene: Scene) -> str:
     first = " (scheme auto: a first guess, which a run tries)" if scene.is_auto else ""
     return _pairs(scene.data["integrator"]) + first
+
+
+def _shear(scene: Scene) -> str:
+    if "shear" not in scene.data:
+        return ""
+    shear = scene.data["shear"]
+    return f"rate {shear['rate']:g}, flow along {shear['flow']}, gradient along {shear['gradient']}"
 
 
 def _pairs(values: dict) -> str:

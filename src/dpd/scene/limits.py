@@ -11,9 +11,10 @@ from dpd.scene.architecture import length_of
 from dpd.scene.bonding import is_table, laws_of
 from dpd.scene.flow import check_flow
 from dpd.scene.grids import check_grids
+from dpd.scene.shear import check_shear, room_for_images
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
-from dpd.scene.walls import check_walls, period_of
+from dpd.scene.walls import check_walls
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -96,6 +97,7 @@ def check_limits(scene: Scene) -> None:
     check_grids(scene, refuse)
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
+    check_shear(scene, refuse)
     _check_bond_length(scene, refuse)
     check_walls(scene, refuse)
     check_flow(scene, refuse)
@@ -213,7 +215,7 @@ def _check_bond_length(scene, refuse):
     """Bonds whose beads would be nearer to other images of each other than to their own."""
     bond = scene.data.get("bond", {})
     for place, law in enumerate(laws_of(bond)):
-        share = stretched_share(law, scene.data["thermostat"]["kT"], period_of(scene))
+        share = stretched_share(law, scene.data["thermostat"]["kT"], room_for_images(scene))
         if share > MOST_STRETCHED:
             edges = " x ".join(f"{edge:g}" for edge in scene.box)
             refuse(

@@ -272,7 +272,7 @@ class Scene:
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
             thermal = dt * (self.data["thermostat"]["kT"] / self.lightest) ** 0.5
-            room = min(period_of(self)) >= 2 * (CUTOFF + skin)
+            room = min(period_of(self)) >= 2 * (CUTOFF + skin) and "shear" not in self.data
             chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
 

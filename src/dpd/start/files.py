@@ -11,6 +11,7 @@ import numpy as np
 from dpd import files
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.particles.tilt import SLID
 from dpd.scene.start import start_description, start_digest
 from dpd.stages import start_sources
 from dpd.start.make import make_start_and_record
@@ -65,6 +66,8 @@ def write_start(
         "start_sources": start_sources(scene),
         "seconds": time.perf_counter() - begun,
     }
+    if state.slid:
+        attributes[SLID] = str(state.slid)
     files.write(path, variables, attributes)
 
 
@@ -94,7 +97,10 @@ def read_start(scene: Scene, path: str | Path) -> State:
     if species is not None and species.max() >= len(scene.species):
         raise UserError(f"{path}: has beads of a species that the scene has not; {REMEDY}")
     identity = np.arange(scene.beads, dtype=np.uint32)
-    return State(variables["position"], variables["velocity"], None, identity, species, 0)
+    slid = int(attributes[SLID]) if SLID in attributes else None
+    return State(
+        variables["position"], variables["velocity"], None, identity, species, 0, slid=slid
+    )
 
 
 def _check_origin(scene, path, attributes):

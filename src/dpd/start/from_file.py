@@ -9,6 +9,7 @@ import numpy as np
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
+from dpd.particles.tilt import shear_of
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
 from dpd.start.between_walls import between_walls
 from dpd.start.matching import order_of
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.scene.scene import Scene
+
+UPRIGHT = 1e-9  # a tilt below which a box has right angles
 
 
 def state_from_file(
@@ -78,7 +81,10 @@ def state_from_file(
         velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
     identity = np.arange(len(order), dtype=np.uint32)
-    return State(particles.position[:, order], velocity[:, order], None, identity, species, 0)
+    return State(
+        particles.position[:, order], velocity[:, order], None, identity, species, 0,
+        slid=_slid(scene, particles.box, path),
+    )  # fmt: skip
 
 
 def _other_masses(scene, particles):
@@ -90,3 +96,22 @@ def _other_masses(scene, particles):
         return ""
     masses = ", ".join(f"{name} {there.get(name, 1):g}" for name in differing)
     return f"it has other masses than the scene ({masses}); those of the scene count"
+
+
+def _slid(scene, box, path):
+    """By how much images have slid in the file, see `State`; refused where the scene has none."""
+    if abs(getattr(box, "tilt", 0.0)) < UPRIGHT:
+        return None
+    axes, shear = (box.slide.flow, box.slide.gradient), shear_of(scene)
+    if shear is None or (shear.flow, shear.gradient) != axes:
+        raise UserError(
+            f"{path}: its box is tilted by shear with the flow along {'xyz'[axes[0]]} and the "
+            f"gradient along {'xyz'[axes[1]]}, and {scene.where} has no such shear; give it one, "
+            "or take a file whose box has right angles"
+        )
+    if "relax" in scene.data["start"]:
+        raise UserError(
+            f"{scene.where}: start.relax: the box of {path} is tilted by shear, and relaxation is "
+            "at rest; remove the key, or take a file whose box has right angles"
+        )
+    return box.slid

@@ -13,6 +13,7 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
+from dpd.particles.tilt import shear_of
 from dpd.physics.angle import Angle, AngleTable
 from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond, BondTable
@@ -65,6 +66,7 @@ def system_of(scene: Scene) -> System:
         walls=_walls(scene),
         wall_friction=float(data.get("walls", {}).get("gamma", 0)),
         body_force=_body_force(scene),
+        shear=shear_of(scene),
         **_bonding(scene, data),
     )
 
@@ -135,7 +137,7 @@ def _body_force(scene):
 def _start_system(scene, dt):
     """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs.
 
-    No body force acts: starts are at rest.
+    It is at rest: neither a body force acts, nor a shear.
     """
     forces = start_forces(scene)
     return replace(
@@ -149,6 +151,7 @@ def _start_system(scene, dt):
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
         body_force=None,
+        shear=None,
         **_bonding(scene, forces),
     )
 
