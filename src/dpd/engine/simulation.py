@@ -10,6 +10,7 @@ import numpy as np
 
 from dpd.engine.bond_forces import batches, empty_slots, in_batches
 from dpd.engine.neighbours.cells import cell_buffers, grid
+from dpd.engine.rescaling import advance_rescaling
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
@@ -65,16 +66,28 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
+        if system.pressure is not None and state.box is None:
+            state.box = system.box
         # In rows, whatever they came in: each layout would compile kernels of its own.
-        state.position = np.ascontiguousarray(wrapped(state.position, system.box))
+        state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = _started(threads - 1) if threads > 1 else None
-        self._plan = _plan_of(system)
+        self._plan = _plan_of(system, self.box)
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Edges of the box as it is now, in r_c."""
+        return self.system.box if self.state.box is None else self.state.box
+
+    @property
+    def volume(self) -> float:
+        """Volume of the box as it is now, in r_c^dimension."""
+        return float(np.prod(self.box))
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
@@ -89,17 +102,36 @@ class Simulation:
         Returns
         -------
         Sums
-            Zero unless measured.
+            Of no use unless measured.
 
         Raises
         ------
         Unstable
             With the state as it was before the call.
+        UserError
+            With the same, if the box becomes too large or too small at constant pressure.
         """
+        if self.system.pressure is None:
+            return self.advance_in_box(steps, measure)
+        kept = self.state
+        try:
+            return advance_rescaling(self, steps, measure)
+        except UserError:
+            self.state = kept
+            raise
+
+    def advance_in_box(self, steps: int, measure: bool) -> Sums:
+        """The same, with the box as it is now."""
         if measure and self.system.scheme.middle:
             self._call(steps, measure=False)
             return self.measure()
         return self._call(steps, measure)
+
+    def begin_at(self, state: State) -> Sums:
+        """Go on from another state of the system; evaluate its forces, and measure."""
+        state.force = np.zeros_like(state.position)
+        self.state = state
+        return self._call(0, measure=True)
 
     def measure(self) -> Sums:
         """Virials and energies where the beads are, leaving the state alone."""
@@ -117,9 +149,10 @@ class Simulation:
         if system.skin > 0:
             reference = rows_of(state.position if state.reference is None else state.reference)
         force = rows_of(state.force if steps else np.zeros_like(state.force))
+        plan = self._plan_now()
         shared = self._shared()
         span = Span(state.step, steps, measure)
-        beads, lost = self._all_threads(self._plan, beads, spare, force, reference, shared, span)
+        beads, lost = self._all_threads(plan, beads, spare, force, reference, shared, span)
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
         self.state = State(
@@ -130,8 +163,17 @@ class Simulation:
             species=beads.species,
             step=state.step + steps,
             reference=None if reference is None else axes_of(reference, dimension),
+            box=state.box,
         )
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))
+
+    def _plan_now(self):
+        """The plan for the box as it is now."""
+        if self._plan.space.edges != self.box:
+            space = space_of(self.box)
+            cells = grid(space, CUTOFF + self.system.skin)
+            self._plan = self._plan._replace(space=space, grid=cells)
+        return self._plan
 
     def _shared(self):
         """What the threads share during a call."""
@@ -156,9 +198,9 @@ class Simulation:
         return found
 
 
-def _plan_of(system):
+def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
-    space = space_of(system.box)
+    space = space_of(box)
     return Plan(
         space=space,
         grid=grid(space, CUTOFF + system.skin),

@@ -12,6 +12,7 @@ from dpd.physics.exchange import Exchange
 from dpd.physics.forces import Forces
 from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
+from dpd.physics.pressure import Pressure
 from dpd.physics.schemes import Scheme
 from dpd.physics.soft import Soft
 
@@ -63,7 +64,7 @@ class System:
     Attributes
     ----------
     box : tuple of float
-        One edge per dimension, in r_c.
+        One edge per dimension, in r_c; at constant pressure, that of the start.
     pair : Soft or Core
         The conservative force between pairs.
     kT, friction : float
@@ -86,6 +87,8 @@ class System:
     per_bead : bool
         The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
         is not conserved.
+    pressure : Pressure or None
+        Held by stretching the box, which is then part of the `State`.
     """
 
     box: tuple
@@ -100,6 +103,7 @@ class System:
     bond: Bond | None = None
     skin: float = 0.0
     per_bead: bool = False
+    pressure: Pressure | None = None
 
     @property
     def dimension(self) -> int:
@@ -144,6 +148,8 @@ class State:
     step : int
     reference : (dimension, n) array or None
         Positions when the pair list was made; None without a list.
+    box : tuple of float or None
+        Edges in r_c; None for those of the system, which stay.
     """
 
     position: np.ndarray
@@ -153,6 +159,7 @@ class State:
     species: np.ndarray | None
     step: int
     reference: np.ndarray | None = None
+    box: tuple[float, ...] | None = None
 
     def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""
