@@ -40,6 +40,8 @@ TERMS = {
     "core": "dpd.physics.core",
     "exchange": "dpd.physics.exchange",
     "langevin": "dpd.physics.langevin",
+    "pressure": "dpd.physics.pressure",
+    "rescaling": "dpd.engine.rescaling",
 }
 # Methods of `start` that only some scenes name.
 METHODS = {"file": "dpd.start.from_file"}
@@ -143,6 +145,8 @@ def terms_of(scene: Scene) -> frozenset[str]:
         "core": "core" in scene.data,
         "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
+        "pressure": "pressure" in scene.data,
+        "rescaling": "pressure" in scene.data,
     }
     return frozenset(name for name, acts in acting.items() if acts)
 

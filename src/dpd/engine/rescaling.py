@@ -134,7 +134,7 @@ def refuse_box(system: System, box: Box, step: int) -> None:
     times = math.prod(box) / system.volume
     if times > MOST_TIMES:
         raise UserError(
-            f"at step {step} the volume became {times:.3g} times that of the scene's box (limit: "
+            f"at step {step} the volume is {times:.3g} times that of the scene's box (limit: "
             f"{MOST_TIMES:g}): {target} empties the box. Take a higher pressure, or a larger box "
             "to begin with"
         )
@@ -142,7 +142,7 @@ def refuse_box(system: System, box: Box, step: int) -> None:
     if min(box) < least or times < 1 / MOST_TIMES:
         edges = " x ".join(f"{edge:.4g}" for edge in box)
         raise UserError(
-            f"at step {step} the box became {edges} r_c (limit: edges of {least:g}, and a volume "
+            f"at step {step} the box is {edges} r_c (limit: edges of {least:g}, and a volume "
             f"of {system.volume / MOST_TIMES:.4g}): {target} is too high for it. Take a lower "
             "pressure, more beads, or a smaller box to begin with"
         )

@@ -10,7 +10,7 @@ import numpy as np
 
 from dpd.engine.bond_forces import batches, empty_slots, in_batches
 from dpd.engine.neighbours.cells import cell_buffers, grid
-from dpd.engine.rescaling import advance_rescaling
+from dpd.engine.rescaling import advance_rescaling, refuse_box
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
@@ -68,6 +68,8 @@ class Simulation:
             )
         if system.pressure is not None and state.box is None:
             state.box = system.box
+        if system.pressure is not None:
+            refuse_box(system, self.box, state.step)
         # In rows, whatever they came in: each layout would compile kernels of its own.
         state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)

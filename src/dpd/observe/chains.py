@@ -34,7 +34,6 @@ class Chains:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self._system = system
         self._kinds = [(kind.count, len(kind.beads)) for kind in scene.molecules]
         self.averages = BlockSums((len(self._kinds), 2), scene.steps.sample // every)
         self.arrays = self.averages.arrays
@@ -46,7 +45,7 @@ class Chains:
         found, first = [], 0
         for count, length in self._kinds:
             beads = position[:, first : first + count * length].reshape(-1, count, length)
-            found.append(sizes(unwrapped(beads, self._system.box)))
+            found.append(sizes(unwrapped(beads, simulation.box)))
             first += count * length
         self.averages.add(np.array(found))
 

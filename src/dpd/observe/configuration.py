@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Configuration:
-    """Positions at the last sample, molecule after molecule.
+    """Positions at the last sample, molecule after molecule; at constant pressure the box as well.
 
     Parameters
     ----------
@@ -29,13 +29,22 @@ class Configuration:
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self.arrays = {"position": np.full((system.dimension, scene.beads), np.nan)}
+        if system.pressure is not None:
+            self.arrays["edges"] = np.full(system.dimension, np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
         self.arrays["position"][...] = state.by_identity(state.position)
+        if "edges" in self.arrays:
+            self.arrays["edges"][...] = simulation.box
 
     def variables(self) -> Variables:
         """Positions for the file."""
         position = self.arrays["position"]
-        return {"position": (("axis", "bead"), position, "r_c", "positions at the end, in the box")}
+        found: Variables = {
+            "position": (("axis", "bead"), position, "r_c", "positions at the end, in the box")
+        }
+        if "edges" in self.arrays:
+            found["box_edges"] = (("axis",), self.arrays["edges"], "r_c", "edges of that box")
+        return found

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.observe.following import in_box_of, moved_between
 from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ class Displacement:
 
     By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
     to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count. "Innermost" is the middle bead of a molecule, two of them for an even
+    does not count; nor does it, at constant pressure, that beads are moved with the box. "Innermost" is the middle bead of a molecule, two of them for an even
     number.
 
     Parameters
@@ -50,16 +50,17 @@ class Displacement:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self.averages.add(self._tracked(simulation.state), squares)
+        self.averages.add(self._tracked(simulation), squares)
 
-    def _tracked(self, state):
+    def _tracked(self, simulation):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box = self.arrays, self._system.box
-        position = state.by_identity(state.position)
+        arrays, state, box = self.arrays, simulation.state, self._system.box
+        position = in_box_of(state.by_identity(state.position), simulation.box, box)
         if arrays["taken"][0]:
-            arrays["moved"] += moved_between(
+            moved = moved_between(
                 arrays["last"], position, box, state.step, "displacement", self.every
             )
+            arrays["moved"] += in_box_of(moved, box, simulation.box)
         arrays["last"][...] = position
         moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
         centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths

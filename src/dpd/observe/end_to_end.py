@@ -46,7 +46,7 @@ class EndToEnd:
         """Take one sample."""
         state, members = simulation.state, self._system.members
         position = state.by_identity(state.position)
-        bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], self._system.box)
+        bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], simulation.box)
         vector = np.add.reduceat(bonds, self._bonds_first, axis=1)
         self.arrays["square"] += (vector**2).sum(axis=0)
         self.averages.add(vector, product)

@@ -10,6 +10,23 @@ from dpd.errors import LostTrack
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
 
+def in_box_of(
+    position: np.ndarray, box: tuple[float, ...], other: tuple[float, ...]
+) -> np.ndarray:
+    """Positions in one box as they would lie in another one, stretched with it.
+
+    At constant pressure the box of a run changes. Beads are followed in the box that it began
+    with, so that to be moved with the box does not count as a motion.
+
+    Parameters
+    ----------
+    position : (dimension, n) array
+    box, other : tuple of float
+        In which they are; in which they shall be.
+    """
+    return position if box == other else position * (np.array(other) / np.array(box))[:, None]
+
+
 def moved_between(
     last: np.ndarray,
     position: np.ndarray,

@@ -20,7 +20,8 @@ class Thermo:
 
     kT is the kinetic temperature <v^2> / dimension (Groot and Warren 1997, Eq. 13). The
     pressure tensor is (sum_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
-    in the virial and once with all forces (their Eq. 15, second and first line).
+    in the virial and once with all forces (their Eq. 15, second and first line). At constant
+    pressure V is the volume at each sample, which is then a series as well.
 
     Parameters
     ----------
@@ -41,6 +42,8 @@ class Thermo:
             "kT": np.full(n, np.nan),
             "momentum": np.full((n, d), np.nan),
         }
+        if system.pressure is not None:
+            self.arrays["volume"] = np.full(n, np.nan)
         if pressure:
             self.arrays |= {
                 "kinetic": np.full((n, d, d), np.nan),
@@ -55,6 +58,8 @@ class Thermo:
         arrays["taken"][0] += 1
         arrays["kT"][at] = np.mean(velocity**2)
         arrays["momentum"][at] = velocity.sum(axis=1)
+        if "volume" in arrays:
+            arrays["volume"][at] = simulation.volume
         if self.needs_forces:
             arrays["kinetic"][at] = velocity @ velocity.T
             arrays["virial"][at] = sums.virial
@@ -71,8 +76,11 @@ class Thermo:
                 ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
             ),
         }  # fmt: skip
+        if "volume" in self.arrays:
+            volume = self.arrays["volume"]
+            found["volume"] = (along, volume, "r_c^dimension", "volume of the box")
         if self.needs_forces:
-            volume, tensor = self._system.volume, ("sample", "axis", "axis2")
+            volume, tensor = self._volume(3), ("sample", "axis", "axis2")
             kinetic, virial = self.arrays["kinetic"], self.arrays["virial"]
             pressure = "kT / r_c^dimension"
             found |= {
@@ -110,4 +118,10 @@ class Thermo:
 
     def _trace(self, virial):
         d = self._system.dimension
-        return np.trace(virial, axis1=1, axis2=2) / (d * self._system.volume)
+        return np.trace(virial, axis1=1, axis2=2) / (d * self._volume(1))
+
+    def _volume(self, axes):
+        """Volume at each sample, for an array of so many axes; one number where it stays."""
+        if "volume" not in self.arrays:
+            return self._system.volume
+        return self.arrays["volume"].reshape(-1, *[1] * (axes - 1))

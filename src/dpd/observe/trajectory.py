@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.observe.following import in_box_of, moved_between
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -56,11 +56,12 @@ class Trajectory:
 
         state, arrays, scene = simulation.state, self.arrays, self._scene
         position = state.by_identity(state.position)
+        followed = in_box_of(position, simulation.box, scene.box)
         if arrays["taken"][0]:
-            self._follow(position, state.step)
+            self._follow(followed, state.step)
         if self.file is not None:
             frame = Particles(
-                box=scene.box,
+                box=simulation.box,
                 position=position,
                 image=arrays["image"],
                 velocity=state.by_identity(state.velocity),
@@ -70,7 +71,7 @@ class Trajectory:
                 step=state.step,
             )
             arrays["digest"][...] = self.file.append(frame, arrays["digest"])
-        arrays["last"][...] = position
+        arrays["last"][...] = followed
         arrays["taken"][0] += 1
 
     def _follow(self, position, step):

@@ -58,6 +58,8 @@ def read_checkpoint(path: Path) -> Particles:
     scene = _scene_of(note["scene"], path)
     order = np.argsort(stored["identity"])
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
+    if "box" in stored:
+        beads["box_edges"] = stored["box"]
     return _of_scene(scene, beads, int(stored["step"]), path)
 
 
@@ -84,7 +86,7 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
             )
     return checked(
         Particles(
-            box=scene.box,
+            box=tuple(map(float, beads.get("box_edges", scene.box))),
             position=beads["position"],
             image=np.zeros(shape, np.int32),
             velocity=beads.get("velocity"),

@@ -29,6 +29,7 @@ def description(scene: Scene) -> str:
         "core": _pairs(scene.data.get("core", {})),
         "bonds": _bonds(scene),
         "thermostat": _pairs(thermostat),
+        "pressure": _pairs(scene.data.get("pressure", {})),
         "integrator": _integrator(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "
         f"({' + '.join(times)} tau)",

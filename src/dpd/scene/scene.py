@@ -17,6 +17,7 @@ from dpd.scene.automatic import choose
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule, beads_of
+from dpd.scene.pressure import with_pressure
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
 
@@ -72,6 +73,8 @@ class Scene:
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
+        if "pressure" in self.data:
+            self.data["pressure"] = with_pressure(self)
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:

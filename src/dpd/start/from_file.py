@@ -10,7 +10,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
-from dpd.start.matching import order_of
+from dpd.start.matching import order_of, same_box
 from dpd.start.velocities import thermal_velocities
 
 if TYPE_CHECKING:
@@ -58,6 +58,9 @@ def state_from_file(
     for sentence in particles.left_out:
         say(f"{path}: {sentence}")
     order = order_of(scene, particles, path)
+    if "pressure" in scene.data and not same_box(scene.box, particles.box):
+        edges = " x ".join(f"{edge:.6g}" for edge in particles.box)
+        say(f"{path}: its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")
     velocity = particles.velocity
@@ -67,4 +70,7 @@ def state_from_file(
         velocity = thermal_velocities(particles.position.shape, kT, rng)
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
     identity = np.arange(len(order), dtype=np.uint32)
-    return State(particles.position[:, order], velocity[:, order], None, identity, species, 0)
+    box = particles.box if "pressure" in scene.data else None
+    return State(
+        particles.position[:, order], velocity[:, order], None, identity, species, 0, box=box
+    )

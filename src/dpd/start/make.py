@@ -15,6 +15,7 @@ from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
+from dpd.physics.pressure import Pressure
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
 from dpd.scene.start import FLIGHT, start_description, start_forces
@@ -56,6 +57,21 @@ def system_of(scene: Scene) -> System:
         bond=_bond(data.get("bond")),
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
+        pressure=_pressure(scene) if "pressure" in data else None,
+    )
+
+
+def _pressure(scene):
+    """The law of constant pressure; without trials where the time step is yet to be chosen."""
+    given, every_axis = scene.data["pressure"], tuple(range(scene.dimension))
+    if "every" not in given:
+        return None
+    return Pressure(
+        target=float(given["target"]),
+        time=float(given["time"]),
+        compressibility=float(given["compressibility"]),
+        axes=every_axis if given["axes"] == "all" else ("xyz".index(given["axes"]),),
+        every=given["every"],
     )
 
 
@@ -89,6 +105,7 @@ def _start_system(scene, dt):
         scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
+        pressure=None,
     )
 
 
@@ -255,6 +272,6 @@ def _relax(scene, state, relax, grown, begun, progress):
     species = None if done.species is None else done.by_identity(done.species)
     relaxed = State(
         done.by_identity(done.position), done.by_identity(done.velocity), None,
-        np.arange(len(done.identity), dtype=np.uint32), species, 0,
+        np.arange(len(done.identity), dtype=np.uint32), species, 0, box=done.box,
     )  # fmt: skip
     return relaxed, np.array(crossings)
