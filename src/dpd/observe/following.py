@@ -10,9 +10,7 @@ from dpd.errors import LostTrack
 FARTHEST = 1 / 3  # of an edge that a bead may move between samples and still be followed
 
 
-def in_box_of(
-    position: np.ndarray, box: tuple[float, ...], other: tuple[float, ...]
-) -> np.ndarray:
+def in_box_of(position: np.ndarray, box: tuple[float, ...], other: tuple[float, ...]) -> np.ndarray:
     """Positions in one box as they would lie in another one, stretched with it.
 
     At constant pressure the box of a run changes. Beads are followed in the box that it began

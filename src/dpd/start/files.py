@@ -99,9 +99,7 @@ def read_start(scene: Scene, path: str | Path) -> State:
         raise UserError(f"{path}: has beads of a species that the scene has not; {REMEDY}")
     identity = np.arange(scene.beads, dtype=np.uint32)
     box = tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None
-    return State(
-        variables["position"], variables["velocity"], None, identity, species, 0, box=box
-    )
+    return State(variables["position"], variables["velocity"], None, identity, species, 0, box=box)
 
 
 def _check_origin(scene, path, attributes):
