@@ -78,6 +78,14 @@ def with_scheme(scheme, base=FLUID):
 
 CORE = {"core": {"radius": 0.2, "force": 50}, "observe": [{"displacement": {"every": 1}}]}
 LANGEVIN = {"thermostat": {"kind": "langevin"}}
+# In a box that changes no chain can be traced, and g(r) has to fit into half of it.
+PRESSED = IN_SPACE | {
+    "pressure": {"target": 2.5, "time": 0.3},
+    "observe": [
+        {"rdf": {"range": 1.5, "every": 3}} if "rdf" in item else item
+        for item in IN_SPACE["observe"] if "trace" not in item
+    ],
+}  # fmt: skip
 # Systems, steps of sampling of the shorter run, and threads.
 CASES = {
     "2D, chains, a list": (IN_PLANE, 333, 1),
@@ -98,6 +106,8 @@ CASES = {
     "lowe-andersen": (with_scheme("lowe-andersen"), 777, 1),
     "aboba": (with_scheme("aboba", IN_SPACE), 345, 1),
     "langevin": (FLUID | LANGEVIN, 777, 1),
+    "constant pressure": (PRESSED, 345, 1),
+    "constant pressure, a list": (merge(PRESSED, {"pairs": {"search": "list"}}), 345, 2),
     "core": (FLUID | CORE | {"integrator": {"scheme": "gw-vv", "dt": 0.005}}, 777, 1),
 }
 

@@ -60,8 +60,7 @@ BESIDE += [("verlet-no-acceleration", 0.5, "2D", False)]
 
 @pytest.mark.parametrize("scheme, prediction, law, mixed", BESIDE)
 def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
-    """Boxes, places, velocities, forces and sums agree to 1e-9 over 40 steps; both outcomes of a
-    trial are among them in all tests together, see below."""
+    """Boxes, places, velocities, forces and sums agree to 1e-9 over 40 steps."""
     system, position, velocity, species = fifty_beads(law, scheme, prediction, mixed)
     simulation = make_simulation(system, position, velocity, species)
     reference = PressedReference(system, scheme, prediction, position, velocity, species)
@@ -82,7 +81,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
 
 
 def test_reference_tries_in_vain_as_well():
-    """A compressibility that is far too large: some trials count, some do not, as here and there."""
+    """A compressibility that is far too large: some trials count and some do not, in both."""
     system, position, velocity, species = fifty_beads("3D")
     system = replace(system, pressure=system.pressure._replace(compressibility=0.4))
     simulation = make_simulation(system, position, velocity, species)

@@ -21,8 +21,8 @@ class Displacement:
 
     By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
     to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count; nor does it, at constant pressure, that beads are moved with the box. "Innermost" is the middle bead of a molecule, two of them for an even
-    number.
+    does not count. At constant pressure it does not count either that beads are moved with the
+    box. "Innermost" is the middle bead of a molecule, two of them for an even number.
 
     Parameters
     ----------

@@ -322,9 +322,9 @@ def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
         return ""
     known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
     return (
-        f"the pressure is {mean:.4g} {known} instead of {asked:g} in the second half of the run: it "
-        "was too short for the volume to settle. Let it equilibrate for longer, or begin nearer to "
-        f"the density at which it ended"
+        f"the pressure is {mean:.4g} {known} instead of {asked:g} in the second half of the run, "
+        "so the volume has not settled: let the run equilibrate for longer, or begin nearer to the "
+        "density at which it ended"
     )
 
 

@@ -107,5 +107,6 @@ def _check_target(scene, filled):
             scene, "target",
             f"{filled['target']:g} empties the box: {len(scene.lengths)} molecules would fill at "
             f"least {ideal / filled['target'] / scene.volume:.3g} times its volume of "
-            f"{scene.volume:g}, and it may come to {MOST_TIMES} times that; allowed: >= {least:.3g}",
+            f"{scene.volume:g}, and it may come to {MOST_TIMES} times that; "
+            f"allowed: >= {least:.3g}",
         )  # fmt: skip
