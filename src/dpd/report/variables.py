@@ -28,6 +28,7 @@ FLUID = {
     "steps": {"equilibrate": 0, "sample": 1000},
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
+AT_PRESSURE = ("thermo", "configuration")  # observables that have more in a box that changes
 IN_A_PLANE = ("crossings",)  # observables of two dimensions
 VERDICT_COLUMNS = {
     "paper": "the paper",
@@ -59,7 +60,7 @@ def run_table() -> str:
     rows = [
         [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
         for observable in OBSERVABLES
-        for name, (dimensions, _, units, meaning) in _variables(_scene(observable)).items()
+        for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
     ]
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
 
@@ -84,6 +85,18 @@ def _scene(observable, **settings):
     """A scene that an observable can look at."""
     base = PLANE if observable in IN_A_PLANE else FLUID
     return Scene(base | {"observe": [{observable: settings}]}, "example")
+
+
+def _all_variables(observable):
+    """Variables of an observable, with those that it has at constant pressure alone."""
+    scene = _scene(observable)
+    found = _variables(scene)
+    if observable in AT_PRESSURE:
+        pressed = Scene(scene.data | {"pressure": {"target": 1}}, scene.where)
+        for name, (dimensions, array, units, meaning) in _variables(pressed).items():
+            more = (dimensions, array, units, f"{meaning}, at constant pressure")
+            found.setdefault(name, more)
+    return found
 
 
 def _variables(scene):
