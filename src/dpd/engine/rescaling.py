@@ -15,7 +15,7 @@ import numpy as np
 from dpd.engine.space import wrapped
 from dpd.engine.state import CONSERVATIVE, Sums
 from dpd.errors import UserError
-from dpd.physics.pressure import Look, draw
+from dpd.physics.pressure import Look, Pressure, draw
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -27,12 +27,13 @@ CUTOFF = 1.0
 MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may become
 
 
-def advance_rescaling(simulation: Simulation, steps: int, measure: bool) -> Sums:
+def advance_rescaling(simulation: Simulation, law: Pressure, steps: int, measure: bool) -> Sums:
     """Advance a system at constant pressure.
 
     Parameters
     ----------
     simulation : Simulation
+    law : Pressure
     steps : int
     measure : bool
 
@@ -47,25 +48,25 @@ def advance_rescaling(simulation: Simulation, steps: int, measure: bool) -> Sums
     UserError
         If the box becomes too large or too small.
     """
-    every = simulation.system.pressure.every
     while True:
-        stretch = min(steps, every - simulation.state.step % every)
+        stretch = min(steps, law.every - simulation.state.step % law.every)
         steps -= stretch
-        due = (simulation.state.step + stretch) % every == 0
+        due = (simulation.state.step + stretch) % law.every == 0
         sums = simulation.advance_in_box(stretch, due or (measure and steps == 0))
         if due:
-            sums = rescale(simulation, sums)
+            sums = rescale(simulation, law, sums)
         if steps == 0:
             return sums
 
 
-def rescale(simulation: Simulation, sums: Sums) -> Sums:
+def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     """Try another volume.
 
     Parameters
     ----------
     simulation : Simulation
         Its state is replaced if the volume counts.
+    law : Pressure
     sums : Sums
         Of where the beads are.
 
@@ -75,24 +76,25 @@ def rescale(simulation: Simulation, sums: Sums) -> Sums:
         Of where the beads are then.
     """
     system, before, box = simulation.system, simulation.state, simulation.box
-    law, kT, h = system.pressure, system.kT, system.pressure.every * system.dt
+    kT, h = system.kT, law.every * system.dt
     random = draw(system.seed, before.step)
-    here = look_at(system, before, box, sums)
+    here = look_at(law, before, box, sums)
     volume = law.trial(here, kT, h, random.normal)
     stretched = stretched_box(box, law.axes, volume / here.volume)
-    refuse_box(system, stretched, before.step)
+    refuse_box(law, system, stretched, before.step)
     moved = simulation.begin_at(stretched_state(before, box, stretched))
-    there = look_at(system, simulation.state, stretched, moved)
+    there = look_at(law, simulation.state, stretched, moved)
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved
     simulation.state = before
     return sums
 
 
-def look_at(system: System, state: State, box: Box, sums: Sums) -> Look:
+def look_at(law: Pressure, state: State, box: Box, sums: Sums) -> Look:
     """What the law of constant pressure asks of a state."""
-    axes, volume = list(system.pressure.axes), math.prod(box)
-    kinetic = (state.velocity**2).sum(axis=1)
+    axes, volume = list(law.axes), math.prod(box)
+    velocity = np.ascontiguousarray(state.velocity)  # how it lies in memory decides last bits
+    kinetic = (velocity**2).sum(axis=1)
     virial = np.diagonal(sums.virial[CONSERVATIVE])
     pressure = float((kinetic + virial)[axes].mean()) / volume
     return Look(volume, pressure, 0.5 * float(kinetic.sum()) + float(sums.energy.sum()))
@@ -117,11 +119,12 @@ def stretched_state(state: State, box: Box, stretched: Box) -> State:
     )
 
 
-def refuse_box(system: System, box: Box, step: int) -> None:
+def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
     """Refuse a box that no longer fits the forces, or that is far from that of the system.
 
     Parameters
     ----------
+    law : Pressure
     system : System
     box : tuple of float
     step : int
@@ -130,7 +133,7 @@ def refuse_box(system: System, box: Box, step: int) -> None:
     ------
     UserError
     """
-    target = f"pressure.target {system.pressure.target:g}"
+    target = f"pressure.target {law.target:g}"
     times = math.prod(box) / system.volume
     if times > MOST_TIMES:
         raise UserError(

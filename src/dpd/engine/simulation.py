@@ -66,10 +66,9 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
-        if system.pressure is not None and state.box is None:
-            state.box = system.box
         if system.pressure is not None:
-            refuse_box(system, self.box, state.step)
+            state.box = state.box or system.box
+            refuse_box(system.pressure, system, state.box, state.step)
         # In rows, whatever they came in: each layout would compile kernels of its own.
         state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
@@ -117,7 +116,7 @@ class Simulation:
             return self.advance_in_box(steps, measure)
         kept = self.state
         try:
-            return advance_rescaling(self, steps, measure)
+            return advance_rescaling(self, self.system.pressure, steps, measure)
         except UserError:
             self.state = kept
             raise

@@ -28,7 +28,9 @@ class Configuration:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self.arrays = {"position": np.full((system.dimension, scene.beads), np.nan)}
+        self.arrays: dict[str, np.ndarray] = {
+            "position": np.full((system.dimension, scene.beads), np.nan)
+        }
         if system.pressure is not None:
             self.arrays["edges"] = np.full(system.dimension, np.nan)
 

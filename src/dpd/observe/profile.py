@@ -57,7 +57,7 @@ class Profile:
         counts = counts.reshape(len(self._names), self._bins)
         self.averages.add(counts * (self._system.volume / simulation.volume))
         if "length" in self.arrays:
-            self.arrays["length"] += length
+            self.arrays["length"][0] += length
 
     def variables(self) -> Variables:
         """Profiles in blocks for the file."""
