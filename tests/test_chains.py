@@ -73,7 +73,7 @@ SCENE = {
 
 def sample(observer, first, last):
     """Rods that grow from sample to sample, and move across the boundary; beads in any order."""
-    box = SCENE["box"]
+    box = tuple(SCENE["box"])
     for t in range(first, last):
         kinds = [rods(4, 6, growth(t), box, t), rods(5, 1, 1.0, box, t), rods(3, 9, 0.7, box, t)]
         place = np.concatenate([wrapped(kind, box).reshape(3, -1) for kind in kinds], axis=1)

@@ -86,6 +86,14 @@ WALLED = merge(IN_SPACE, {
         {"profile": {"every": 5}}, {"displacement": {"every": 2}}, {"trajectory": {"every": 9}},
     ],
 })  # fmt: skip
+# In a box that changes no chain can be traced, and g(r) has to fit into half of it.
+PRESSED = IN_SPACE | {
+    "pressure": {"target": 2.5, "time": 0.3},
+    "observe": [
+        {"rdf": {"range": 1.5, "every": 3}} if "rdf" in item else item
+        for item in IN_SPACE["observe"] if "trace" not in item
+    ],
+}  # fmt: skip
 # Systems, steps of sampling of the shorter run, and threads.
 CASES = {
     "2D, chains, a list": (IN_PLANE, 333, 1),
@@ -108,6 +116,8 @@ CASES = {
     "langevin": (FLUID | LANGEVIN, 777, 1),
     "walls and a body force": (WALLED, 345, 1),
     "walls and a list, threads": (merge(WALLED, {"pairs": {"search": "list"}}), 345, 2),
+    "constant pressure": (PRESSED, 345, 1),
+    "constant pressure, a list": (merge(PRESSED, {"pairs": {"search": "list"}}), 345, 2),
     "core": (FLUID | CORE | {"integrator": {"scheme": "gw-vv", "dt": 0.005}}, 777, 1),
 }
 

@@ -42,6 +42,8 @@ TERMS = {
     "core": "dpd.physics.core",
     "exchange": "dpd.physics.exchange",
     "langevin": "dpd.physics.langevin",
+    "pressure": "dpd.physics.pressure",
+    "rescaling": "dpd.engine.rescaling",
     "walls": "dpd.physics.wall",
 }
 # Methods of `start` that only some scenes name.
@@ -148,6 +150,8 @@ def terms_of(scene: Scene) -> frozenset[str]:
         "core": "core" in scene.data,
         "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
+        "pressure": "pressure" in scene.data,
+        "rescaling": "pressure" in scene.data,
         "walls": "walls" in scene.data,
     }
     return frozenset(name for name, acts in acting.items() if acts)

@@ -11,6 +11,7 @@ import numpy as np
 from dpd.engine.bond_forces import batches, bonded_of, empty_slots
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls
 from dpd.engine.neighbours.cells import cell_buffers, grid
+from dpd.engine.rescaling import advance_rescaling, refuse_box
 from dpd.engine.slide import tilted
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
@@ -82,6 +83,9 @@ class Simulation:
             )
         if system.shear is not None and state.slid is None:
             state.slid = 0
+        if system.pressure is not None:
+            state.box = state.box or system.box
+            refuse_box(system.pressure, system, state.box, state.step)
         # In rows, whatever they came in: each layout would compile kernels of its own.
         state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
@@ -95,9 +99,23 @@ class Simulation:
 
     @property
     def box(self) -> tuple[float, ...]:
-        """Edges in r_c, with images where they are now."""
+        """Edges of the box as it is now, in r_c; under shear with images where they are now."""
+        return self.first_box if self.state.box is None else self.state.box
+
+    @property
+    def first_box(self) -> tuple[float, ...]:
+        """The same of the box of the system, which constant pressure has not stretched.
+
+        Beads are followed in it, so that to be moved with the box does not count as a motion.
+        """
         system, state = self.system, self.state
         return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the box as it is now, in r_c^dimension; between walls that of the fluid."""
+        box = self.state.box
+        return self.system.volume if box is None else float(np.prod(box))
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
@@ -112,17 +130,36 @@ class Simulation:
         Returns
         -------
         Sums
-            Zero unless measured.
+            Of no use unless measured.
 
         Raises
         ------
         Unstable
             With the state as it was before the call.
+        UserError
+            With the same, if the box becomes too large or too small at constant pressure.
         """
+        if self.system.pressure is None:
+            return self.advance_in_box(steps, measure)
+        kept = self.state
+        try:
+            return advance_rescaling(self, self.system.pressure, steps, measure)
+        except UserError:
+            self.state = kept
+            raise
+
+    def advance_in_box(self, steps: int, measure: bool) -> Sums:
+        """The same, with the box as it is now."""
         if measure and self.system.scheme.middle:
             self._call(steps, measure=False)
             return self.measure()
         return self._call(steps, measure)
+
+    def begin_at(self, state: State) -> Sums:
+        """Go on from another state of the system; evaluate its forces, and measure."""
+        state.force = np.zeros_like(state.position)
+        self.state = state
+        return self._call(0, measure=True)
 
     def measure(self) -> Sums:
         """Virials and energies where the beads are, leaving the state alone."""
@@ -140,9 +177,10 @@ class Simulation:
         if system.skin > 0:
             reference = rows_of(state.position if state.reference is None else state.reference)
         force = rows_of(state.force if steps else np.zeros_like(state.force))
+        plan = self._plan_now()
         shared = self._shared()
         span = Span(state.step, steps, measure)
-        beads, lost = self._all_threads(self._plan, beads, spare, force, reference, shared, span)
+        beads, lost = self._all_threads(plan, beads, spare, force, reference, shared, span)
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
         self._refuse_behind(shared.at_walls)
@@ -155,6 +193,7 @@ class Simulation:
             step=state.step + steps,
             reference=None if reference is None else axes_of(reference, dimension),
             slid=state.slid,
+            box=state.box,
         )
         on_walls = None if shared.at_walls is None else shared.at_walls.sums
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
@@ -172,6 +211,14 @@ class Simulation:
             raise BehindWall(
                 int(deepest[BEAD]), int(deepest[STEP]), deepest[DEPTH], self.system.walls.reach
             )
+
+    def _plan_now(self):
+        """The plan for the box as it is now."""
+        if self._plan.space.edges != self.box:
+            space = space_of(self.box)
+            cells = grid(space, CUTOFF + self.system.skin)
+            self._plan = self._plan._replace(space=space, grid=cells)
+        return self._plan
 
     def _shared(self):
         """What the threads share during a call."""

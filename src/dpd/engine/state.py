@@ -16,6 +16,7 @@ from dpd.physics.exchange import Exchange
 from dpd.physics.forces import Forces
 from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
+from dpd.physics.pressure import Pressure
 from dpd.physics.schemes import Scheme
 from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
@@ -74,7 +75,7 @@ class System:
     ----------
     box : tuple of float
         One edge of the periodic box per dimension, in r_c. Along an axis with walls it is longer
-        than the distance of the planes, see `Walls`.
+        than the distance of the planes, see `Walls`. At constant pressure it is that of the start.
     pair : Soft or Core
         The conservative force between pairs.
     kT : float
@@ -113,6 +114,8 @@ class System:
     body_force : BodyForce or None
     shear : Shear or None
         Steady flow, with Lees-Edwards boundary conditions.
+    pressure : Pressure or None
+        Held by stretching the box, which is then part of the `State`.
     """
 
     box: tuple
@@ -134,6 +137,7 @@ class System:
     wall_friction: float = 0.0
     body_force: BodyForce | None = None
     shear: Shear | None = None
+    pressure: Pressure | None = None
 
     @property
     def dimension(self) -> int:
@@ -242,6 +246,8 @@ class State:
     slid : int or None
         Parts of an edge by which images had slid at step 0, see `dpd.engine.slide`; None without
         shear.
+    box : tuple of float or None
+        Edges in r_c; None for those of the system, which stay.
     """
 
     position: np.ndarray
@@ -252,6 +258,7 @@ class State:
     step: int
     reference: np.ndarray | None = None
     slid: int | None = None
+    box: tuple[float, ...] | None = None
 
     def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""

@@ -53,7 +53,7 @@ class PairBondLengths:
         """Take one sample."""
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
-        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], self._system.box)
+        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], simulation.box)
         length = np.sqrt((apart**2).sum(axis=0))
         found = np.empty(self.arrays["sums"].shape[1:])
         for pair, row in enumerate(found):

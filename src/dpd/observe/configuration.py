@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 
 class Configuration:
-    """Positions at the last sample, molecule after molecule; under shear the tilt of the box too.
+    """Positions at the last sample, molecule after molecule.
+
+    Under shear the tilt of the box is there as well, and at constant pressure its edges.
 
     Parameters
     ----------
@@ -35,6 +37,8 @@ class Configuration:
         }
         if system.shear is not None:
             self.arrays["tilt"] = np.full(len(FACTORS), np.nan)
+        if system.pressure is not None:
+            self.arrays["edges"] = np.full(system.dimension, np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
@@ -42,6 +46,8 @@ class Configuration:
         self.arrays["position"][...] = state.by_identity(state.position)
         if "tilt" in self.arrays:
             self.arrays["tilt"][...] = tilt_factors(simulation.box)
+        if "edges" in self.arrays:
+            self.arrays["edges"][...] = simulation.box
 
     def variables(self) -> Variables:
         """Positions for the file."""
@@ -52,4 +58,6 @@ class Configuration:
         if "tilt" in self.arrays:
             text = "tilt factors xy, xz and yz of the lattice of its images"
             found["box_tilt"] = (("tilt",), self.arrays["tilt"], "1", text)
+        if "edges" in self.arrays:
+            found["box_edges"] = (("axis",), self.arrays["edges"], "r_c", "edges of that box")
         return found

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import flow_at, moved_between
+from dpd.observe.following import Followed
 from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
@@ -19,11 +19,10 @@ if TYPE_CHECKING:
 class Displacement:
     """Mean-square displacement of innermost beads and of centres of mass.
 
-    By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
-    to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count; nor does the flow of a shear, in which a bead moves by the integral of its
-    velocity about the flow, with the flow at the mean place between samples. "Innermost" is the
-    bead in the middle of the longest way through a molecule, two of them for an even number.
+    By multiple-tau correlation (`dpd.observe.multitau`), of displacements as
+    `dpd.observe.following.Followed` has them: relative to the centre of mass of all beads.
+    "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
+    even number.
 
     Parameters
     ----------
@@ -38,24 +37,15 @@ class Displacement:
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
-        lengths = scene.lengths
-        self._first = np.cumsum(lengths) - lengths
-        self._lengths = lengths
         inner = np.repeat(
             [kind.middle for kind in scene.molecules],
             [kind.count for kind in scene.molecules], axis=0,
         )  # fmt: skip
-        self._inner = self._first + inner.T
-        species = None if len(scene.species) == 1 else scene.kinds
-        self._mass = system.mass_of(species)
-        each = np.broadcast_to(self._mass, scene.beads)
-        self._of_molecule = np.add.reduceat(each, self._first)
-        d, molecules = system.dimension, len(lengths)
-        self.averages = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
-        self.arrays = self.averages.arrays | {
-            "last": np.zeros((d, scene.beads)),
-            "moved": np.zeros((d, scene.beads)),
-        }
+        self._inner = np.cumsum(scene.lengths) - scene.lengths + inner.T
+        self._followed = Followed(scene, system, every, "displacement")
+        shape = system.dimension, 3, len(scene.lengths)
+        self.averages = MultipleTau(scene.steps.sample // every, shape, 2)
+        self.arrays = self.averages.arrays | self._followed.arrays
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
@@ -63,18 +53,8 @@ class Displacement:
 
     def _tracked(self, simulation):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box, state = self.arrays, simulation.box, simulation.state
-        position = state.by_identity(state.position)
-        if arrays["taken"][0]:
-            time = self.every * self._system.dt
-            begun = arrays["last"] + time * flow_at(arrays["last"], box)
-            moved = moved_between(begun, position, box, state.step, "displacement", self.every)
-            arrays["moved"] += moved - 0.5 * time * flow_at(moved, box)
-        arrays["last"][...] = position
-        weights = self._mass if np.ndim(self._mass) else None
-        whole = np.average(arrays["moved"], axis=1, weights=weights, keepdims=True)
-        moved = arrays["moved"] - whole
-        centre = np.add.reduceat(self._mass * moved, self._first, axis=1) / self._of_molecule
+        moved = self._followed.sample(simulation, first=self.arrays["taken"][0] == 0)
+        centre = self._followed.centres(moved)
         return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
 
     def variables(self) -> Variables:

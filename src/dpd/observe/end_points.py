@@ -37,7 +37,6 @@ class EndPoints:
 
     def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
         self.every = every
-        self._system = system
         self._kinds = scene.molecules
         self._edges = np.linspace(0.0, range, int(np.ceil(range / bin)) + 1)
         # The last place holds the share beyond the range.

@@ -57,7 +57,7 @@ class Mixing:
         """Take one sample; NaN where no two beads are near each other."""
         state = simulation.state
         position = state.by_identity(state.position)
-        pairs = neighbour_pairs(position, self._kinds, self._system.box, NEAR, len(self._names))
+        pairs = neighbour_pairs(position, self._kinds, simulation.box, NEAR, len(self._names))
         total = np.triu(pairs).sum()
         at = int(self.arrays["taken"][0])
         if total:

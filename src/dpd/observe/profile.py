@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 class Profile:
     """Number density of each species in slices across an axis.
 
+    At constant pressure the slices are stretched with the box, and their places are those in the
+    mean box.
+
     Parameters
     ----------
     scene : Scene
@@ -44,20 +47,30 @@ class Profile:
         shape = len(self._names), self._slices.count
         self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
+        if system.pressure is not None:
+            # The edge along the axis, summed over the samples.
+            self.arrays = self.arrays | {"length": np.zeros(1)}
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state, bins = simulation.state, self._slices.count
-        slices = self._slices.of(state.position)
+        slices = self._slices.of(simulation)
         if state.species is not None:
             slices += bins * state.species.astype(np.int64)
         counts = np.bincount(slices, minlength=len(self._names) * bins)
-        self.averages.add(counts.reshape(len(self._names), bins))
+        counts = counts.reshape(len(self._names), bins)
+        self.averages.add(counts * self._slices.crowding(simulation))
+        if "length" in self.arrays:
+            self.arrays["length"][0] += simulation.box[self._slices.axis]
 
     def variables(self) -> Variables:
         """Profiles in blocks for the file."""
+        length = None
+        if "length" in self.arrays and self.averages.taken:
+            length = self.arrays["length"][0] / self.averages.taken
+        middle = self._slices.middle(length)
         return {
-            "z": (("z",), self._slices.middle, "r_c", "position along the axis of the profile"),
+            "z": (("z",), middle, "r_c", "position along the axis of the profile"),
             "species": (("species",), np.array(self._names), "1", "species"),
             "density_profile": (
                 ("block", "species", "z"), self.averages.means() / self._slices.volume,

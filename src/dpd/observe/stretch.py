@@ -43,7 +43,7 @@ class Stretch:
 
     def __init__(self, scene: Scene, system: BondedSystem) -> None:
         self.every = min(EVERY, scene.steps.sample)
-        self._box, self._members = system.box, system.members
+        self._members = system.members
         looks = scene.steps.sample // self.every
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}
@@ -55,7 +55,7 @@ class Stretch:
         self.arrays["count"] += stretched(position, self._members, simulation.box)
         count = int(self.arrays["count"][0])
         if count > self._allowed:
-            edges = " x ".join(f"{edge:g}" for edge in self._box)
+            edges = " x ".join(f"{edge:g}" for edge in simulation.box)
             raise LostTrack(
                 f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} "
                 f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "

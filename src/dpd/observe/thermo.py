@@ -26,7 +26,8 @@ class Thermo:
     and body forces are no part of the virial. Between walls the tensor is an average over the
     space between the planes, which near them is not that of the bulk. Under shear velocities are
     those about the flow, and the shear stress is minus the element of the pressure tensor, with all
-    forces, of the axes of the flow and of its gradient.
+    forces, of the axes of the flow and of its gradient. At constant pressure V is the volume at
+    each sample, which is then a series as well.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ class Thermo:
             "kT": np.full(n, np.nan),
             "momentum": np.full((n, d), np.nan),
         }
+        if system.pressure is not None:
+            self.arrays["volume"] = np.full(n, np.nan)
         if pressure:
             self.arrays |= {
                 "kinetic": np.full((n, d, d), np.nan),
@@ -64,6 +67,8 @@ class Thermo:
         arrays["taken"][0] += 1
         arrays["kT"][at] = np.mean(velocity * momenta)
         arrays["momentum"][at] = momenta.sum(axis=1)
+        if "volume" in arrays:
+            arrays["volume"][at] = simulation.volume
         if self.needs_forces:
             arrays["kinetic"][at] = velocity @ momenta.T
             arrays["virial"][at] = sums.virial
@@ -82,8 +87,11 @@ class Thermo:
                 ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
             ),
         }  # fmt: skip
+        if "volume" in self.arrays:
+            volume = self.arrays["volume"]
+            found["volume"] = (along, volume, "r_c^dimension", "volume of the box")
         if self.needs_forces:
-            volume, tensor = self._system.volume, ("sample", "axis", "axis2")
+            volume, tensor = self._volume(3), ("sample", "axis", "axis2")
             kinetic, virial = self.arrays["kinetic"], self.arrays["virial"]
             pressure = "kT / r_c^dimension"
             found |= {
@@ -133,4 +141,10 @@ class Thermo:
 
     def _trace(self, virial):
         d = self._system.dimension
-        return np.trace(virial, axis1=1, axis2=2) / (d * self._system.volume)
+        return np.trace(virial, axis1=1, axis2=2) / (d * self._volume(1))
+
+    def _volume(self, axes):
+        """Volume at each sample, for an array of so many axes; one number where it stays."""
+        if "volume" not in self.arrays:
+            return self._system.volume
+        return self.arrays["volume"].reshape(-1, *[1] * (axes - 1))

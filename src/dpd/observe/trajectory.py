@@ -8,7 +8,7 @@ import numpy as np
 
 from dpd.engine.slide import TiltedBox
 from dpd.engine.space import along_axes
-from dpd.observe.following import edges_between, flow_at, moved_between
+from dpd.observe.following import edges_between, flow_at, in_box_of, moved_between
 from dpd.particles.tilt import box_at
 
 if TYPE_CHECKING:
@@ -60,8 +60,9 @@ class Trajectory:
 
         state, arrays, scene = simulation.state, self.arrays, self._scene
         position = state.by_identity(state.position)
+        followed = in_box_of(position, simulation.box, simulation.first_box)
         if arrays["taken"][0]:
-            self._follow(position, simulation)
+            self._follow(followed, simulation)
         if self.file is not None:
             frame = Particles(
                 box=simulation.box,
@@ -76,12 +77,12 @@ class Trajectory:
                 masses=scene.masses,
             )
             arrays["digest"][...] = self.file.append(frame, arrays["digest"])
-        arrays["last"][...] = position
+        arrays["last"][...] = followed
         arrays["taken"][0] += 1
 
     def _follow(self, position, simulation):
         """Count the faces that beads have gone through since the last frame."""
-        arrays, box, step = self.arrays, simulation.box, simulation.state.step
+        arrays, box, step = self.arrays, simulation.first_box, simulation.state.step
         time = self.every * simulation.system.dt
         self._slide_images(simulation, box, time)
         begun = arrays["last"] + time * flow_at(arrays["last"], box)

@@ -39,6 +39,8 @@ def read_netcdf(path: Path) -> Particles:
     box = box_at(scene, 0, int(attributes.get(SLID, 0)))
     if "box_tilt" in variables:
         box = box_of_file(scene.box, variables["box_tilt"], path)
+    if "box_edges" in variables:
+        box = tuple(map(float, variables["box_edges"]))
     return _of_scene(scene, variables, step, box, path)
 
 
@@ -64,6 +66,8 @@ def read_checkpoint(path: Path) -> Particles:
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
     step = int(stored["step"])
     box = box_at(scene, step, int(stored["slid"]) if "slid" in stored else None)
+    if "box" in stored:
+        box = tuple(map(float, stored["box"]))
     return _of_scene(scene, beads, step, box, path)
 
 

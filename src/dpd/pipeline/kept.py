@@ -8,6 +8,7 @@ that the last configuration lacks:
 - ``force``, which a step begins with, and whose noise is that of the step before;
 - ``slid``, by how much images had slid at its beginning, under shear;
 - ``reference``, where the beads were when the list of pairs was made, if there is a list;
+- ``box``, at constant pressure;
 - ``step``;
 - as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene, with
   the samples that it remembers for a longer run (`dpd.observe.longer`).
@@ -99,7 +100,7 @@ def remember_if_small(observers: list[Any]) -> str:
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
     return Particles(
-        box=box_at(scene, state.step, state.slid),
+        box=box_at(scene, state.step, state.slid) if state.box is None else state.box,
         position=state.by_identity(state.position),
         image=np.zeros(state.position.shape, np.int32),
         velocity=state.by_identity(state.velocity),
@@ -227,7 +228,8 @@ def _blank_state(scene):
     identity = np.arange(scene.beads, dtype=np.uint32)
     reference = zeros if scene.skin > 0 else None
     slid = 0 if "shear" in scene.data else None
-    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid)
+    box = scene.box if "pressure" in scene.data else None
+    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid, box)
 
 
 def _as_checkpoint(

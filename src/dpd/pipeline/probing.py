@@ -81,10 +81,10 @@ class Probe:
     def __init__(
         self, scene: Scene, state: State, dt: float, look: Callable[[], None] | None = None
     ) -> None:
-        system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+        system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt), pressure=None)
         self._simulation = Simulation(system, _copy(state))
         self._every = max(1, round(SAMPLE / dt))
-        self._volume, self._dimension = system.volume, system.dimension
+        self._volume, self._dimension = self._simulation.volume, system.dimension
         self._look = look or _do_not_look
         self.dt = dt
         self.kT: list[float] = []
@@ -121,7 +121,7 @@ def _do_not_look():
 def _copy(state):
     return State(
         state.position.copy(), state.velocity.copy(), None, state.identity.copy(),
-        None if state.species is None else state.species.copy(), 0,
+        None if state.species is None else state.species.copy(), 0, box=state.box,
     )  # fmt: skip
 
 
@@ -208,7 +208,7 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
             f"its temperature in steps of {dt:.2g} tau would take {cost:.2g} bead-steps, and the "
             f"search may take {budget:.2g}; name scheme and dt, or let the run be longer"
         )
-    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt), pressure=None)
     kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
     simulation, pushes = Simulation(system, _copy(state)), []
     w = 1 - (np.arange(BINS) + 0.5) / BINS
@@ -219,7 +219,7 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
             mass = system.mass_of(now.species)
             now.velocity[...] = thermal_velocities(now.velocity.shape, kT, rng, mass)
             advance_looking(simulation, steps, look)
-            pairs = pair_histogram(simulation.state.position, system.box, 1.0, BINS)
+            pairs = pair_histogram(simulation.state.position, simulation.box, 1.0, BINS)
             pushes.append(float(pairs @ w**2) / scene.beads)
     except Unstable:  # overlaps: more gently
         return _at_rest(scene, state, dt / 4, budget, look)

@@ -144,5 +144,6 @@ def _measured_so_far(stored: Any, scene: Scene | None) -> Measured:
     if scene is None or "virial" not in arrays:
         return Measured(*kT)
     tensor = stored[arrays["kinetic"]] + stored[arrays["virial"]][:, 0]
-    pressure = np.trace(tensor, axis1=1, axis2=2) / (scene.dimension * scene.volume)
+    volume = stored[arrays["volume"]] if "volume" in arrays else scene.volume
+    pressure = np.trace(tensor, axis1=1, axis2=2) / (scene.dimension * volume)
     return Measured(*kT, *_mean(pressure))

@@ -30,7 +30,11 @@ FLUID = {
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
 WALLED = FLUID | {"walls": {"axis": "z", "repulsion": 25}}
-SHEAR = {"shear": {"rate": 0.1}}
+# What some observables have more of, and under which key of a scene.
+MORE = (
+    ({"shear": {"rate": 0.1}}, "under shear", sorted(IN_A_FLOW)),
+    ({"pressure": {"target": 1}}, "at constant pressure", ["thermo", "configuration"]),
+)
 IN_A_PLANE = ("crossings",)  # observables of two dimensions
 VERDICT_COLUMNS = {
     "paper": "the paper",
@@ -83,18 +87,21 @@ def verdict_table() -> str:
     return markdown_table(["column", "meaning"], rows)
 
 
-def _all_variables(observable):
-    """Variables of an observable, and those that it has under shear alone."""
-    found = _variables(_scene(observable))
-    if observable in IN_A_FLOW:
-        found |= _variables(_scene(observable, SHEAR))
-    return found
-
-
 def _scene(observable, more=(), **settings):
     """A scene that an observable can look at."""
     base = PLANE if observable in IN_A_PLANE else WALLED if observable == "walls" else FLUID
     return Scene(base | dict(more) | {"observe": [{observable: settings}]}, "example")
+
+
+def _all_variables(observable):
+    """Variables of an observable, with those that it has in some scenes alone."""
+    found = _variables(_scene(observable))
+    for key, where, observables_with_more in MORE:
+        if observable in observables_with_more:
+            for name, variable in _variables(_scene(observable, key)).items():
+                dimensions, array, units, meaning = variable
+                found.setdefault(name, (dimensions, array, units, f"{meaning}, {where}"))
+    return found
 
 
 def _variables(scene):

@@ -37,6 +37,7 @@ def description(scene: Scene) -> str:
         "walls": _pairs(scene.data.get("walls", {})),
         "body force": _pairs(scene.data.get("body_force", {})),
         "thermostat": _pairs(thermostat),
+        "pressure": _pairs(scene.data.get("pressure", {})),
         "integrator": _integrator(scene),
         "shear": _shear(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "

@@ -63,7 +63,8 @@ def flows(scene: Scene) -> bool:
 def profile_axis(scene: Scene, name: str | None) -> int:
     """The axis of a profile: the one named, or the one across which things change most.
 
-    That is the axis of the walls, or the one across which a body force turns round, or the longest.
+    That is the axis of the walls, or the one across which a body force turns round, or that of the
+    gradient of a shear, or the longest.
     """
     if name is not None:
         return axis_number(scene, "observe: axis of a profile", name)
@@ -72,6 +73,8 @@ def profile_axis(scene: Scene, name: str | None) -> int:
         return walls.axes[0]
     if body is not None and body.opposite is not None:
         return body.opposite
+    if "shear" in scene.data:
+        return AXES.index(scene.data["shear"]["gradient"])
     return scene.box.index(max(scene.box))
 
 

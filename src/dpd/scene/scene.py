@@ -19,6 +19,7 @@ from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule
+from dpd.scene.pressure import with_pressure
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
 from dpd.scene.tables import check_tables, friction_table, mass_table, pair_table
@@ -80,6 +81,8 @@ class Scene:
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
+        if "pressure" in self.data:
+            self.data["pressure"] = with_pressure(self)
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:

@@ -19,8 +19,9 @@ AXES = "xyz"
 CUTOFF = 1.0
 # Observables that know of images that slide, and of velocities about a flow.
 IN_A_FLOW = {
-    "thermo", "rdf", "profile", "bonds", "chains", "displacement", "end_to_end", "crossings",
-    "configuration", "trajectory",
+    "thermo", "rdf", "profile", "velocity_profile", "bonds", "bond_lengths", "chains",
+    "displacement", "diffusion", "end_to_end", "end_points", "crossings", "configuration",
+    "trajectory",
 }  # fmt: skip
 # Why others do not.
 NOT_IN_A_FLOW = {

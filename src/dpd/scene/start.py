@@ -44,6 +44,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
         kept["between"] = [list(walls.axes), walls.reach]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
+        if "pressure" in data:
+            kept["box_of_file"] = data["pressure"]["axes"]
     elif grows(scene):
         kept["polymerize"] = start["polymerize"]
     elif "bond" in data:

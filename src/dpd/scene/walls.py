@@ -184,6 +184,12 @@ def check_walls(scene: Scene, refuse: Callable[[str, str], object]) -> None:
             "'rdf' compares with a fluid that is alike everywhere, which none is near a wall; "
             "take 'profile', or remove the walls",
         )
+    if "structure_factor" in scene.observe:
+        refuse(
+            "observe",
+            "'structure_factor' takes the fluid to repeat along every axis; take 'density_field', "
+            "or remove the walls",
+        )
 
 
 def _check_velocity(scene, walls, refuse):

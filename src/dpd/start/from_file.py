@@ -12,7 +12,7 @@ from dpd.particles.formats import read
 from dpd.particles.tilt import shear_of
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
 from dpd.start.between_walls import between_walls
-from dpd.start.matching import order_of
+from dpd.start.matching import order_of, same_box
 from dpd.start.velocities import thermal_velocities
 
 if TYPE_CHECKING:
@@ -69,6 +69,9 @@ def state_from_file(
     if particles.dimension == scene.dimension:
         particles = between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
+    if "pressure" in scene.data and not same_box(scene.box, particles.box):
+        edges = " x ".join(f"{edge:.6g}" for edge in particles.box)
+        say(f"{path}: its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")
     if sentence := _other_masses(scene, particles):
@@ -84,6 +87,7 @@ def state_from_file(
     return State(
         particles.position[:, order], velocity[:, order], None, identity, species, 0,
         slid=_slid(scene, particles.box, path),
+        box=particles.box if "pressure" in scene.data else None,
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from dpd.physics.angle import Angle, AngleTable
 from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
+from dpd.physics.pressure import Pressure
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
 from dpd.physics.wall import Walls
@@ -67,7 +68,22 @@ def system_of(scene: Scene) -> System:
         wall_friction=float(data.get("walls", {}).get("gamma", 0)),
         body_force=_body_force(scene),
         shear=shear_of(scene),
+        pressure=_pressure(scene) if "pressure" in data else None,
         **_bonding(scene, data),
+    )
+
+
+def _pressure(scene):
+    """The law of constant pressure; without trials where the time step is yet to be chosen."""
+    given, every_axis = scene.data["pressure"], tuple(range(scene.dimension))
+    if "every" not in given:
+        return None
+    return Pressure(
+        target=float(given["target"]),
+        time=float(given["time"]),
+        compressibility=float(given["compressibility"]),
+        axes=every_axis if given["axes"] == "all" else ("xyz".index(given["axes"]),),
+        every=given["every"],
     )
 
 
@@ -152,6 +168,7 @@ def _start_system(scene, dt):
         skin=scene.skin_at(dt),
         body_force=None,
         shear=None,
+        pressure=None,
         **_bonding(scene, forces),
     )
 
@@ -340,6 +357,6 @@ def _relax(scene, state, relax, grown, begun, progress):
     species = None if done.species is None else done.by_identity(done.species)
     relaxed = State(
         done.by_identity(done.position), done.by_identity(done.velocity), None,
-        np.arange(len(done.identity), dtype=np.uint32), species, 0,
+        np.arange(len(done.identity), dtype=np.uint32), species, 0, box=done.box,
     )  # fmt: skip
     return relaxed, np.array(crossings)

@@ -15,6 +15,8 @@ from dpd.scene.walls import period_of
 from dpd.start.trees import order_of_trees
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from dpd.particles.particles import Particles
     from dpd.scene.scene import Scene
 
@@ -76,13 +78,34 @@ def _check_box(scene, particles, path):
             f"{path}: it has {len(particles.box)} dimensions, and {scene.where} has "
             f"{scene.dimension}; take another file, or change 'dimension'"
         )
-    if not np.allclose(particles.box, period_of(scene), rtol=SAME, atol=0):
+    if not same_box(wanted_box(scene, particles.box), particles.box):
         edges = ", ".join(f"{edge:.9g}" for edge in particles.box)
         own = ", ".join(f"{edge:.9g}" for edge in period_of(scene))
         raise UserError(
             f"{path}: its box is [{edges}], and that of {scene.where} [{own}]; they have to "
             f"agree: write 'box: [{edges}]' in the scene, or take another file"
         )
+
+
+def same_box(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two boxes of the same dimension have the same edges."""
+    return np.allclose(one, other, rtol=SAME, atol=0)
+
+
+def wanted_box(scene: Scene, found: Sequence[float]) -> tuple[float, ...]:
+    """Edges that a file must have: the scene's, but for those that constant pressure changes.
+
+    Parameters
+    ----------
+    scene : Scene
+    found : sequence of float
+        Edges of the file.
+    """
+    axes = scene.data.get("pressure", {}).get("axes", "")
+    return tuple(
+        there if axes in ("all", name) else own
+        for own, there, name in zip(period_of(scene), found, "xyz")
+    )
 
 
 def _numbers_of_species(scene, particles, path):
