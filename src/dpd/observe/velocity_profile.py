@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 class VelocityProfile:
     """Mean velocity of the beads in layers across an axis, and their temperature about it.
 
-    The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads in
-    the whole run, weighted by mass: what flows is no heat. Across the gradient of a shear, the
-    velocity is that in the laboratory; otherwise that about the flow. A layer in which no bead was has neither.
+    The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads
+    in the whole run, weighted by mass: what flows is no heat. Across the gradient of a shear the
+    velocity is that in the laboratory; across other axes, that about the flow. A layer in which no
+    bead was has neither.
 
     Parameters
     ----------
