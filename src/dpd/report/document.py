@@ -83,6 +83,36 @@ the fluid is at rest in front of the plane. Walls with a `velocity` shear the fl
 in a periodic box: its net force is 0 on the average, and as the numbers of beads in both halves
 fluctuate, so does the total momentum a little. kT of `thermo` holds the flow as well. Take
 `temperature_profile` of the observable `velocity_profile`, which is measured about the flow.
+
+## Branched molecules, bonds and angles
+
+An `architecture` is read from left to right:
+
+| text | molecule |
+| --- | --- |
+| `A 3 B 9` | a chain of 3 A and 9 B |
+| `A 3 (B 2) A 3` | a chain of 6 A with a branch: what is in brackets hangs on the bead before it |
+| `A 3 (B 2) (C 4 (D)) A 3` | two branches on the same bead, the second with a branch of its own |
+| `(A 2 B) 4` | a chain: with a number behind it, what is in brackets is repeated along the chain |
+| `(A (B 2)) 10` | a comb: 10 A along the chain, each with a branch of 2 B |
+
+Beads are numbered in the order in which they are written. Rings cannot be written. A molecule has
+1 000 000 beads at most. A message on an architecture that cannot be read marks the place.
+
+`bond` is one law for all bonds, or a table with a law for each pair of species that is bonded, in
+either order. `angle` acts between all pairs of bonds that share a bead, at branches too. Its table
+names triples of species along the bonds, in either order; triples that are not named feel no force.
+
+```yaml
+molecules: [{architecture: H (T 4) T 4, count: 300}, {architecture: W, density: 2}]
+bond: {H T: {stiffness: 100, length: 0.5}, T T: {stiffness: 100, length: 0.5}}
+angle: {H T T: {stiffness: 5}, T T T: {stiffness: 5, angle: 180}}
+```
+
+Only linear molecules have an end-to-end distance. `chains` gives `end_to_end_square` of these, NaN
+for branched ones, and then also `ends_square`: the mean squared distance over all pairs of ends,
+which are beads with a single bond. `start: {method: polymerize}` grows linear molecules only, and
+without angles: these act from the first step of the run on.
 """
 FILES = """## Variables of run.nc
 
@@ -95,6 +125,7 @@ attributes of the file say what made it: scene, seed, versions, and digests
 {run}
 
 A run of your own also keeps how it ended: `last_position`, `last_velocity`, `last_species` (numbers
+<<<<<<< HEAD
 in `last_names`) and `last_bonds`, molecule after molecule as in the scene, `last_masses` if it
 names masses, and the attributes `last_box` and `last_step`. A run of a study keeps that if its
 scene says `keep_state: true`. The group `state` of the file holds what `python -m dpd extend run.nc
@@ -122,6 +153,14 @@ Shear heats the fluid by viscosity times rate^2 per volume, which the thermostat
 `kT`. Displacements are those about the flow. Positions stay in the box of right angles; the lattice
 of its images is tilted, and files say by how much: `last_tilt`, `box_tilt`, and the tilt factors of
 the box in GSD and LAMMPS data.
+=======
+in `last_names`), `last_bonds` and `last_angles`, molecule after molecule as in the scene, and the
+attributes `last_box` and `last_step`. A run of a study keeps that if its scene says `keep_state:
+true`. The
+group `state` of the file holds what `python -m dpd extend run.nc --sample 10000` needs to make the
+run longer, to the same bits as a run that was planned that long. Among that is every sample of the
+observables that average over parts of the run, so the file is about as large as a checkpoint.
+>>>>>>> 5e7b9442fc79af9fca67a55eba177eecae426a82
 
 ## First configurations
 
