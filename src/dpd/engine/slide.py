@@ -1,13 +1,15 @@
 """Images that slide: the boundary conditions of steady shear (Lees and Edwards 1972).
 
-Above the box, along the gradient of the flow, there is an image of it that moves with the flow
-there, and below it one that moves the other way. In a time t they slide by g L_y t. At any time
-the images form a lattice whose vector along the gradient is tilted, (t L_y, L_y), with the *tilt* t
-from -1/2 to 1/2 of L_x / L_y: a lattice that has slid by a whole edge is the same as before.
+Let x be the axis of the flow and y that of its gradient. The image above the box moves with the
+flow that is there, and the image below moves the other way. In a time they slide by g L_y times
+that time, with the rate g. At any moment the images form a lattice whose vector along the gradient
+is tilted, (s L_y, L_y). The *tilt* s lies between -1/2 and 1/2 of L_x / L_y, because a lattice that
+has slid by a whole edge is the same as before.
 
 A separation is brought to its nearest image in coordinates along the lattice, in which the box is
-upright: x' = x - t y. Cells are those of x' too, so that neighbours stay neighbours; along the flow
-they are longer by sqrt(1 + t^2), the most that a distance of 1 can be in x'.
+upright: x' = x - s y. Cells are those of x' too, so that neighbours stay neighbours. Along the flow
+they are longer by sqrt(1 + s^2) at the largest tilt: two beads at a distance of 1 may differ by so
+much in x'.
 
 The slide is a whole number of 2^-64 of an edge for each step, so the tilt is an exact function of
 the number of the step: no error adds up, and a resumed run has the same bits. A run that begins
