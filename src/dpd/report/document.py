@@ -125,13 +125,12 @@ attributes of the file say what made it: scene, seed, versions, and digests
 {run}
 
 A run of your own also keeps how it ended: `last_position`, `last_velocity`, `last_species` (numbers
-<<<<<<< HEAD
-in `last_names`) and `last_bonds`, molecule after molecule as in the scene, `last_masses` if it
-names masses, and the attributes `last_box` and `last_step`. A run of a study keeps that if its
-scene says `keep_state: true`. The group `state` of the file holds what `python -m dpd extend run.nc
---sample 10000` needs to make the run longer, to the same bits as a run that was planned that long.
-Among that is every sample of the observables that average over parts of the run, so the file is
-about as large as a checkpoint.
+in `last_names`), `last_bonds` and `last_angles`, molecule after molecule as in the scene,
+`last_masses` if it names masses, and the attributes `last_box` and `last_step`. A run of a study
+keeps that if its scene says `keep_state: true`. The group `state` of the file holds what `python -m
+dpd extend run.nc --sample 10000` needs to make the run longer, to the same bits as a run that was
+planned that long. Among that is every sample of the observables that average over parts of the run,
+so the file is about as large as a checkpoint.
 
 ## Shear
 
@@ -153,14 +152,6 @@ Shear heats the fluid by viscosity times rate^2 per volume, which the thermostat
 `kT`. Displacements are those about the flow. Positions stay in the box of right angles; the lattice
 of its images is tilted, and files say by how much: `last_tilt`, `box_tilt`, and the tilt factors of
 the box in GSD and LAMMPS data.
-=======
-in `last_names`), `last_bonds` and `last_angles`, molecule after molecule as in the scene, and the
-attributes `last_box` and `last_step`. A run of a study keeps that if its scene says `keep_state:
-true`. The
-group `state` of the file holds what `python -m dpd extend run.nc --sample 10000` needs to make the
-run longer, to the same bits as a run that was planned that long. Among that is every sample of the
-observables that average over parts of the run, so the file is about as large as a checkpoint.
->>>>>>> 5e7b9442fc79af9fca67a55eba177eecae426a82
 
 ## First configurations
 
