@@ -60,6 +60,11 @@ def state_from_file(
     order = order_of(scene, particles, path)
     if (order != np.arange(len(order))).any():
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")
+    if len(particles.angles) not in (0, len(scene.angled)):
+        say(
+            f"{path}: it has {len(particles.angles)} angles, and the scene {len(scene.angled)}; "
+            "those of the scene act"
+        )
     velocity = particles.velocity
     if velocity is None:
         description = start_description(scene)
