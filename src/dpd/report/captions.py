@@ -12,7 +12,9 @@ import numpy as np
 from markupsafe import Markup
 
 from dpd.report.notation import typeset
+from dpd.scene.flow import body_force_of
 from dpd.scene.scene import Scene
+from dpd.scene.walls import AXES, walls_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -47,7 +49,7 @@ class SweepLine:
     system : str
         Beads, molecules, box, density.
     forces : str
-        Repulsion, core, bonds.
+        Repulsion, core, bonds, walls, body force.
     dynamics : str
         Thermostat, scheme, time step.
     sampling : str
@@ -255,8 +257,9 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds."""
-    return "; ".join(part for part in (_repulsion(scenes), _core(scenes), _bond(scenes)) if part)
+    """Repulsion, core, bonds, walls, body force."""
+    parts = (part(scenes) for part in (_repulsion, _core, _bond, _walls, _body_force))
+    return "; ".join(part for part in parts if part)
 
 
 def _repulsion(scenes):
@@ -287,6 +290,30 @@ def _bond(scenes):
         return ""
     stiffness, length = (span([bond[key] for bond in bonds]) for key in ("stiffness", "length"))
     return f"bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
+
+
+def _walls(scenes):
+    """walls along z of repulsion a_w = 25: species with the same values together."""
+    walls = [found for found in map(walls_of, scenes) if found is not None]
+    if not walls:
+        return ""
+    axes = span([" and ".join(AXES[axis] for axis in each.axes) for each in walls])
+    repulsion = span([value for each in walls for value in each.repulsion])
+    gamma = span([each.gamma for each in walls], counted=False)
+    rough = "smooth" if gamma == "0" else f"friction gamma = {gamma}"
+    return f"walls along {axes}, a_w = {repulsion} kT/r_c, {rough}"
+
+
+def _body_force(scenes):
+    """body force of 0.02 along x, turned round across z."""
+    bodies = [found for found in map(body_force_of, scenes) if found is not None]
+    if not bodies:
+        return ""
+    strength = span([value for each in bodies for value in each.strength])
+    axes = span([AXES[each.axis] for each in bodies])
+    across = [AXES[each.opposite] for each in bodies if each.opposite is not None]
+    turned = f", turned round across {span(across)}" if across else ""
+    return f"body force of {strength} kT/r_c along {axes}{turned}"
 
 
 def _dynamics(scenes):
