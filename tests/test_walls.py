@@ -215,6 +215,21 @@ def test_what_a_run_between_walls_holds(channel):
     np.testing.assert_allclose(values["total_energy"], kinetic + parts)
 
 
+def test_a_run_that_gets_behind_a_wall(tmp_path):
+    """It fails with bead, step and remedy, or its result records where it was lost."""
+    hot = FLUID | {
+        "walls": WALLS, "start": {"kT": 200}, "thermostat": {"gamma": 0},
+        "integrator": {"scheme": "gw-vv", "dt": 0.005},
+    }  # fmt: skip
+    scene = Scene(hot, "hot.yaml")
+    with pytest.raises(UserError, match=r"hot.yaml: bead \d+ got .* behind a wall at step") as said:
+        simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert "raise walls.repulsion" in str(said.value)
+    scene = Scene(hot | {"unstable": "record"})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert 0 < files.attributes(tmp_path / "run.nc")["lost_step"] < 100
+
+
 def seen(scene, samples):
     """Variables of a scene's one observable, after samples of (position, velocity, sums)."""
     (observable,) = observables(Scene(scene), system_of(Scene(scene)))
