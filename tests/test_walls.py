@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from dpd import files
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation
 from dpd.engine.state import Sums
 from dpd.errors import UserError
 from dpd.observe import observables
@@ -15,6 +18,7 @@ from dpd.pipeline.simulate import RunSettings, simulate, temperature_warning
 from dpd.scene.scene import Scene
 from dpd.scene.walls import origin_of, period_of
 from dpd.start.make import make_start, system_of
+from tests.engine.build import assert_same_state
 
 CHANNEL = {
     "dimension": 3,
@@ -213,6 +217,36 @@ def test_what_a_run_between_walls_holds(channel):
     kinetic = 1.5 * scene.beads * values["kT"]
     parts = values["pair_energy"] + values["bond_energy"] + values["wall_energy"]
     np.testing.assert_allclose(values["total_energy"], kinetic + parts)
+
+
+def parts(threads=1):
+    """A simulation of the channel at its start, its observers, and its steps."""
+    scene = Scene(CHANNEL | {"observe": CHANNEL["observe"][:-1]})
+    system = system_of(scene)
+    return Simulation(system, make_start(scene), threads), observables(scene, system), scene.steps
+
+
+def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
+    """With another number of threads, through a checkpoint; all that was observed too."""
+    whole, seen_by_all, steps = parts()
+    run(whole, steps, seen_by_all)
+    keeper = Checkpoint(tmp_path / "run.checkpoint", {"scene": "this"})
+    killed, observers, _ = parts()
+
+    def kill(step):
+        if step >= 77:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(killed, steps, observers, keeper, kill, every_seconds=0.0)
+    again, observers, _ = parts(threads=2)
+    said = []
+    assert run(again, steps, observers, keeper, say=said.append) == 120 - 75
+    assert not any(said)
+    assert_same_state(again.state, whole.state)
+    for one, other in zip(observers, seen_by_all):
+        for name, array in one.arrays.items():
+            np.testing.assert_array_equal(array, other.arrays[name], err_msg=name)
 
 
 def test_a_run_that_gets_behind_a_wall(tmp_path):
