@@ -136,6 +136,17 @@ def test_a_line_on_a_run_without_friction_or_equilibration():
     assert line.sampling == "400 steps without equilibration, one replica"
 
 
+def test_a_line_on_a_flow_between_walls():
+    """Their repulsions, their friction, and what drives the flow."""
+    walls = {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 4.5}
+    flow = {"axis": "x", "strength": 0.02}
+    line = sweep_line(swept(BLENDS | {"walls": walls, "body_force": flow}))
+    assert "walls along z, a_w = 25 and 40 kT/r_c, friction gamma = 4.5" in line.forces
+    assert line.forces.endswith("body force of 0.02 kT/r_c along x")
+    line = sweep_line(swept(BLENDS | {"body_force": flow | {"opposite": "z"}}))
+    assert line.forces.endswith("along x, turned round across z")
+
+
 def figure_file(**more):
     """A figure's file as a module."""
     return SimpleNamespace(**{"TITLE": "Rates.", "PAPER_SHOWS": "None.", "ERRORS": "Bars."} | more)
