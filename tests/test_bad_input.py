@@ -249,6 +249,9 @@ WHOLE = FLUID | {
     "unstable": "fail",
     "seed": 1,
 }  # fmt: skip
+# Keys that do not go together with all of these.
+SHEAR = {"shear": {"rate": 0.1, "flow": "x", "gradient": "y"}}
+SHEARED = WHOLE | SHEAR | {"observe": ["thermo"]}
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
@@ -281,11 +284,13 @@ def key_of(place):
 def test_the_whole_scene_has_every_key():
     """So that a key that comes in is tried out too."""
     Scene(WHOLE)
+    Scene(SHEARED)
     rules = schema("scene")["properties"]
-    assert set(WHOLE) == set(rules)
+    assert set(SHEARED) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     for name in ("start", "thermostat", "integrator", "pairs", "core", "bond"):
         assert set(rules[name]["properties"]) - set(WHOLE[name]) <= not_here, name
+    assert set(rules["shear"]["properties"]) == set(SHEARED["shear"])
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
     assert set(observables) - {next(iter(item)) for item in WHOLE["observe"]} == {
         "crossings",  # in two dimensions
@@ -294,12 +299,13 @@ def test_the_whole_scene_has_every_key():
     }
 
 
-@pytest.mark.parametrize("place", list(places(WHOLE)), ids=key_of)
+@pytest.mark.parametrize("place", [*places(WHOLE), *places(SHEAR)], ids=key_of)
 def test_any_value_at_any_key(place):
     """Either a scene, or one sentence with the file and the key or what it belongs to."""
     for value in WRONG:
         try:
-            scene = Scene(with_value(WHOLE, place, value), "my.yaml")
+            whole = SHEARED if place[0] in SHEAR else WHOLE
+            scene = Scene(with_value(whole, place, value), "my.yaml")
         except UserError as problem:
             message = str(problem)
             assert message.startswith("my.yaml: ") and "\n" not in message, message
