@@ -249,6 +249,11 @@ WHOLE = FLUID | {
     "unstable": "fail",
     "seed": 1,
 }  # fmt: skip
+# The same at constant pressure, where no chain can be traced.
+PRESSED = WHOLE | {
+    "pressure": {"target": 24, "axes": "z", "time": 1, "compressibility": 0.02, "every": 5},
+    "observe": [{"thermo": {"every": 5}}],
+}
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
@@ -278,11 +283,13 @@ def key_of(place):
     return ".".join(map(str, place))
 
 
-def test_the_whole_scene_has_every_key():
+def test_the_whole_scenes_have_every_key():
     """So that a key that comes in is tried out too."""
     Scene(WHOLE)
+    Scene(PRESSED)
     rules = schema("scene")["properties"]
-    assert set(WHOLE) == set(rules)
+    assert set(WHOLE) | set(PRESSED) == set(rules)
+    assert set(PRESSED["pressure"]) == set(rules["pressure"]["properties"])
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     for name in ("start", "thermostat", "integrator", "pairs", "core", "bond"):
         assert set(rules[name]["properties"]) - set(WHOLE[name]) <= not_here, name
@@ -294,12 +301,16 @@ def test_the_whole_scene_has_every_key():
     }
 
 
-@pytest.mark.parametrize("place", list(places(WHOLE)), ids=key_of)
-def test_any_value_at_any_key(place):
+WHOLES = [(WHOLE, place) for place in places(WHOLE)]
+WHOLES += [(PRESSED, place) for place in places(PRESSED) if place[0] == "pressure"]
+
+
+@pytest.mark.parametrize(("whole", "place"), WHOLES, ids=[key_of(place) for _, place in WHOLES])
+def test_any_value_at_any_key(whole, place):
     """Either a scene, or one sentence with the file and the key or what it belongs to."""
     for value in WRONG:
         try:
-            scene = Scene(with_value(WHOLE, place, value), "my.yaml")
+            scene = Scene(with_value(whole, place, value), "my.yaml")
         except UserError as problem:
             message = str(problem)
             assert message.startswith("my.yaml: ") and "\n" not in message, message

@@ -255,8 +255,9 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds."""
-    return "; ".join(part for part in (_repulsion(scenes), _core(scenes), _bond(scenes)) if part)
+    """Repulsion, core, bonds, pressure that is held."""
+    parts = (part(scenes) for part in (_repulsion, _core, _bond, _pressure))
+    return "; ".join(part for part in parts if part)
 
 
 def _repulsion(scenes):
@@ -287,6 +288,17 @@ def _bond(scenes):
         return ""
     stiffness, length = (span([bond[key] for bond in bonds]) for key in ("stiffness", "length"))
     return f"bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
+
+
+def _pressure(scenes):
+    """constant pressure 23.7 kT/r_c^3, along z alone."""
+    held = [scene.data["pressure"] for scene in scenes if "pressure" in scene.data]
+    if not held:
+        return ""
+    alone = span(sorted({law["axes"] for law in held}))
+    along = "" if alone == "all" else f", stretched along {alone}"
+    target = span([law["target"] for law in held])
+    return f"constant pressure {target} kT/r_c^{scenes[0].dimension}{along}"
 
 
 def _dynamics(scenes):
