@@ -271,7 +271,12 @@ WALLED = WHOLE | {
 SHEARED = WHOLE | {
     "shear": {"rate": 0.1, "flow": "x", "gradient": "y"}, "observe": ["thermo"],
 }  # fmt: skip
-WHOLES = WHOLE, WALLED, SHEARED
+# The same at constant pressure, where no chain can be traced.
+PRESSED = WHOLE | {
+    "pressure": {"target": 24, "axes": "z", "time": 1, "compressibility": 0.02, "every": 5},
+    "observe": [{"thermo": {"every": 5}}],
+}
+WHOLES = WHOLE, WALLED, SHEARED, PRESSED
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
@@ -311,7 +316,7 @@ def test_the_whole_scenes_have_every_key():
     assert set(keys) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle", "walls",
-                 "body_force", "shear"):  # fmt: skip
+                 "body_force", "shear", "pressure"):  # fmt: skip
         assert set(rules[name]["properties"]) - set(keys[name]) <= not_here, name
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
     assert set(observables) - observed == {

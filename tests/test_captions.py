@@ -105,6 +105,14 @@ def swept(scene, replicas=1, **axes):
     )
 
 
+def test_a_sweep_at_constant_pressure():
+    """The pressures that are held, and the axis if it is one alone."""
+    blends = BLENDS | {"pressure": {"target": 23.7}}
+    assert "; constant pressure 23.7 kT/r_c^3" in str(sweep_line(swept(blends)))
+    along = BLENDS | {"pressure": {"target": 23.7, "axes": "z"}}
+    assert "kT/r_c^3, stretched along z" in str(sweep_line(swept(along)))
+
+
 def test_a_line_for_a_sweep():
     """System, forces, dynamics and samples; a swept radius as a range, once."""
     line = str(sweep_line(swept(CHAINS, replicas=3, radius=[0.0, 0.15, 0.2])))

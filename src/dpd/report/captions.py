@@ -259,8 +259,10 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds, angles, masses, walls, body force."""
-    terms = _repulsion, _core, _bond, _angle, _masses, _walls, _body_force
+    """Repulsion, core, bonds, angles, masses, walls, body force, pressure that is held."""
+    terms = (
+        _repulsion, _core, _bond, _angle, _masses, _walls, _body_force, _pressure,
+    )  # fmt: skip
     parts = (part(scenes) for part in terms)
     return "; ".join(part for part in parts if part)
 
@@ -344,6 +346,17 @@ def _body_force(scenes):
     across = [AXES[each.opposite] for each in bodies if each.opposite is not None]
     turned = f", turned round across {span(across)}" if across else ""
     return f"body force of {strength} kT/r_c along {axes}{turned}"
+
+
+def _pressure(scenes):
+    """constant pressure 23.7 kT/r_c^3, along z alone."""
+    held = [scene.data["pressure"] for scene in scenes if "pressure" in scene.data]
+    if not held:
+        return ""
+    alone = span(sorted({law["axes"] for law in held}))
+    along = "" if alone == "all" else f", stretched along {alone}"
+    target = span([law["target"] for law in held])
+    return f"constant pressure {target} kT/r_c^{scenes[0].dimension}{along}"
 
 
 def _dynamics(scenes):
