@@ -82,8 +82,7 @@ observables that average over parts of the run, so the file is about as large as
 
 `density_field` counts beads in the cells of a grid, in frames over time. One look has few beads in
 a cell, so a frame is the average of some looks. To see how a mixture orders, let the scene sample
-from the beginning: `steps: {{equilibrate: 0, sample: 2000}}`, as `config/scenes/triblock.yaml` does.
-Then
+from the beginning, as `config/scenes/triblock.yaml` does with `equilibrate: 0`. Then
 
 ```
 python -m dpd draw run.nc --slice z=5 --frame 0 3 -1      # three times side by side
