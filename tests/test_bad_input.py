@@ -269,7 +269,8 @@ WALLED = WHOLE | {
     ],
 }  # fmt: skip
 SHEARED = WHOLE | {
-    "shear": {"rate": 0.1, "flow": "x", "gradient": "y"}, "observe": ["thermo"],
+    "shear": {"rate": 0.1, "flow": "x", "gradient": "y"},
+    "observe": [{"thermo": {"every": 5}}],
 }  # fmt: skip
 # The same at constant pressure, where no chain can be traced.
 PRESSED = WHOLE | {
@@ -312,7 +313,9 @@ def test_the_whole_scenes_have_every_key():
     for whole in WHOLES:
         Scene(whole)
         keys |= whole
-        observed |= {item if isinstance(item, str) else next(iter(item)) for item in whole["observe"]}
+        observed |= {
+            item if isinstance(item, str) else next(iter(item)) for item in whole["observe"]
+        }
     assert set(keys) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle", "walls",

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 ORDERED = 0.05  # strength of the strongest wave vector, from which on there is order
 ALIKE = 0.25  # of the strongest one's strength, from which on another is of first order too
-RISES = 3.0  # factor by which a peak of higher order stands above its surroundings
+RISES = 2.0  # factor by which a peak of higher order stands above its surroundings
 AROUND = 0.15  # share of |q| within which wave vectors are its surroundings
 STRAINED = 0.15  # share by which first-order vectors may differ in length, as a box is no crystal
 LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "none"
@@ -129,13 +129,17 @@ def phase_of(found: Strengths) -> Phase:
     Parameters
     ----------
     found : Strengths
-        Of the species that makes the domains, averaged over a time in which they stood still.
+        Of the species that makes the domains, averaged over a time in which they stood still, and
+        over ten independent looks or more: of a single one, a wave vector in four is by chance
+        `RISES` times as strong as the median, of ten one in 140.
 
     Returns
     -------
     Phase
     """
     strongest = found.strength.max()
+    if not np.isfinite(strongest):
+        return _unordered(NONE, "there are no samples")
     if strongest < ORDERED:
         return _unordered(
             DISORDERED, f"the strongest wave vector has {strongest:.2g}, below {ORDERED:g}"
