@@ -16,7 +16,7 @@ from dpd.start.files import read_start, write_start
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.make import make_start, make_start_and_record
 from dpd.start.polymerize import RECORD, Growth
-from tests.engine.build import assert_same_state
+from tests.engine.build import assert_same_state, make_system
 from tests.engine.exact import crossings_by_looking
 
 # The package's attribute of this name is the function that it imports from there.
@@ -500,7 +500,7 @@ def test_only_free_monomers_are_put_elsewhere():
     state = State(stored, np.zeros((2, 8)), None, identity, None, 0)
     rng = np.random.default_rng(0)
     for share, moved in ((1.0, [3, 7]), (0.0, [])):
-        now = growth.mixed(state, BOX, share, rng)
+        now = growth.mixed(state, make_system(BOX), share, rng)
         now = now.by_identity(now.position)
         changed = np.flatnonzero((now != position).any(axis=0))
         np.testing.assert_array_equal(changed, moved)
