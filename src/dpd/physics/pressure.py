@@ -9,6 +9,9 @@ and the pressure P of the moment. All positions are stretched with the box, and 
 divided by the same factor, so that P is -dH/dV, H being kinetic and potential energy. P therefore
 has the virial of *conservative* forces. Friction and noise add nothing to the mean of the virial,
 but they fluctuate: in P they would be a noise of the volume that no term above balances.
+(Measured in an ideal gas of 40 beads, tau = 0.1, one trial a step, all of which count: the variance
+of the volume is 1.05 +- 0.06 of what it should be with the virial of conservative forces, and 1.61
+with that of all forces.)
 
 The box may be stretched along some axes only. P is then the mean of the normal pressures along
 those axes, and everything else stays as it is.
