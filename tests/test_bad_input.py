@@ -245,6 +245,8 @@ WHOLE = FLUID | {
         {"profile": {"every": 5, "bin": 0.5}}, {"bonds": {"every": 5, "bin": 0.1}},
         {"chains": {"every": 5}}, {"displacement": {"every": 5}}, {"end_to_end": {"every": 5}},
         {"trace": {"every": 5}}, {"configuration": {"every": 5}}, {"passes": {"every": 5}},
+        {"density_field": {"every": 5, "average": 1, "spacing": 1}}, {"mixing": {"every": 5}},
+        {"structure_factor": {"every": 5, "max": 3}}, {"diffusion": {"every": 5}},
     ],
     "unstable": "fail",
     "seed": 1,

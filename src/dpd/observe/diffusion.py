@@ -59,6 +59,7 @@ class Diffusion:
         state, arrays, box = simulation.state, self.arrays, self._system.box
         position = state.by_identity(state.position)
         at = int(arrays["taken"][0])
+        arrays["beads"][at] = arrays["molecules"][at] = 0.0
         if at:
             arrays["moved"] += moved_between(
                 arrays["last"], position, box, state.step, "diffusion", self.every
