@@ -28,7 +28,8 @@ MOST_FRAMES = 100  # of density fields, likewise
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
 INTERVALS = {
-    "thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1, "structure_factor": 2.0,
+    "thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1, "diffusion": 0.2,
+    "structure_factor": 2.0,
 }  # fmt: skip
 SLOWER = 0.8
 TOLERANCE = 0.01  # of scheme auto, in pressure and kT
