@@ -286,7 +286,12 @@ def test_threads_and_kills_leave_the_bits(name, tmp_path):
     )  # fmt: skip
     with pytest.raises(UserError, match="stopped at step"):
         simulate(scene, path, make_start(scene), settings)
-    simulate(scene, path, make_start(scene), RunSettings(checkpoint=checkpoint_path(path)))
+    said, done = [], []
+    settings = RunSettings(
+        checkpoint=checkpoint_path(path), progress=done.append, say=lambda text: said.append(text)
+    )
+    simulate(scene, path, make_start(scene), settings)
+    assert not any(said) and done[0] > 30  # it went on, and did not begin again
     assert same(read(path)[0], expected)
 
 

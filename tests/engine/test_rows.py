@@ -120,4 +120,4 @@ def test_images(beads, box, share):
 
 
 def put_all_inside(position, share, space):
-    put_inside(position, share, row_edges(space))
+    put_inside(position, share, row_edges(space), space, space.slide)

@@ -55,6 +55,7 @@ class Diffusion:
         arrays = self.arrays
         at = int(arrays["taken"][0])
         moved = self._followed.sample(simulation, first=at == 0)
+        arrays["beads"][at] = arrays["molecules"][at] = 0.0
         if at:
             arrays["beads"][at] = _mean_squares(moved, self._kinds)
             centre = self._followed.centres(moved)

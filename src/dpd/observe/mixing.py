@@ -54,16 +54,15 @@ class Mixing:
         }
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
-        """Take one sample; NaN where no two beads are near each other."""
+        """Take one sample; 0 where no two beads are near each other."""
         state = simulation.state
         position = state.by_identity(state.position)
         pairs = neighbour_pairs(position, self._kinds, simulation.box, NEAR, len(self._names))
         total = np.triu(pairs).sum()
         at = int(self.arrays["taken"][0])
-        if total:
-            self.arrays["order"][at] = [
-                1 - pairs[a, b] / (self._by_lot[a, b] * total) for a, b in self._pairs
-            ]
+        self.arrays["order"][at] = [
+            1 - pairs[a, b] / (self._by_lot[a, b] * total) if total else 0.0 for a, b in self._pairs
+        ]
         self.arrays["taken"][0] += 1
 
     def variables(self) -> Variables:
