@@ -252,8 +252,6 @@ WHOLE = FLUID | {
         {"bond_lengths": {"every": 5, "range": 4, "bin": 0.1}},
         {"end_points": {"every": 5, "range": 4, "bin": 0.1}},
         {"trace": {"every": 5}}, {"configuration": {"every": 5}}, {"passes": {"every": 5}},
-        {"density_field": {"every": 5, "average": 2, "spacing": 1}}, {"mixing": {"every": 5}},
-        {"structure_factor": {"every": 5, "max": 2}}, {"diffusion": {"every": 5}},
         {"density_field": {"every": 5, "average": 1, "spacing": 1}}, {"mixing": {"every": 5}},
         {"structure_factor": {"every": 5, "max": 3}}, {"diffusion": {"every": 5}},
     ],
