@@ -26,7 +26,7 @@ from dpd.pipeline.extend import Extension, extend, longer
 from dpd.pipeline.kept import STATE, read_former
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.pipeline.sweep import merge
-from dpd.scene import scene as scene_module
+from dpd.scene import observed
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 
@@ -263,7 +263,7 @@ def test_a_scene_may_say_whether_it_is_kept(tmp_path, asked, usual):
 
 def test_a_longer_run_keeps_how_often_it_looks(monkeypatch):
     """Where the scene does not say it, and a longer run would look less often."""
-    monkeypatch.setattr(scene_module, "MOST_SAMPLES", 50)
+    monkeypatch.setattr(observed, "MOST_SAMPLES", 50)
     scene = Scene(FLUID | {"observe": ["thermo", "configuration", {"rdf": {"range": 2}}]})
     found = longer(scene, 2600)
     assert scene.observe["thermo"]["every"] == 26  # and not 78

@@ -19,6 +19,7 @@ from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule
+from dpd.scene.observed import observed
 from dpd.scene.pressure import with_pressure
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
@@ -28,15 +29,6 @@ from dpd.scene.walls import period_of
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
-MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
-MOST_FRAMES = 100  # of density fields, likewise
-# tau between samples where the scene does not say: about the memory of the momenta, a
-# fraction of the time in which a bead moves its own size, and what moves slower.
-INTERVALS = {
-    "thermo": 0.1, "walls": 0.1, "velocity_profile": 0.2, "displacement": 0.1, "crossings": 0.2,
-    "passes": 0.1, "diffusion": 0.2, "structure_factor": 2.0,
-}  # fmt: skip
-SLOWER = 0.8
 TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 # Share by which whole molecules may miss the density that is asked for: 1 % changes the pressure,
 # which goes with the square of the density, by 2 %. Less is noted, rounding is not.
@@ -282,25 +274,7 @@ class Scene:
     @cached_property
     def observe(self) -> dict[str, dict[str, Any]]:
         """Settings of each observable by name, with ``every`` filled in."""
-        rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
-        chosen = {}
-        for item in self.data["observe"]:
-            name, settings = (item, {}) if isinstance(item, str) else next(iter(item.items()))
-            chosen[name] = with_defaults(settings, rules[name])
-            chosen[name].setdefault("every", self._every(name, chosen[name]))
-        return chosen
-
-    def _every(self, name, settings):
-        """Steps between samples where the scene does not say."""
-        sample = self.steps.sample
-        if name == "configuration":
-            return sample
-        every = round(INTERVALS.get(name, SLOWER) / self.data["integrator"]["dt"])
-        if name == "thermo":
-            every = max(every, -(-sample // MOST_SAMPLES))
-        if name == "density_field":
-            every = max(every, -(-sample // (MOST_FRAMES * settings["average"])))
-        return max(1, min(every, sample))
+        return observed(self.data, self.steps.sample)
 
     def _fail(self, key, problem):
         raise UserError(f"{self.where}: {key}: {problem}")
