@@ -28,7 +28,10 @@ def compute(sweeps):
             "beads": (("time", "species"), runs.diffusion_bead.values, constant),
             "chains": ("time", runs.diffusion_molecule.values[:, 0], constant),
         },
-        {"time": ("time", runs.diffusion_time.values.ravel(), {"units": "tau"}), "species": species},
+        {
+            "time": ("time", runs.diffusion_time.values.ravel(), {"units": "tau"}),
+            "species": species,
+        },
     )
 
 

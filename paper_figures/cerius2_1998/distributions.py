@@ -66,7 +66,9 @@ def spring_of(runs):
 
 def mean_bond(data):
     """Over all bonds of A 3 B 9 A 3: 4 of A A, 2 of A B, 8 of B B."""
-    weight = xr.DataArray([4 / 14, 2 / 14, 8 / 14], coords={"pair": ["A A", "A B", "B B"]}, dims="pair")
+    weight = xr.DataArray(
+        [4 / 14, 2 / 14, 8 / 14], coords={"pair": ["A A", "A B", "B B"]}, dims="pair"
+    )
     value = float((weight * data["mean"]).sum())
     return value, float(np.sqrt((weight**2 * data.mean_error**2).sum()))
 

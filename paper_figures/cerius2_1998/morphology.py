@@ -7,8 +7,8 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import DOUBLE, ORANGE, mpl, panels, plt
-from paper_figures.cerius2_1998.shared import isodensity
+from dpd.report.style import DOUBLE, ORANGE, plt
+from paper_figures.cerius2_1998.shared import draw_isodensity
 
 LEVEL = shown_by(__file__)["isodensity"].value  # 1 / r_c^3
 
@@ -101,31 +101,13 @@ def draw(data):
             vmin=0, vmax=top, cmap="viridis", interpolation="nearest",
         )  # fmt: skip
         flat.set(title=rf"$t$ = {float(data.shown_time[k]):.0f} $\tau$", xlabel="$x$ / $r_c$")
+        flat.locator_params(nbins=3)
         if k == 0:
             flat.set(ylabel="$y$ / $r_c$")
         else:
             flat.set(yticklabels=[])
-        _surface(figure.add_subplot(grid[1, k], projection="3d"), field, edge)
+        solid = figure.add_subplot(grid[1, k], projection="3d")
+        draw_isodensity(solid, field, LEVEL, edge, ORANGE)
     bar = figure.colorbar(image, ax=figure.axes[: 2 * count : 2], pad=0.01, shrink=0.9)
     bar.set_label(r"density of A / $r_c^{-3}$")
     return figure
-
-
-def _surface(axes, field, edge):
-    """The isodensity surface in the box."""
-    corners, faces = isodensity(field, LEVEL, edge)
-    light = mpl.colors.LightSource(azdeg=225, altdeg=45)
-    axes.plot_trisurf(
-        *corners.T[:2], faces, corners.T[2], color=ORANGE, linewidth=0, lightsource=light,
-        antialiased=False,
-    )  # fmt: skip
-    for a in (0, 1):
-        for b in (0, 1):
-            for along in range(3):
-                line = np.empty((3, 2))
-                line[along] = 0, edge[along]
-                line[(along + 1) % 3] = a * edge[(along + 1) % 3]
-                line[(along + 2) % 3] = b * edge[(along + 2) % 3]
-                axes.plot(*line, color="0.4", linewidth=0.5)
-    axes.set_box_aspect(edge, zoom=1.35)
-    axes.set_axis_off()

@@ -4,6 +4,8 @@ from itertools import product
 
 import numpy as np
 
+from dpd.report.style import mpl
+
 
 def isodensity(field, level, edges):
     """The surface in a periodic box on which a density has one value.
@@ -35,3 +37,21 @@ def isodensity(field, level, edges):
     ]
     corners, faces, _, _ = marching_cubes(np.mean(around, axis=0), level)
     return corners * edges / field.shape, faces
+
+
+def draw_isodensity(axes, field, level, edges, color):
+    """Draw that surface, and the edges of the box, in three-dimensional axes."""
+    corners, faces = isodensity(field, level, edges)
+    axes.plot_trisurf(
+        *corners.T[:2], faces, corners.T[2], color=color, linewidth=0, antialiased=False,
+        lightsource=mpl.colors.LightSource(azdeg=225, altdeg=45),
+    )  # fmt: skip
+    for along in range(3):
+        for low, high in product((0, 1), repeat=2):
+            line = np.empty((3, 2))
+            line[along] = 0, edges[along]
+            line[(along + 1) % 3] = low * edges[(along + 1) % 3]
+            line[(along + 2) % 3] = high * edges[(along + 2) % 3]
+            axes.plot(*line, color="0.4", linewidth=0.5)
+    axes.set_box_aspect(edges, zoom=1.3)
+    axes.set_axis_off()
