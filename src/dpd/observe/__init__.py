@@ -18,12 +18,16 @@ from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
 from dpd.observe.configurational import Configurational
 from dpd.observe.crossings import Crossings
+from dpd.observe.density_field import DensityField
+from dpd.observe.diffusion import Diffusion
 from dpd.observe.displacement import Displacement
 from dpd.observe.end_to_end import EndToEnd
+from dpd.observe.mixing import Mixing
 from dpd.observe.passes import Passes
 from dpd.observe.profile import Profile
 from dpd.observe.rdf import RadialDistribution
 from dpd.observe.stretch import Stretch
+from dpd.observe.structure_factor import StructureFactor
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
 from dpd.observe.trajectory import Trajectory
@@ -62,9 +66,13 @@ OBSERVABLES = {
     "thermo": Thermo,
     "rdf": RadialDistribution,
     "profile": Profile,
+    "density_field": DensityField,
+    "structure_factor": StructureFactor,
+    "mixing": Mixing,
     "bonds": BondLengths,
     "chains": Chains,
     "displacement": Displacement,
+    "diffusion": Diffusion,
     "crossings": Crossings,
     "passes": Passes,
     "end_to_end": EndToEnd,

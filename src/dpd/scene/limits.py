@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError
+from dpd.scene.grids import check_grids
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
 
@@ -18,7 +19,8 @@ MOST_SPECIES = 256  # a bead's species is one byte
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
-SERIES = ("thermo", "crossings", "passes", "trace", "trajectory")  # keep every sample
+# Observables that keep every sample.
+SERIES = ("thermo", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")
 
 
 def check_beads(data: dict[str, Any], where: str) -> None:
@@ -85,6 +87,7 @@ def check_limits(scene: Scene) -> None:
         refuse("molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}")
     _check_length(scene, refuse)
     _check_observe(scene, refuse)
+    check_grids(scene, refuse)
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
     _check_bond_length(scene, refuse)

@@ -24,9 +24,12 @@ CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 MOST_SAMPLES = 10_000  # of a time series, unless the scene says how often
+MOST_FRAMES = 100  # of density fields, likewise
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
-INTERVALS = {"thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1}
+INTERVALS = {
+    "thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1, "structure_factor": 2.0,
+}  # fmt: skip
 SLOWER = 0.8
 TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 # Share by which whole molecules may miss the density that is asked for: 1 % changes the pressure,
@@ -244,10 +247,10 @@ class Scene:
         for item in self.data["observe"]:
             name, settings = (item, {}) if isinstance(item, str) else next(iter(item.items()))
             chosen[name] = with_defaults(settings, rules[name])
-            chosen[name].setdefault("every", self._every(name))
+            chosen[name].setdefault("every", self._every(name, chosen[name]))
         return chosen
 
-    def _every(self, name):
+    def _every(self, name, settings):
         """Steps between samples where the scene does not say."""
         sample = self.steps.sample
         if name == "configuration":
@@ -255,6 +258,8 @@ class Scene:
         every = round(INTERVALS.get(name, SLOWER) / self.data["integrator"]["dt"])
         if name == "thermo":
             every = max(every, -(-sample // MOST_SAMPLES))
+        if name == "density_field":
+            every = max(every, -(-sample // (MOST_FRAMES * settings["average"])))
         return max(1, min(every, sample))
 
     def _fail(self, key, problem):

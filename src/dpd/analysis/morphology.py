@@ -1,0 +1,279 @@
+"""The phase of a block copolymer, named by the peaks of its structure factor.
+
+In an ordered phase the density of a species a is a crystal on the scale of the chains. Then the
+amplitude |rho_a(q)| / N_a at some wave vectors of the box is a large number, which does not fall
+with the size of the box. Its square S_aa(q) / N_a is called the *strength* of q here: 0 to 1, and
+about 1 / N_a where there is no order. The first-order vectors of a phase are the strongest ones,
+and its higher orders stand at whole-numbered sums of them:
+
+- lamellae have one vector q1, and peaks at 1 : 2 : 3 (of layers of equal thickness at 1 : 3);
+- hexagonally packed cylinders (in two dimensions, discs) have three, at 60 degrees to each other
+  in a plane, and peaks at 1 : sqrt(3) : 2.
+
+This is how Groot and Madden, J. Chem. Phys. 108, 8713 (1998), name the phases of A_m B_n. The
+limits below are ours. For sharp interfaces q1 has the strength 0.41 in symmetric lamellae and 0.30
+in cylinders that fill 0.3 of the volume; fluctuations take a part of that. Where no rule fits, the
+phase is called "none": it may be another one, as spheres or a gyroid, or not have settled.
+"""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.structure import blocks_of
+from dpd.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ORDERED = 0.05  # strength of the strongest wave vector, from which on there is order
+ALIKE = 0.25  # of the strongest one's strength, from which on another is of first order too
+RISES = 3.0  # factor by which a peak of higher order stands above its surroundings
+AROUND = 0.15  # share of |q| within which wave vectors are its surroundings
+STRAINED = 0.15  # share by which first-order vectors may differ in length, as a box is no crystal
+LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "none"
+
+
+class Order(NamedTuple):
+    """Peaks of one order of a phase.
+
+    Attributes
+    ----------
+    ratio : float
+        Of the mean length of its wave vectors to that of the first order.
+    strength : float
+        Mean over them.
+    surroundings : float
+        Median strength of the wave vectors about as long that belong to no order; NaN if there is
+        none.
+    """
+
+    ratio: float
+    strength: float
+    surroundings: float
+
+    @property
+    def is_peak(self) -> bool:
+        return bool(self.strength > RISES * self.surroundings)
+
+
+class Phase(NamedTuple):
+    """What a structure factor says of a phase.
+
+    Attributes
+    ----------
+    name : str
+        ``lamellae``, ``cylinders`` (in two dimensions, hexagonally packed discs), ``disordered`` or
+        ``none``.
+    reason : str
+        Why, in a sentence.
+    first : (n, dimension) array
+        The first-order wave vectors, the strongest first; none in a disordered phase.
+    orders : tuple of Order
+        Those that the name rests on, the first order first.
+    spacing : float
+        Between layers, or between neighbouring cylinders, in r_c; NaN for other phases.
+    """
+
+    name: str
+    reason: str
+    first: np.ndarray
+    orders: tuple[Order, ...]
+    spacing: float
+
+
+class Strengths(NamedTuple):
+    """Wave vectors, (n, dimension), one of each q and -q, and the strength of each, (n,)."""
+
+    vectors: np.ndarray
+    strength: np.ndarray
+
+
+def strengths_of(runs: xr.Dataset, species: str, after: float = 0.5) -> Strengths:
+    """The strengths of one species in a run, or in the replicas of one point of a sweep.
+
+    Replicas have their crystals in different directions, so name the phase of one at a time.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        With the observable ``structure_factor``.
+    species : str
+    after : float
+        Share of the run that is left out at its beginning.
+
+    Returns
+    -------
+    Strengths
+    """
+    single = "scene" in runs.attrs
+    scene = Scene(json.loads(runs.attrs["scene"]), "run") if single else first_scene(runs)
+    beads = int((scene.kinds == scene.species.index(species)).sum())
+    pair = list(runs.species_pair.values.ravel()).index(f"{species} {species}")
+    if single:
+        runs = runs.expand_dims("replica")
+    settled = slice(int(after * runs.sizes["block"]), None)
+    blocks = blocks_of(runs.structure_factor_wave.isel(species_pair=pair, block=settled))
+    vectors = runs.wave_vector.values.reshape(-1, scene.dimension)[: runs.sizes["wave"]]
+    return Strengths(vectors, blocks.mean(axis=0) / beads)
+
+
+def phase_of(found: Strengths) -> Phase:
+    """Name the phase.
+
+    Parameters
+    ----------
+    found : Strengths
+        Of the species that makes the domains, averaged over a time in which they stood still.
+
+    Returns
+    -------
+    Phase
+    """
+    strongest = found.strength.max()
+    if strongest < ORDERED:
+        return _unordered(
+            DISORDERED, f"the strongest wave vector has {strongest:.2g}, below {ORDERED:g}"
+        )
+    first = _first_order(found)
+    if len(first) == 1:
+        return _lamellae(found, first)
+    if len(first) == 3:
+        return _cylinders(found, first)
+    return _unordered(
+        NONE, f"{len(first)} wave vectors are about as strong as the strongest", first
+    )
+
+
+def _unordered(name, reason, first=None):
+    """A phase without a lattice that a rule knows."""
+    return Phase(name, reason, np.empty((0, 0)) if first is None else first, (), np.nan)
+
+
+def _first_order(found):
+    """The strongest wave vectors, less those that are twice or three times another one."""
+    order = np.argsort(-found.strength, kind="stable")
+    strong = order[found.strength[order] >= ALIKE * found.strength[order[0]]]
+    vectors = found.vectors[strong]
+    multiples = [
+        any(_same(vector, factor * other) for factor in (2, 3) for other in vectors)
+        for vector in vectors
+    ]
+    return vectors[~np.array(multiples)]
+
+
+def _lamellae(found, first):
+    orders = _orders(found, first, [[[factor]] for factor in (1, 2, 3)])
+    higher = [order for order in orders[1:] if order.is_peak]
+    if not higher:
+        return _unordered(
+            NONE, "one wave vector is strong, without a peak at 2 or 3 times it", first
+        )
+    seen = " : ".join(f"{order.ratio:.3g}" for order in (orders[0], *higher))
+    spacing = 2 * np.pi / np.linalg.norm(first[0])
+    return Phase(LAMELLAE, f"peaks along one direction at {seen}", first, orders, float(spacing))
+
+
+def _cylinders(found, first):
+    lengths = np.linalg.norm(first, axis=1)
+    signs = next((s for s in product((1, -1), repeat=2) if _closes(first, s)), None)
+    if signs is None or lengths.max() > (1 + STRAINED) * lengths.min():
+        return _unordered(NONE, "three wave vectors are strong, which are not at 60 degrees", first)
+    one, two, three = np.array([1, *signs])[:, None] * np.eye(3)  # whose sum is zero
+    apart = [one - two, two - three, three - one]
+    orders = _orders(found, first, [np.eye(3), apart, 2 * np.eye(3)])
+    higher = [order for order in orders[1:] if order.is_peak]
+    if not higher:
+        return _unordered(
+            NONE, "three vectors at 60 degrees are strong, without peaks at sqrt(3) or 2", first
+        )
+    seen = " : ".join(f"{order.ratio:.3g}" for order in (orders[0], *higher))
+    spacing = 4 * np.pi / (np.sqrt(3) * lengths.mean())
+    return Phase(CYLINDERS, f"hexagonal peaks at {seen}", first, orders, float(spacing))
+
+
+def _closes(first, signs):
+    """Whether three vectors with these signs of the last two make a triangle."""
+    return _same(first[0] + signs[0] * first[1] + signs[1] * first[2], 0 * first[0])
+
+
+def _orders(found, first, sums_of_orders):
+    """Each order whose wave vectors, sums of the first ones, are all known.
+
+    Parameters
+    ----------
+    sums_of_orders : list of (m, len(first)) arrays
+        Whole numbers of the first-order vectors in the vectors of each order.
+    """
+    places = [
+        [_place(found, np.asarray(numbers) @ first) for numbers in several]
+        for several in sums_of_orders
+    ]
+    own = {place for several in places for place in several if place is not None}
+    return tuple(_order(found, several, own, first) for several in places if None not in several)
+
+
+def _order(found, places, own, first):
+    length = np.linalg.norm(found.vectors, axis=1)
+    mean = length[places].mean()
+    others = np.setdiff1d(np.flatnonzero(np.abs(length / mean - 1) < AROUND), list(own))
+    background = float(np.median(found.strength[others])) if len(others) else np.nan
+    ratio = float(mean / np.linalg.norm(first, axis=1).mean())
+    return Order(ratio, float(found.strength[places].mean()), background)
+
+
+def _place(found, vector):
+    """The number of a wave vector, or of its opposite; None if it is longer than the longest."""
+    for sign in (1, -1):
+        same = np.flatnonzero(np.abs(found.vectors - sign * vector).max(axis=1) < 1e-6)
+        if len(same):
+            return int(same[0])
+    return None
+
+
+def _same(one, other):
+    """Whether two wave vectors, or one and the other's opposite, are the same."""
+    return bool(np.abs(one - other).max() < 1e-6 or np.abs(one + other).max() < 1e-6)
+
+
+class ShellPeak(NamedTuple):
+    """A peak of S(q): where and how high it is."""
+
+    q: float
+    height: float
+
+
+def shell_peaks(q: np.ndarray, structure: np.ndarray, prominence: float = 0.2) -> list[ShellPeak]:
+    """Peaks of a structure factor over |q|, by increasing q.
+
+    Parameters
+    ----------
+    q, structure : (shells,) arrays
+    prominence : float
+        Factor less 1 by which a peak rises above the higher one of the valleys beside it.
+
+    Returns
+    -------
+    list of ShellPeak
+        Each at the top of a parabola through ln S of three shells. The first shell is a peak if
+        the next one is lower; then it is as it stands.
+    """
+    from scipy.signal import find_peaks
+
+    level = np.log(structure)
+    padded = np.concatenate([[-np.inf], level])
+    places, _ = find_peaks(padded, prominence=np.log1p(prominence))
+    return [_top(q, level, place - 1) for place in places]
+
+
+def _top(q, level, k):
+    if k == 0:
+        return ShellPeak(float(q[0]), float(np.exp(level[0])))
+    square, slope, height = np.polyfit(q[k - 1 : k + 2] - q[k], level[k - 1 : k + 2], 2)
+    at = -slope / (2 * square)
+    return ShellPeak(float(q[k] + at), float(np.exp(height + 0.5 * slope * at)))

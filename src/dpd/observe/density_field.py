@@ -1,0 +1,104 @@
+"""Density of each species on a grid, over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.scene.grids import frames_of, grid_shape
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
+
+AXES = "xyz"
+
+
+class DensityField:
+    """Number density of each species in the cells of a grid, in frames one after the other.
+
+    The density of a cell is the number of beads in it over its volume. A frame is the average of
+    ``average`` looks, ``every`` steps apart; so it covers ``every`` times ``average`` steps, and
+    the next one follows at once. Where the run ends within a frame, that is the average of the
+    looks that it has.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between looks.
+    average : int
+        Looks in a frame.
+    spacing : float
+        Largest width of a cell in r_c; each axis is cut into equal cells.
+    """
+
+    needs_forces = False
+
+    def __init__(
+        self, scene: Scene, system: System, every: int, average: int, spacing: float
+    ) -> None:
+        self.every, self._average = every, average
+        self._system = system
+        self._names = scene.species
+        self._looks = scene.steps.sample // every
+        self._shape = (len(scene.species), *grid_shape(system.box, spacing))
+        self.arrays = {
+            "taken": np.zeros(1, np.int64),
+            "field": np.zeros((frames_of(scene), *self._shape), np.float32),
+            "box": np.zeros((frames_of(scene), system.dimension)),
+        }
+
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
+        """Add a look to its frame."""
+        state, shape, box = simulation.state, self._shape, self._system.box
+        cell = np.zeros(state.position.shape[1], np.int64)
+        if state.species is not None:
+            cell += state.species
+        for along, edge, cells in zip(state.position, box, shape[1:]):
+            cell = cell * cells + np.clip((along * (cells / edge)).astype(np.int64), 0, cells - 1)
+        counts = np.bincount(cell, minlength=np.prod(shape)).reshape(shape)
+        density = counts * (np.prod(shape[1:]) / np.prod(box))
+        frame = int(self.arrays["taken"][0]) // self._average
+        self.arrays["field"][frame] += density.astype(np.float32)
+        self.arrays["box"][frame] += box
+        self.arrays["taken"][0] += 1
+
+    def variables(self) -> Variables:
+        """Fields for the file; NaN where a run that was lost did not come to."""
+        frames = len(self.arrays["field"])
+        looks = self._looks_in_frames(int(self.arrays["taken"][0]))
+        with np.errstate(invalid="ignore"):
+            field = self.arrays["field"] / looks.reshape(-1, *[1] * len(self._shape))
+            box = self.arrays["box"] / looks[:, None]
+        first = 1 + self._average * np.arange(frames)
+        middle = first + 0.5 * (self._looks_in_frames(self._looks) - 1)
+        axes = [f"field_{axis}" for axis in AXES[: self._system.dimension]]
+        middles = {
+            name: (
+                (name,), (np.arange(cells) + 0.5) * (edge / cells), "r_c",
+                f"middles of the cells along {name[-1]}",
+            )
+            for name, cells, edge in zip(axes, self._shape[1:], self._system.box)
+        }  # fmt: skip
+        return middles | {
+            "field_time": (
+                ("frame",), middle * self.every * self._system.dt, "tau",
+                "time since the end of equilibration, mean of the looks of a frame",
+            ),
+            "field_box": (("frame", "axis"), box, "r_c", "edges of the box, mean of a frame"),
+            "species": (("species",), np.array(self._names), "1", "species"),
+            "density_field": (
+                ("frame", "species", *axes), field.astype(np.float32), "1 / r_c^dimension",
+                "number density in cells, mean over the looks of a frame",
+            ),
+        }  # fmt: skip
+
+    def _looks_in_frames(self, looks):
+        """(frames,) array: how many of so many looks are in each frame."""
+        first = self._average * np.arange(len(self.arrays["field"]))
+        return np.clip(looks - first, 0, self._average)

@@ -1,0 +1,94 @@
+"""Diffusion coefficients as they settle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.observe.following import moved_between
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import Sums, System
+    from dpd.observe import Variables
+    from dpd.scene.scene import Scene
+
+
+class Diffusion:
+    """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
+
+    The time t counts from the first sample. Displacements are those from that one start, relative
+    to the centre of all beads, so that a drift of the box does not count; of a molecule, that of
+    the mean of its beads. D(t) tends to the diffusion coefficient where t is long enough for beads
+    to have lost their velocity, and chains to have moved their own size. For an error, or for
+    averages over many starts, see the observable ``displacement``.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    every : int
+        Steps between samples.
+    """
+
+    needs_forces = False
+
+    def __init__(self, scene: Scene, system: System, every: int) -> None:
+        self.every = every
+        self._system = system
+        self._names = scene.species
+        self._kinds = scene.kinds.astype(np.int64)
+        self._lengths = scene.lengths
+        self._first = np.cumsum(self._lengths) - self._lengths
+        self._molecule_kinds = np.repeat(
+            np.arange(len(scene.molecules)), [kind.count for kind in scene.molecules]
+        )
+        samples = scene.steps.sample // every
+        shape = (system.dimension, scene.beads)
+        self.arrays = {
+            "taken": np.zeros(1, np.int64),
+            "last": np.zeros(shape),
+            "moved": np.zeros(shape),
+            "beads": np.full((samples, len(self._names)), np.nan),
+            "molecules": np.full((samples, len(scene.molecules)), np.nan),
+        }
+
+    def sample(self, simulation: Simulation, sums: Sums) -> None:
+        """Follow the beads, and compare with the start."""
+        state, arrays, box = simulation.state, self.arrays, self._system.box
+        position = state.by_identity(state.position)
+        at = int(arrays["taken"][0])
+        if at:
+            arrays["moved"] += moved_between(
+                arrays["last"], position, box, state.step, "diffusion", self.every
+            )
+            moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
+            centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
+            arrays["beads"][at] = _mean_squares(moved, self._kinds)
+            arrays["molecules"][at] = _mean_squares(centre, self._molecule_kinds)
+        arrays["last"][...] = position
+        arrays["taken"][0] += 1
+
+    def variables(self) -> Variables:
+        """Coefficients over time for the file; NaN at the start, and where a run was lost."""
+        beads, molecules = self.arrays["beads"], self.arrays["molecules"]
+        time = self._system.dt * self.every * np.arange(len(beads))
+        over = 2 * self._system.dimension * np.where(time > 0, time, np.nan)[:, None]
+        return {
+            "diffusion_time": (("diffusion_sample",), time, "tau", "time since the first sample"),
+            "species": (("species",), np.array(self._names), "1", "species"),
+            "diffusion_bead": (
+                ("diffusion_sample", "species"), beads / over, "r_c^2 / tau",
+                "squared displacement of beads over 2 dimension t",
+            ),
+            "diffusion_molecule": (
+                ("diffusion_sample", "kind"), molecules / over, "r_c^2 / tau",
+                "squared displacement of centres of molecules over 2 dimension t",
+            ),
+        }  # fmt: skip
+
+
+def _mean_squares(moved, kinds):
+    """Mean squared displacement of each kind, by the number of the kind of each."""
+    return np.bincount(kinds, (moved**2).sum(axis=0)) / np.bincount(kinds)

@@ -1,0 +1,335 @@
+"""Density fields, structure factors, mixing and diffusion of beads whose places are known."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from dpd.engine.queries.waves import density_waves
+from dpd.engine.state import State
+from dpd.errors import UserError
+from dpd.files import read
+from dpd.observe import observables
+from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.scene.grids import grid_shape, wave_numbers
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+
+PLANE = {
+    "dimension": 2,
+    "box": [6.0, 5.0],
+    "molecules": [{"architecture": "A B", "count": 20}, {"architecture": "C", "count": 15}],
+    "repulsion": {"A A": 25, "B B": 25, "C C": 25, "A B": 40, "A C": 35, "B C": 30},
+    "bond": {"stiffness": 10},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 60},
+}
+SOLID = PLANE | {"dimension": 3, "box": [6.0, 5.0, 4.0]}
+SCENES = {"2D": PLANE, "3D": SOLID}
+
+
+def places(scene, seed=1):
+    """Random positions of the scene's beads."""
+    rng = np.random.default_rng(seed)
+    return rng.random((scene.dimension, scene.beads)) * np.array(scene.box)[:, None]
+
+
+def state_of(scene, position, step=0):
+    """A state with those positions, stored in some other order."""
+    order = np.random.default_rng(step).permutation(scene.beads)
+    zeros = np.zeros_like(position)
+    species = scene.kinds[order] if len(scene.species) > 1 else None
+    return State(position[:, order], zeros, None, order.astype(np.uint32), species, step)
+
+
+def look(data, observe, *positions):
+    """Arrays of the file after some looks of the one observable at those positions."""
+    scene = Scene(data | {"observe": [observe]}, "scene.yaml")
+    observer, *_ = observables(scene, system_of(scene))
+    for step, position in enumerate(positions):
+        observer.sample(SimpleNamespace(state=state_of(scene, position, step)), None)
+    return scene, {name: found[1] for name, found in observer.variables().items()}
+
+
+# Density fields.
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_field_counts_beads_in_cells(name):
+    """As numpy.histogramdd does, to single precision; a frame is the mean of its looks."""
+    data = SCENES[name]
+    scene = Scene(data)
+    positions = [places(scene, seed) for seed in range(6)]
+    settings = {"density_field": {"every": 10, "average": 4, "spacing": 0.9}}
+    _, found = look(data, settings, *positions)
+    shape = grid_shape(scene.box, 0.9)
+    assert shape == (7, 6, 5)[: scene.dimension]
+    assert found["density_field"].shape == (2, 3, *shape)
+    assert found["density_field"].dtype == np.float32
+    cell = scene.volume / np.prod(shape)
+    for frame, looks in ((0, positions[:4]), (1, positions[4:])):
+        for kind in range(3):
+            beads = np.hstack([place[:, scene.kinds == kind] for place in looks])
+            edges = [(0, edge) for edge in scene.box]
+            counts, _ = np.histogramdd(beads.T, shape, edges)
+            expected = counts / (cell * len(looks))
+            np.testing.assert_allclose(found["density_field"][frame, kind], expected, rtol=1e-6)
+    # Looks at 10, 20, 30, 40 steps, and at 50 and 60.
+    np.testing.assert_allclose(found["field_time"], [25 * 0.04, 55 * 0.04])
+    np.testing.assert_allclose(found["field_x"], (np.arange(7) + 0.5) * 6 / 7)
+
+
+def test_all_beads_are_in_a_field_also_at_the_faces():
+    """Positions of 0, and of the last number below the edge."""
+    scene = Scene(PLANE)
+    position = np.zeros((2, scene.beads))
+    position[:, :10] = np.nextafter(np.array(scene.box), 0)[:, None]
+    _, found = look(PLANE, {"density_field": {"every": 60}}, position)
+    field = found["density_field"][0]
+    cell = scene.volume / field[0].size
+    assert field.sum() * cell == pytest.approx(scene.beads, rel=1e-6)
+    assert (field > 0).sum(axis=(1, 2)).tolist() == [2, 2, 1]  # of A, B and C
+
+
+def test_frames_that_a_lost_run_did_not_come_to_are_empty():
+    """NaN, not zero."""
+    settings = {"density_field": {"every": 10, "average": 2}}
+    _, found = look(PLANE, settings, places(Scene(PLANE)))
+    assert np.isfinite(found["density_field"][0]).all()
+    assert np.isnan(found["density_field"][1:]).all() and len(found["density_field"]) == 3
+
+
+# Structure factors.
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_density_waves_are_sums_over_beads(name):
+    """To 1e-11 of plain sums; the wave vectors are all of one half up to max."""
+    scene = Scene(SCENES[name])
+    numbers = wave_numbers(scene.box, 5.0)
+    vectors = 2 * np.pi * numbers / np.array(scene.box)
+    reach = [range(-9, 10)] * scene.dimension
+    everything = np.stack([axis.ravel() for axis in np.meshgrid(*reach)], axis=1)
+    short = np.linalg.norm(2 * np.pi * everything / np.array(scene.box), axis=1) <= 5.0
+    both = {tuple(number) for number in np.vstack([numbers, -numbers])}
+    assert both | {(0,) * scene.dimension} == {tuple(number) for number in everything[short]}
+    assert len(both) == 2 * len(numbers)
+    position = places(scene)
+    begins = np.array([0, 20, 21, scene.beads])
+    found = density_waves(position, scene.box, begins, numbers)
+    for kind in range(3):
+        some = position[:, begins[kind] : begins[kind + 1]]
+        phase = vectors @ some
+        np.testing.assert_allclose(found[0, kind], np.cos(phase).sum(axis=1), atol=1e-11)
+        np.testing.assert_allclose(found[1, kind], np.sin(phase).sum(axis=1), atol=1e-11)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_structure_factors_are_those_of_their_definition(name):
+    """Each pair, each wave vector, each shell; from pairs of beads instead of density waves."""
+    data = SCENES[name]
+    scene = Scene(data)
+    position = places(scene)
+    _, found = look(data, {"structure_factor": {"every": 60, "max": 3}}, position)
+    assert list(found["species_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
+    apart = position[:, :, None] - position[:, None]
+    along = np.cos(np.einsum("wk,kij->wij", found["wave_vector"], apart))
+    length = np.linalg.norm(found["wave_vector"], axis=1)
+    shell = np.rint(length / (2 * np.pi / 6))
+    for number, pair in enumerate(found["species_pair"]):
+        one, other = (scene.kinds == scene.species.index(kind) for kind in pair.split())
+        expected = along[:, one][:, :, other].sum(axis=(1, 2)) / np.sqrt(one.sum() * other.sum())
+        np.testing.assert_allclose(found["structure_factor_wave"][0, number], expected, atol=1e-10)
+        for k, place in enumerate(np.unique(shell)):
+            members = shell == place
+            assert found["q_waves"][k] == 2 * members.sum()
+            assert found["q"][k] == pytest.approx(length[members].mean())
+            assert found["structure_factor"][0, number, k] == pytest.approx(
+                expected[members].mean(), abs=1e-10
+            )
+
+
+def test_an_ideal_gas_has_no_structure():
+    """S_aa = 1 and S_ab = 0, within 5 standard errors: each value is exponential, of variance 1,
+    or 1/2 for unlike pairs."""
+    scene = Scene(SOLID)
+    positions = [places(scene, seed) for seed in range(60)]
+    _, found = look(SOLID, {"structure_factor": {"every": 1, "max": 8}}, *positions)
+    values = found["structure_factor_wave"]
+    assert values.shape[0] == 50 and values.shape[2] > 500
+    weights = np.bincount(np.arange(60) * 50 // 60)[:, None]  # looks in each block
+    means = (weights * values.mean(axis=2)).sum(axis=0) / 60
+    like = np.array([pair.split()[0] == pair.split()[1] for pair in found["species_pair"]])
+    within = 5 / np.sqrt(60 * values.shape[2])
+    np.testing.assert_allclose(means[like], 1, atol=within)
+    np.testing.assert_allclose(means[~like], 0, atol=within)
+
+
+# Mixing.
+
+
+def brute_order(scene, position):
+    """Warren-Cowley order of all pairs of species, from all distances."""
+    apart = position[:, :, None] - position[:, None]
+    edges = np.array(scene.box)[:, None, None]
+    apart -= edges * np.round(apart / edges)
+    near = np.triu((apart**2).sum(axis=0) < 1, 1)
+    total, beads = near.sum(), scene.beads
+    found = []
+    for a in range(len(scene.species)):
+        for b in range(a + 1, len(scene.species)):
+            one, other = scene.kinds == a, scene.kinds == b
+            unlike = near[one][:, other].sum() + near[other][:, one].sum()
+            share = 2 * one.sum() * other.sum() / (beads * (beads - 1))
+            found.append(1 - unlike / total / share)
+    return found
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_mixing_is_that_of_all_pairs(name):
+    """By brute force, for three species."""
+    scene = Scene(SCENES[name])
+    positions = [places(scene, seed) for seed in range(3)]
+    _, found = look(SCENES[name], {"mixing": {"every": 20}}, *positions)
+    assert list(found["unlike_pair"]) == ["A B", "A C", "B C"]
+    expected = [brute_order(scene, position) for position in positions]
+    np.testing.assert_allclose(found["short_range_order"], expected, atol=1e-12)
+    np.testing.assert_allclose(found["mixing_time"], [0.8, 1.6, 2.4])
+
+
+def test_order_is_one_apart_and_zero_at_random():
+    """A in one half and B and C in the other but for two borders; at random over 40 looks."""
+    data = PLANE | {"box": [30.0, 30.0], "steps": {"sample": 40}, "molecules": [
+        {"architecture": "A", "count": 1500}, {"architecture": "B", "count": 1500},
+    ], "repulsion": {"A A": 25, "B B": 25, "A B": 40}}  # fmt: skip
+    del data["bond"]
+    scene = Scene(data)
+    apart = places(scene)
+    apart[0] = 0.5 * apart[0] + 15 * scene.kinds
+    # Two borders of length L = 30: segments of the disc beyond one have the mean area 2/3, so that
+    # 8 / (3 pi L) of all pairs are unlike, and half of all would be by lot.
+    _, found = look(data, {"mixing": {"every": 1}}, apart)
+    border = 16 / (3 * np.pi) / 30
+    assert found["short_range_order"][0, 0] == pytest.approx(1 - border, abs=0.01)
+    positions = [places(scene, seed) for seed in range(40)]
+    _, found = look(data, {"mixing": {"every": 1}}, *positions)
+    # About 15 700 pairs a look: a standard deviation of 0.008 a look, 0.0013 of the mean.
+    assert abs(found["short_range_order"].mean()) < 0.006
+
+
+# Diffusion.
+
+
+def test_diffusion_is_that_from_the_first_sample():
+    """Beads that move straight, each species at a speed of its own, across the faces."""
+    scene = Scene(PLANE)
+    speed = np.array([0.3, -0.2, 0.1])[scene.kinds]
+    first = places(scene)
+    positions = [
+        (first + np.array([[1.0], [0.5]]) * speed * k) % np.array(scene.box)[:, None]
+        for k in range(30)
+    ]
+    _, found = look(PLANE, {"diffusion": {"every": 2}}, *positions)
+    time = 0.08 * np.arange(30)
+    np.testing.assert_allclose(found["diffusion_time"], time)
+    assert np.isnan(found["diffusion_bead"][0]).all()
+    counts = np.array([20, 20, 15])
+    mean = (np.array([0.3, -0.2, 0.1]) * counts).sum() / counts.sum()
+    steps = np.arange(1, 30)[:, None]
+    for speeds, name in (([0.3, -0.2, 0.1], "bead"), ([0.05, 0.1], "molecule")):
+        expected = 1.25 * ((np.array(speeds) - mean) * steps) ** 2 / (4 * time[1:, None])
+        np.testing.assert_allclose(found[f"diffusion_{name}"][1:], expected, rtol=1e-9)
+
+
+def test_free_beads_diffuse_as_langevin_says(tmp_path):
+    """D(t) of single beads with friction 1 of their own: Ornstein's formula, within 5 standard
+    errors of 2 / sqrt(3 N) each (600 beads: 4.7 %; the drift of the box takes 1/N)."""
+    scene = Scene({
+        "dimension": 3, "box": 8, "molecules": [{"architecture": "A", "count": 600}],
+        "repulsion": {"A A": 0}, "thermostat": {"kind": "langevin", "gamma": 1.0},
+        "integrator": {"scheme": "gw-vv", "dt": 0.02}, "steps": {"equilibrate": 0, "sample": 600},
+        "observe": [{"diffusion": {"every": 10}}],
+    })  # fmt: skip
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    found, _ = read(tmp_path / "run.nc")
+    time, value = found["diffusion_time"][1:], found["diffusion_bead"][1:, 0]
+    expected = (time - 1 + np.exp(-time)) / time
+    assert np.abs(value / expected - 1).max() < 5 * np.sqrt(2 / (3 * 600))
+    np.testing.assert_array_equal(found["diffusion_molecule"], found["diffusion_bead"])
+
+
+# In runs.
+
+WATCHED = [
+    {"density_field": {"every": 7, "average": 4}}, {"structure_factor": {"every": 9}},
+    {"mixing": {"every": 5}}, {"diffusion": {"every": 4}},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_threads_and_kills_leave_the_bits(name, tmp_path):
+    """One, two and four threads, and a run that stops in the middle and goes on."""
+    scene = Scene(SCENES[name] | {"observe": WATCHED})
+    whole = tmp_path / "whole.nc"
+    simulate(scene, whole, make_start(scene))
+    expected, _ = read(whole)
+    for threads in (2, 4):
+        other = tmp_path / f"{threads}.nc"
+        simulate(scene, other, make_start(scene), RunSettings(threads=threads))
+        assert same(read(other)[0], expected)
+    path = tmp_path / "run.nc"
+    done = []
+    settings = RunSettings(
+        checkpoint=checkpoint_path(path), every_seconds=0, progress=done.append,
+        stopping=lambda: done[-1] > 30,
+    )  # fmt: skip
+    with pytest.raises(UserError, match="stopped at step"):
+        simulate(scene, path, make_start(scene), settings)
+    simulate(scene, path, make_start(scene), RunSettings(checkpoint=checkpoint_path(path)))
+    assert same(read(path)[0], expected)
+
+
+def same(one, other):
+    """Whether two files hold the same bits."""
+    return one.keys() == other.keys() and all(
+        np.array_equal(one[name], other[name], equal_nan=one[name].dtype.kind == "f")
+        for name in one
+    )
+
+
+# What is refused.
+
+REFUSED = {
+    "spacing": (
+        {"density_field": {"spacing": 3}}, ["observe.density_field.spacing", "3", "<= 2.5"],
+    ),
+    "frames": (
+        {"density_field": {"every": 1, "average": 1, "spacing": 0.01}},
+        ["observe.density_field", "60 frames", "5.4e+07", "allowed: <= 10000000"],
+    ),
+    "max": ({"structure_factor": {"max": 1}}, ["observe.structure_factor.max", ">= 1.047"]),
+    "waves": (
+        {"structure_factor": {"max": 1000}}, ["observe.structure_factor.max", "1000", "vectors"],
+    ),
+    "average": ({"density_field": {"average": 0}}, ["average", "0", ">= 1"]),
+    "key": ({"mixing": {"bin": 1}}, ["unknown key 'bin'", "every"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_refused(name, monkeypatch):
+    """In one message: key, value, what is allowed."""
+    monkeypatch.setattr("dpd.scene.grids.MOST_CELLS", 10**7)
+    observe, parts = REFUSED[name]
+    data = PLANE if name != "waves" else PLANE | {"box": 60.0}
+    with pytest.raises(UserError) as problem:
+        Scene(data | {"observe": [observe]}, "scene.yaml")
+    for part in ["scene.yaml", *parts]:
+        assert part in str(problem.value)
+
+
+def test_mixing_needs_two_species():
+    """One cannot be mixed with itself."""
+    alone = PLANE | {"molecules": [{"architecture": "A 2", "count": 20}]}
+    with pytest.raises(UserError, match=r"observe: 'mixing' .* single species"):
+        Scene(alone | {"repulsion": {"A A": 25}, "observe": ["mixing"]})
