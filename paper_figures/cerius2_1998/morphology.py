@@ -22,7 +22,7 @@ PAPER_SHOWS = (
     f"the surfaces of A at {LEVEL:g}, periodic. Each column is a mean over the time around the one "
     "that stands above it."
 )
-ERRORS = "Densities are means over 25 configurations in 500 steps, in cubes with edges of 0.5 r_c."
+ERRORS = "Densities are means over 20 configurations in 100 steps, in cubes with edges of 0.625 r_c."
 COLUMNS = 4
 SETTLED = 0.5  # share of the run that counts as ordered
 
