@@ -13,16 +13,37 @@ if TYPE_CHECKING:
 
     from dpd.commands.parser import Stages
 
-CHOICES = ("colour", "species", "slab", "view", "radius", "caption", "dark", "size", "dpi")
+CHOICES = (
+    "colour", "species", "slab", "view", "radius", "caption", "dark", "size", "dpi",
+    "slice", "surface", "smooth",
+)  # fmt: skip
 
 
 def add_to(stages: Stages) -> None:
     """Declare the stage."""
-    draw = stages.add("draw", _draw, "draw the beads and bonds of a configuration", "file")
+    draw = stages.add(
+        "draw", _draw, "draw the beads and bonds of a configuration, or density fields", "file"
+    )
     draw.description = (
         "Draw a configuration: the last one of a run.nc, a first one, a checkpoint, a frame of a "
-        "trajectory (.gsd), or LAMMPS data."
+        "trajectory (.gsd), or LAMMPS data. Or draw the density fields of a run.nc, as slices or "
+        "surfaces."
     )
+    draw.add_argument(
+        "--slice", metavar="AXIS=PLACE",
+        help="draw the density of each species (or of --species) in a plane, as in z=5, in r_c; "
+        "fields of two dimensions lie in z=0",
+    )  # fmt: skip
+    draw.add_argument(
+        "--surface", nargs="+", metavar="SPECIES=DENSITY",
+        help="draw the surface around all that is denser, as in A=0.4, in beads per r_c^3; in two "
+        "dimensions a line",
+    )  # fmt: skip
+    draw.add_argument(
+        "--smooth", type=float, metavar="R",
+        help="width in r_c over which a density field is averaged for a picture (standard "
+        "deviation of a Gaussian; default 0.5)",
+    )  # fmt: skip
     draw.add_argument(
         "-o", "--output", type=Path, metavar="FILE",
         help="picture (.png, .pdf, .svg; default: a .png beside the file)",
@@ -48,12 +69,16 @@ def add_to(stages: Stages) -> None:
     )
     draw.add_argument("--dark", action="store_true", help="draw on black")
     draw.add_argument(
-        "--size", type=float, metavar="CM", help="width of the picture (default 8.6, a column)"
+        "--size",
+        type=float,
+        metavar="CM",
+        help="width of the picture (default 8.6, a column; of several panels 17.8)",
     )
     draw.add_argument("--dpi", type=float, help="pixels per inch (default 300; of a movie 150)")
     draw.add_argument(
-        "--frame", type=int, default=-1, metavar="N",
-        help="of a trajectory, from 0, or from the end: -1 is the last (default)",
+        "--frame", type=int, nargs="+", default=[-1], metavar="N",
+        help="of a trajectory, from 0, or from the end: -1 is the last (default); of density "
+        "fields also several, side by side",
     )  # fmt: skip
     draw.add_argument(
         "--movie", type=Path, metavar="FILE",

@@ -18,6 +18,7 @@ OF_SPECIES = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
 SINGLE = "#B4B4B4"  # beads without bonds among molecules
 # Molecules are neighbours if beads come as close as this, in mean distances of beads.
 CLOSE = {2: 3.0, 3: 1.5}
+BRIGHTER = 0.2  # share of white in colours on a black background
 PALER = 0.5  # share of white in colours of a second round
 
 

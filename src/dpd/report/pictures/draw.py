@@ -12,11 +12,13 @@ from matplotlib.figure import Figure
 
 from dpd.errors import UserError
 from dpd.files import check_output, replace_whole
+from dpd.particles.fields import fields_of, read_fields
 from dpd.particles.formats import read
 from dpd.particles.netcdf import particles_of
 from dpd.particles.particles import Particles, checked
 from dpd.report.pictures.camera import camera_of, region_of
-from dpd.report.pictures.colouring import coloured_by, colours_of, mixed
+from dpd.report.pictures.colouring import BRIGHTER, coloured_by, colours_of, mixed
+from dpd.report.pictures.densities import draw_fields
 from dpd.report.pictures.frame import (
     BEFORE,
     axes_of,
@@ -32,28 +34,35 @@ from dpd.report.pictures.look import Look, check_beads, look_of
 from dpd.report.pictures.shapes import usual_radius, visible_beads
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
 
-BRIGHTER = 0.2  # share of white in colours on a black background
+    from dpd.particles.fields import Fields
+
 PICTURES = (".png", ".pdf", ".svg")
 WITHOUT_DATE = {".png": None, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 SAVED: Any = {"pdf.fonttype": 42, "svg.hashsalt": "dpd-papers"}  # the same bytes each time
 RASTER = 1000  # beads, from which on a PDF or SVG has them as pixels
 
 
-def draw(source: str | Path | Particles | xr.Dataset, frame: int = -1, **choices: Any) -> Figure:
-    """Draw a configuration.
+def draw(
+    source: str | Path | Particles | xr.Dataset, frame: int | Sequence[int] = -1, **choices: Any
+) -> Figure:
+    """Draw a configuration; or, with ``slice`` or ``surface``, the density fields of a run.
 
     Parameters
     ----------
     source : path, Particles or xarray.Dataset
         A file that `dpd.particles.formats.read` knows, as ``run.nc`` or ``run.gsd``; or a
         configuration; or a run with the last configuration in it.
-    frame : int
-        Of a trajectory; the last one if not given.
+    frame : int or sequence of int
+        Of a trajectory or of density fields; the last one if not given. Several frames of density
+        fields stand side by side.
     **choices
         Attributes of `dpd.report.pictures.look.Look`: colour, species, slab, view, radius, caption,
-        dark, size, dpi.
+        dark, size, dpi, and of density fields slice, surface, smooth. A slice is ``"z=5"`` or
+        ``("z", 5)``; surfaces are ``"A=0.4"``, several of these, or ``{"A": 0.4, "B": 1}``.
 
     Returns
     -------
@@ -65,16 +74,21 @@ def draw(source: str | Path | Particles | xr.Dataset, frame: int = -1, **choices
         If the file cannot be read or holds no configuration, or a choice is not allowed.
     """
     look = look_of(choices)
+    if look.shows_fields:
+        fields, where = _fields(source)
+        return draw_fields(fields, _several(frame), look, where)
     if isinstance(source, (str, Path)):
-        return _figure(read(source, frame), look, source)
+        return _figure(read(source, _single(frame)), look, source)
     if not isinstance(source, Particles):
         variables = {str(name): variable.values for name, variable in source.variables.items()}
         source = particles_of(variables, source.attrs, "the run")
     return _figure(checked(source, "the particles"), look, "the particles")
 
 
-def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: Any) -> Particles:
-    """Draw a configuration into a file.
+def draw_file(
+    source: str | Path, path: str | Path, frame: int | Sequence[int] = -1, **choices: Any
+) -> Particles | Fields:
+    """Draw a configuration, or density fields, into a file.
 
     Parameters
     ----------
@@ -86,8 +100,8 @@ def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: 
 
     Returns
     -------
-    Particles
-        What was drawn.
+    Particles or Fields
+        What was drawn, or of which some frames were.
 
     Raises
     ------
@@ -102,8 +116,13 @@ def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: 
         )
     check_output(path, inputs=[source])
     look = look_of(choices)
-    particles = read(source, frame)
-    figure = _figure(particles, look, source)
+    drawn: Particles | Fields
+    if look.shows_fields:
+        drawn = read_fields(Path(source))
+        figure = draw_fields(drawn, _several(frame), look, source)
+    else:
+        drawn = read(source, _single(frame))
+        figure = _figure(drawn, look, source)
     with mpl.rc_context(SAVED):
         replace_whole(
             path,
@@ -111,7 +130,30 @@ def draw_file(source: str | Path, path: str | Path, frame: int = -1, **choices: 
                 draft, format=path.suffix[1:], dpi=look.dpi, metadata=WITHOUT_DATE[path.suffix]
             ),
         )
-    return particles
+    return drawn
+
+
+def _fields(source):
+    """The density fields of a file or a dataset, and what to call that in messages."""
+    if isinstance(source, (str, Path)):
+        return read_fields(Path(source)), source
+    if isinstance(source, Particles):
+        raise UserError("the particles have no density fields; draw the run.nc that has them")
+    variables = {str(name): variable.values for name, variable in source.variables.items()}
+    return fields_of(variables, "the run"), "the run"
+
+
+def _several(frame):
+    return [frame] if isinstance(frame, int) else list(frame)
+
+
+def _single(frame):
+    """The one frame of a picture of beads."""
+    if isinstance(frame, int):
+        return frame
+    if len(frame) != 1:
+        raise UserError("frame: a picture of beads shows one; several are for a slice or surfaces")
+    return frame[0]
 
 
 def _figure(particles, look, path):

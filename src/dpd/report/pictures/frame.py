@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from dpd.report.pictures.camera import corners, seen
-from dpd.report.pictures.look import AXES, INCH
+from dpd.report.pictures.look import AXES, COLUMN, INCH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -101,7 +101,7 @@ def layout_of(
     ends = seen(corners(region), camera).place
     beyond = 0.0 if camera is None else 1.2 * radius
     low, high = ends.min(axis=1) - beyond, ends.max(axis=1) + beyond
-    width, (across, up) = look.size / INCH, high - low
+    width, (across, up) = (look.size or COLUMN) / INCH, high - low
     margins = (
         SCALES if camera is None else _around(labels_of(region, camera, radius), low, high, width)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from dpd.errors import UserError, shown
@@ -16,7 +17,10 @@ MOST_PIXELS = 10_000  # of the width
 AXES = "xyz"
 COLOURS = ("species", "molecule")
 # Least and most of what is a number.
-RANGES = {"size": (2.0, 100.0), "dpi": (20, 2400), "radius": (1e-3, 1e3)}
+RANGES = {"size": (2.0, 100.0), "dpi": (20, 2400), "radius": (1e-3, 1e3), "smooth": (0, 1e3)}
+SMOOTH = 0.5  # r_c, over which a density field is averaged if not chosen
+# Choices that decide nothing in a picture of density fields, and those that do only there.
+OF_BEADS, OF_FIELDS = ("colour", "slab", "radius", "caption"), ("smooth",)
 
 
 class Slab(NamedTuple):
@@ -25,6 +29,20 @@ class Slab(NamedTuple):
     axis: str
     low: float
     high: float
+
+
+class Slice(NamedTuple):
+    """A plane across an axis, at a place in r_c."""
+
+    axis: str
+    place: float
+
+
+class Surface(NamedTuple):
+    """Where a species has a density, in beads per r_c^dimension."""
+
+    species: str
+    value: float
 
 
 class View(NamedTuple):
@@ -59,10 +77,17 @@ class Look(NamedTuple):
         Whether a line below the picture says beads, density and step.
     dark : bool
         Whether the background is black.
-    size : float
-        Width of the picture in cm.
+    size : float or None
+        Width of the picture in cm. Without it, a column of a journal, or two for several panels.
     dpi : float
         Pixels per inch.
+    slice : Slice or None
+        The plane in which density fields are drawn, in place of beads.
+    surface : tuple of Surface
+        The surfaces in density fields that are drawn, in place of beads.
+    smooth : float or None
+        Standard deviation in r_c of the Gaussian over which a density field is averaged; `SMOOTH`
+        without it. Half a cell at least.
     """
 
     colour: str | None = None
@@ -72,8 +97,16 @@ class Look(NamedTuple):
     radius: float | None = None
     caption: bool = False
     dark: bool = False
-    size: float = COLUMN
+    size: float | None = None
     dpi: float = 300
+    slice: Slice | None = None
+    surface: tuple[Surface, ...] = ()
+    smooth: float | None = None
+
+    @property
+    def shows_fields(self) -> bool:
+        """Whether density fields are drawn, in place of beads."""
+        return self.slice is not None or bool(self.surface)
 
 
 def look_of(choices: dict[str, Any]) -> Look:
@@ -103,17 +136,22 @@ def look_of(choices: dict[str, Any]) -> Look:
             raise UserError(
                 f"{name}: {shown(value)} is out of range; allowed: {least:g} to {most:g}"
             )
-    if look.size / INCH * look.dpi > MOST_PIXELS:
+    size = look.size or COLUMN
+    if size / INCH * look.dpi > MOST_PIXELS:
         raise UserError(
-            f"a picture of {look.size:g} cm with {look.dpi:g} pixels per inch would be wider than "
+            f"a picture of {size:g} cm with {look.dpi:g} pixels per inch would be wider than "
             f"{MOST_PIXELS} pixels; make 'size' or 'dpi' smaller"
         )
     one = (look.species,) if isinstance(look.species, str) else look.species
-    return look._replace(
+    look = look._replace(
         species=tuple(one),
         slab=None if look.slab is None else _slab_of(look.slab),
         view=None if look.view is None else _view_of(look.view),
+        slice=None if look.slice is None else _slice_of(look.slice),
+        surface=_surfaces_of(look.surface),
     )
+    _check_together(look, choices)
+    return look
 
 
 def check_beads(look: Look, particles: Particles, path: object) -> None:
@@ -168,6 +206,54 @@ def _slab_of(given: Any) -> Slab:
             "in r_c, as in z 0 2"
         )
     return slab
+
+
+def _check_together(look, choices):
+    """Refuse choices that have no effect beside others."""
+    if look.slice is not None and look.surface:
+        raise UserError("a slice or surfaces are drawn, not both; leave one out")
+    if look.surface and look.species:
+        raise UserError("species: the surfaces say which ones are drawn; leave it out")
+    idle = OF_BEADS if look.shows_fields else OF_FIELDS
+    for name in idle:
+        if choices.get(name):
+            what = "density fields" if look.shows_fields else "beads"
+            raise UserError(f"{name}: has no effect on a picture of {what}; leave it out")
+
+
+def _slice_of(given: Any) -> Slice:
+    try:
+        axis, place = given.split("=") if isinstance(given, str) else given
+        found = Slice(str(axis), float(place))
+    except (TypeError, ValueError):
+        found = Slice("", math.nan)
+    if found.axis not in tuple(AXES) or not math.isfinite(found.place):
+        raise UserError(
+            f"slice: {shown(given)} is no plane; allowed: an axis and a place in r_c, as in z=5"
+        )
+    return found
+
+
+def _surfaces_of(given: Any) -> tuple[Surface, ...]:
+    """Surfaces from a mapping of species to a density, or from words as A=0.4, or from one."""
+    if isinstance(given, Mapping):
+        given = tuple(given.items())
+    if isinstance(given, str):
+        given = (given,)
+    found = []
+    for one in given:
+        try:
+            species, value = one.split("=") if isinstance(one, str) else one
+            surface = Surface(str(species), float(value))
+        except (TypeError, ValueError):
+            surface = Surface("", math.nan)
+        if not surface.species or not 0 < surface.value < math.inf:
+            raise UserError(
+                f"surface: {shown(one)} is none; allowed: a species and a density above 0, as in "
+                "A=0.4"
+            )
+        found.append(surface)
+    return tuple(found)
 
 
 def _view_of(given: Any) -> View:

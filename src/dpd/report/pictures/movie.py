@@ -58,6 +58,8 @@ def movie(
     """
     path = Path(path)
     look = look_of({"dpi": DPI} | choices)
+    if look.shows_fields:
+        raise UserError("movie: shows beads; leave slice and surface out, or draw single frames")
     check_movie(path, source)
     if every < 1:
         raise UserError(f"every: {every} is out of range; allowed: whole numbers from 1")
