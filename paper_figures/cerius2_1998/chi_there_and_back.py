@@ -36,9 +36,9 @@ WATER = PUBLISHED["compressibility"].value
 TITLE = "chi found against chi asked for, in two coexisting phases of A and B."
 PAPER_SHOWS = (
     "The manual has no such figure. It gives chi = s Delta a with s = "
-    f"{PUBLISHED['chi_slope_3']} at density 3 and {PUBLISHED['chi_slope_5']} at density 5 for single "
-    f"beads, and s = {PUBLISHED['chi_slope_chains']} for chains at density 3, and so a_AB = a_AA + "
-    "chi / s. Here scenes ask for chi, and the minority fraction in the bulk of both phases gives it "
+    f"{PUBLISHED['chi_slope_3']} at density 3 and {PUBLISHED['chi_slope_5']} at density 5 for "
+    f"single beads, and s = {PUBLISHED['chi_slope_chains']} for chains at density 3, and so a_AB = "
+    "a_AA + chi / s. Here scenes ask for chi, and the minority fraction in the bulk of both phases gives it "
     "back, by the theory of Flory and Huggins. Dashed: the same chi. Open: not settled."
 )
 
@@ -94,8 +94,8 @@ def measured(data):
 def describe(data):
     """What is seen."""
     return (
-        "chi found over chi asked for: points of single beads at two densities and of dimers lie on "
-        "or close to the diagonal."
+        "chi found over chi asked for: points of single beads at two densities and of dimers lie "
+        "on or close to the diagonal."
     )
 
 

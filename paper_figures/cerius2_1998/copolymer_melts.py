@@ -33,12 +33,13 @@ MELTS = (
 TITLE = "Melts of A 5 B 5 and A 3 B 7: domains of A and strengths of the wave vectors."
 PAPER_SHOWS = (
     "Not in the manual, whose chi N kT / Delta a = 0.306 N gives the repulsions: of chains of 10 "
-    "beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. Groot and Madden (1998) found "
-    "layers in A 5 B 5 and hexagonal cylinders in A 3 B 7 at a_AB = 40. Drawn is chi N = 45. Top: "
-    "the surfaces on which the density of A is half of all. Bottom: S_AA / N_A of each wave vector of "
-    "the box, over the length of the strongest; lines are the peaks of layers, 1 : 2 : 3, and of "
-    "cylinders, 1 : sqrt(3) : 2 : sqrt(7). Layers of equal thickness have no peak at 2, and "
-    "cylinders that fill 0.3 have weak ones at sqrt(3) and 2. The table names the phase of each run."
+    "beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. Groot and Madden (1998) "
+    "found layers in A 5 B 5 and hexagonal cylinders in A 3 B 7 at a_AB = 40. Drawn is chi N = 45. "
+    "Top: bodies in which the density of A is more than half of all. Bottom: S_AA / N_A of each "
+    "wave vector of the box, over the length of the strongest; lines are the peaks of layers, 1 : "
+    "2 : 3, and of cylinders, 1 : sqrt(3) : 2 : sqrt(7). Layers of equal thickness have no peak at "
+    "2, and cylinders that fill 0.3 of the box have weak ones at sqrt(3) and 2. The table names "
+    "the phase of each run."
 )
 ERRORS = (
     "Strengths are means over the second half of one run. Boxes are chosen to fit the distance of "
@@ -65,7 +66,7 @@ def compute(sweeps):
             f"{name}_spacing": (
                 ("chi", "replica"), [[p.spacing for p in row] for row in phases], {"units": "r_c"},
             ),
-            f"{name}_repulsion": ("chi", [_unlike(runs, chi) for chi in chis], {"units": "kT / r_c"}),
+            f"{name}_repulsion": ("chi", [_unlike(runs, c) for c in chis], {"units": "kT / r_c"}),
             f"{name}_length": (f"{name}_wave", length, {"units": "1 / r_c"}),
             f"{name}_strength": (f"{name}_wave", found.strength, {"units": "1"}),
             f"{name}_field": (
@@ -126,8 +127,8 @@ def table(data):
 def describe(data):
     """What is seen."""
     return (
-        "A 5 B 5 has flat layers of A, and its structure factor a strong peak at one wave vector and "
-        "its threefold; A 3 B 7 has parallel cylinders of A, and three strong wave vectors with "
+        "A 5 B 5 has flat layers of A, and its structure factor a strong peak at one wave vector "
+        "and its threefold; A 3 B 7 has parallel cylinders of A, and three strong wave vectors with "
         "weaker peaks where a hexagonal lattice has them."
     )
 
@@ -137,7 +138,7 @@ def draw(data):
     figure = plt.figure(figsize=(DOUBLE, 4.6))
     grid = figure.add_gridspec(2, len(MELTS), height_ratios=(1.15, 1))
     for k, (melt, color) in enumerate(zip(MELTS, (BLUE, RED))):
-        solid = figure.add_subplot(grid[0, k], projection="3d")
+        solid = figure.add_subplot(grid[0, k])
         field = data[f"{melt.sweep}_field"].values
         draw_isodensity(solid, field, 1.5, data[f"{melt.sweep}_edge"].values, color)
         drawn = float(data[f"{melt.sweep}_drawn"])

@@ -12,8 +12,8 @@ PAPER_SHOWS = (
     "each species, and of the centres of the triblock molecules."
 )
 ERRORS = (
-    "One start in one run: no errors are drawn. Curves are the noisier the fewer beads or molecules "
-    "they average over; a coefficient has settled where its curve is level."
+    "One start in one run: no errors are drawn. Curves are the noisier the fewer beads or "
+    "molecules they average over; a coefficient has settled where its curve is level."
 )
 LOOKS = {"A": ORANGE, "B": BLUE, "W": GREEN}
 
@@ -47,7 +47,7 @@ def describe(data):
     each = ", ".join(f"{name} {value:.3f}" for name, value in last(data).items())
     return (
         "Diffusion coefficients over time on logarithmic axes: all fall from the motion at thermal "
-        f"speed; that of W levels first, those of A and B go on to that of the chains. Last: {each}."
+        f"speed; W levels first, and A and B go on to the value of the chains. Last: {each}."
     )
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import block_mean_and_error, jackknife
 from dpd.analysis.structure import blocks_of, peak
 from dpd.analysis.verdicts import Measured
@@ -13,12 +12,11 @@ SETTLED = 0.5  # share of the run that is left out at its beginning
 
 TITLE = "Distributions of the end-to-end distance and of bond lengths of A 3 B 9 A 3 in W."
 PAPER_SHOWS = (
-    "The manual's panel for plots shows the end-point distribution and the bond-length distribution "
-    "of every polymer, without numbers. Its text wants the spring constant such that the mean bond "
-    "has a reasonable length, as that of the first peak of g(r), and takes "
-    f"{shown_by(__file__)['spring'].value:g}. (a) Distance between the two ends of a molecule; dashed: "
-    "a Gaussian chain with the same mean square. (b) Bonds by the species at their ends; dotted: g(r) "
-    "of all beads over its maximum."
+    "The manual's panel for plots shows the end-point distribution and the bond-length "
+    "distribution of every polymer, without numbers. Its text wants the spring constant such that "
+    "the mean bond has a reasonable length, as that of the first peak of g(r), and takes 4. (a) "
+    "Distance between the two ends of a molecule; dashed: a Gaussian chain with the same mean "
+    "square. (b) Bonds by the species at their ends; dotted: g(r) of all beads, scaled."
 )
 ERRORS = "Bands: 95 % intervals from blocks of the second half of the run."
 LOOKS = {"A A": ORANGE, "A B": GREEN, "B B": BLUE}

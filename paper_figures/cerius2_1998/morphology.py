@@ -8,7 +8,7 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import DOUBLE, ORANGE, plt
-from paper_figures.cerius2_1998.shared import draw_isodensity
+from paper_figures.cerius2_1998.shared import SMOOTHED, draw_isodensity, middle_slice
 
 LEVEL = shown_by(__file__)["isodensity"].value  # 1 / r_c^3
 
@@ -22,7 +22,10 @@ PAPER_SHOWS = (
     f"the surfaces of A at {LEVEL:g}, periodic. Each column is a mean over the time around the one "
     "that stands above it."
 )
-ERRORS = "Densities are means over 20 configurations in 100 steps, in cubes with edges of 0.625 r_c."
+ERRORS = (
+    "Densities are means over 20 configurations in 100 steps, in cubes with edges of 0.625 r_c, "
+    f"{SMOOTHED}. The box cuts bodies off where they are pale."
+)
 COLUMNS = 4
 SETTLED = 0.5  # share of the run that counts as ordered
 
@@ -97,8 +100,8 @@ def draw(data):
         field = data.density.values[k]
         flat = figure.add_subplot(grid[0, k])
         image = flat.imshow(
-            field[:, :, field.shape[2] // 2].T, origin="lower", extent=(0, edge[0], 0, edge[1]),
-            vmin=0, vmax=top, cmap="viridis", interpolation="nearest",
+            middle_slice(field, edge).T, origin="lower", extent=(0, edge[0], 0, edge[1]),
+            vmin=0, vmax=top, cmap="viridis",
         )  # fmt: skip
         flat.set(title=rf"$t$ = {float(data.shown_time[k]):.0f} $\tau$", xlabel="$x$ / $r_c$")
         flat.locator_params(nbins=3)
@@ -106,7 +109,7 @@ def draw(data):
             flat.set(ylabel="$y$ / $r_c$")
         else:
             flat.set(yticklabels=[])
-        solid = figure.add_subplot(grid[1, k], projection="3d")
+        solid = figure.add_subplot(grid[1, k])
         draw_isodensity(solid, field, LEVEL, edge, ORANGE)
     bar = figure.colorbar(image, ax=figure.axes[: 2 * count : 2], pad=0.01, shrink=0.9)
     bar.set_label(r"density of A / $r_c^{-3}$")

@@ -1,57 +1,55 @@
-"""What figures of the manual of 1998 share."""
-
-from itertools import product
+"""What figures of the manual of 1998 share: densities as pictures."""
 
 import numpy as np
 
-from dpd.report.style import mpl
+from dpd.report.pictures.camera import camera_of, corners, seen
+from dpd.report.pictures.frame import draw_edges
+from dpd.report.pictures.layers import depth_of
+from dpd.report.pictures.look import SMOOTH, Look
+from dpd.report.pictures.smooth import smoothed
+from dpd.report.pictures.surfaces import draw_surfaces, field_at_points, surface_of
+from dpd.report.style import BLACK, mpl
+
+PIXELS = 120  # of a slice along an axis
+SMOOTHED = f"smoothed over {SMOOTH:g} r_c"
 
 
-def isodensity(field, level, edges):
-    """The surface in a periodic box on which a density has one value.
+def middle_slice(density, edges):
+    """A density in the plane half way up the box, smoothed.
 
     Parameters
     ----------
-    field : (nx, ny, nz) array
-        Mean densities in cells.
-    level : float
+    density : (nx, ny, nz) array
     edges : (3,) array
         Of the box in r_c.
 
     Returns
     -------
-    corners : (n, 3) array
-        In r_c, within the box.
-    faces : (m, 3) array of int
-        Numbers of corners. The surface ends where it meets a face of the box, and goes on at the
-        opposite one.
+    (PIXELS, PIXELS) array
     """
-    from skimage.measure import marching_cubes
-
-    # At the corners of cells, each the mean of the eight cells around it.
-    wrapped = np.pad(field, 1, mode="wrap")
-    count = np.array(field.shape) + 1
-    around = [
-        wrapped[x : x + count[0], y : y + count[1], z : z + count[2]]
-        for x, y, z in product((0, 1), repeat=3)
-    ]
-    corners, faces, _, _ = marching_cubes(np.mean(around, axis=0), level)
-    return corners * edges / field.shape, faces
+    across, up = ((np.arange(PIXELS) + 0.5) * (edge / PIXELS) for edge in edges[:2])
+    places = [across, up, np.array([0.5 * edges[2]])]
+    return smoothed(density, edges, places, SMOOTH)[:, :, 0]
 
 
-def draw_isodensity(axes, field, level, edges, color):
-    """Draw that surface, and the edges of the box, in three-dimensional axes."""
-    corners, faces = isodensity(field, level, edges)
-    axes.plot_trisurf(
-        *corners.T[:2], faces, corners.T[2], color=color, linewidth=0, antialiased=False,
-        lightsource=mpl.colors.LightSource(azdeg=225, altdeg=45),
-    )  # fmt: skip
-    for along in range(3):
-        for low, high in product((0, 1), repeat=2):
-            line = np.empty((3, 2))
-            line[along] = 0, edges[along]
-            line[(along + 1) % 3] = low * edges[(along + 1) % 3]
-            line[(along + 2) % 3] = high * edges[(along + 2) % 3]
-            axes.plot(*line, color="0.4", linewidth=0.5)
-    axes.set_box_aspect(edges, zoom=1.3)
-    axes.set_axis_off()
+def draw_isodensity(axes, density, value, edges, color):
+    """Draw the box and the bodies in it that are denser than a value.
+
+    Parameters
+    ----------
+    axes : Axes
+    density : (nx, ny, nz) array
+    value : float
+    edges : (3,) array
+        Of the box in r_c.
+    color : str
+    """
+    region = np.stack([np.zeros(3), edges], axis=1)
+    camera = camera_of(region, Look())
+    surface = surface_of(field_at_points(density, edges, SMOOTH), edges, value)
+    palette = np.array([mpl.colors.to_rgb(color)])
+    draw_surfaces(axes, [surface], palette, camera, depth_of(region, camera, np.ones(3)))
+    axes.set_rasterization_zorder(1.5)
+    draw_edges(axes, region, camera, 0.0, BLACK)
+    across, up = seen(corners(region), camera).place
+    axes.set(xlim=(across.min(), across.max()), ylim=(up.min(), up.max()), aspect="equal")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import xarray as xr
+from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
+from dpd.analysis.shear import viscosities
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
 from dpd.analysis.published import shown_by
-from dpd.analysis.shear import viscosities
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
@@ -112,7 +112,8 @@ def measured(data):
         ),
         "viscosity_two_flows": Measured(float(data.two_eta), float(data.two_eta_error)),
         "viscosity_walls": Measured(
-            walls, float(weight.sum() ** -0.5), f"weighted mean over wall frictions {', '.join(gammas)}"
+            walls, float(weight.sum() ** -0.5),
+            f"weighted mean over wall frictions {', '.join(gammas)}",
         ),
         "newtonian": Measured(
             float(ratio), float(ratio * np.hypot(*(error / eta)[[0, -1]])),
