@@ -38,8 +38,8 @@ PAPER_SHOWS = (
     "The manual has no such figure. It gives chi = s Delta a with s = "
     f"{PUBLISHED['chi_slope_3']} at density 3 and {PUBLISHED['chi_slope_5']} at density 5 for "
     f"single beads, and s = {PUBLISHED['chi_slope_chains']} for chains at density 3, and so a_AB = "
-    "a_AA + chi / s. Here scenes ask for chi, and the minority fraction in the bulk of both phases gives it "
-    "back, by the theory of Flory and Huggins. Dashed: the same chi. Open: not settled."
+    "a_AA + chi / s. Here scenes ask for chi, and the minority fraction in the bulk of both phases "
+    "gives it back, by the theory of Flory and Huggins. Dashed: the same chi. Open: not settled."
 )
 
 

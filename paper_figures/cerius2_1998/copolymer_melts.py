@@ -128,8 +128,8 @@ def describe(data):
     """What is seen."""
     return (
         "A 5 B 5 has flat layers of A, and its structure factor a strong peak at one wave vector "
-        "and its threefold; A 3 B 7 has parallel cylinders of A, and three strong wave vectors with "
-        "weaker peaks where a hexagonal lattice has them."
+        "and its threefold; A 3 B 7 has parallel cylinders of A, and three strong wave vectors, "
+        "with weaker peaks where a hexagonal lattice has them."
     )
 
 

@@ -132,8 +132,8 @@ def describe(data):
     """What is seen."""
     return (
         "Parabolic profiles of two opposite flows and of flows between walls, which fit their "
-        "parabolas; the flow near a wall is slower the larger its friction. Viscosities by all ways "
-        "lie in a row near the gray band of the literature."
+        "parabolas; the flow near a wall is slower the larger its friction. Viscosities by all "
+        "ways lie in a row near the gray band of the literature."
     )
 
 
