@@ -4,13 +4,12 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import DOUBLE, ORANGE, plt
 from paper_figures.cerius2_1998.shared import SMOOTHED, draw_isodensity, middle_slice
 
-LEVEL = shown_by(__file__)["isodensity"].value  # 1 / r_c^3
+LEVEL = 0.4  # 1 / r_c^3, the density of A at which the manual draws its surface
 
 TITLE = "Density of A in A 3 B 9 A 3 and W, from mixed to ordered."
 PAPER_SHOWS = (
@@ -66,12 +65,13 @@ def measured(data):
     volume, volume_error = block_mean_and_error(data.volume.values[ordered])
     ratio = inside / volume
     error = ratio * np.hypot(inside_error / inside, volume_error / volume)
+    last = middle_slice(data.density.values[-1], data.edge.values)
+    low, high = float(last.min()), float(last.max())
     first = float(data.inside[0] / data.volume[0])
     return {
         "isodensity": Measured(
-            LEVEL, 0.0,
-            f"that value lies between the least density of A, {float(data.density[-1].min()):.2f}, "
-            f"and the greatest, {float(data.density[-1].max()):.2f}",
+            (LEVEL - low) / (high - low), 0.0,
+            f"in the last slice that is drawn, whose densities are {low:.2f} to {high:.2f}",
         ),
         "resides": Measured(
             float(ratio), float(error),
