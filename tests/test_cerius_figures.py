@@ -1,0 +1,92 @@
+"""Figures of the manual of 1998, on made-up numbers."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from paper_figures.cerius2_1998 import copolymer_melts, distributions, morphology
+
+EDGE, CELLS = 10.0, 16
+
+
+def ball(radius):
+    """Density of A: 3 in a ball in the middle of the box, 0 outside."""
+    place = (np.arange(CELLS) + 0.5) * EDGE / CELLS - EDGE / 2
+    apart = np.sqrt(sum(part**2 for part in np.meshgrid(place, place, place, indexing="ij")))
+    return np.where(apart < radius, 3.0, 0.0)
+
+
+@pytest.fixture
+def triblock():
+    """Runs in which A is spread evenly at first and in a ball afterwards."""
+    frames, radius = 40, 3.5
+    late = ball(radius)
+    field = np.zeros((1, frames, 2, CELLS, CELLS, CELLS), np.float32)
+    field[:, :, 0] = late
+    field[:, 0, 0] = late.mean()
+    scene = {
+        "dimension": 3, "box": EDGE, "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+        "steps": {"sample": 10},
+    }  # fmt: skip
+    runs = xr.Dataset(
+        {
+            "density_field": (("replica", "frame", "species", "x", "y", "z"), field),
+            "field_time": (("replica", "frame"), 2.0 + 4.0 * np.arange(frames)[None]),
+            "scene": ("replica", [json.dumps(scene)]),
+        },
+        {"species": ["A", "W"]},
+    )
+    return {"triblock": runs}
+
+
+def test_where_a_resides(triblock):
+    """All of A in the ball: its share over that of the volume, and a surface around it."""
+    data = morphology.compute(triblock)
+    assert list(data.shown_time.values[[0, -1]]) == [2.0, 158.0]
+    found = morphology.measured(data)
+    assert found["resides"].value == pytest.approx(1 / float((ball(3.5) > 0).mean()))
+    assert 0 < found["isodensity"].value < 1
+    assert found["resides"].value > 2 * float(data.inside[0] / data.volume[0])
+
+
+def test_frames_by_the_logarithm_of_time():
+    """The first, the last, and between them by equal factors."""
+    assert morphology.columns_of(np.arange(1.0, 1001.0)) == [0, 9, 99, 999]
+    assert morphology.columns_of(np.array([2.0, 6.0])) == [0, 1]
+
+
+def melts(symmetric, asymmetric):
+    """What `compute` gives of phases at chi 3, 4.5 and 6, two runs of each."""
+    parts = {}
+    for name, phases in (("symmetric", symmetric), ("asymmetric", asymmetric)):
+        parts[f"{name}_phase"] = (("chi", "replica"), np.reshape(phases, (3, 2)))
+        parts[f"{name}_spacing"] = (("chi", "replica"), np.full((3, 2), 6.0))
+    return xr.Dataset(parts, {"chi": [3.0, 4.5, 6.0]})
+
+
+def test_melts_that_order_and_that_do_not():
+    """A share of the runs from chi N 45 on; no verdict where most have no phase."""
+    runs = melts(
+        ["none", "none", "lamellae", "none", "lamellae", "lamellae"],
+        ["cylinders", "cylinders", "none", "none", "disordered", "cylinders"],
+    )
+    found = copolymer_melts.measured(runs)
+    assert found["symmetric"].value == 0.75 and not found["symmetric"].undecided
+    assert found["asymmetric"].value == 0.25 and found["asymmetric"].undecided
+    other = melts(["none"] * 6, ["lamellae"] * 6)
+    found = copolymer_melts.measured(other)
+    assert found["asymmetric"].value == 0 and not found["asymmetric"].undecided
+
+
+def test_the_mean_bond_counts_bonds():
+    """4 of A A, 2 of A B and 8 of B B, whatever their order."""
+    data = xr.Dataset(
+        {"mean": ("pair", [0.9, 0.7, 0.8]), "mean_error": ("pair", [0.0, 0.0, 0.014])},
+        {"pair": ["B B", "A A", "A B"]},
+    )
+    value, error = distributions.mean_bond(data)
+    assert value == pytest.approx((8 * 0.9 + 4 * 0.7 + 2 * 0.8) / 14)
+    assert error == pytest.approx(0.002)
