@@ -58,7 +58,7 @@ def draw(data):
         axes.plot(data.time, data.beads.sel(species=name), color=LOOKS[str(name)], label=str(name))
     axes.plot(data.time, data.chains, color=BLACK, linestyle="--", label="triblock, centre")
     low = float(np.nanmin(data.chains))
-    axes.set(xscale="log", yscale="log", xlabel=r"time $t$ / $\tau$", ylim=(0.5 * low, None),
+    axes.set(xscale="log", yscale="log", xlabel=r"time $t$ / $\tau$", ylim=(0.25 * low, None),
              ylabel=r"$D(t)$ / ($r_c^2$ $\tau^{-1}$)")  # fmt: skip
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left", ncols=2)
     return figure

@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error, jackknife
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import blocks_of, peak
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, panels
@@ -18,7 +19,10 @@ PAPER_SHOWS = (
     "Distance between the two ends of a molecule; dashed: a Gaussian chain with the same mean "
     "square. (b) Bonds by the species at their ends; dotted: g(r) of all beads, scaled."
 )
-ERRORS = "Bands: 95 % intervals from blocks of the second half of the run."
+ERRORS = (
+    "Bands: 95 % intervals from blocks of the second half of the run; none where it is too short "
+    "for an error."
+)
 LOOKS = {"A A": ORANGE, "A B": GREEN, "B B": BLUE}
 
 
@@ -57,8 +61,6 @@ def compute(sweeps):
 
 def spring_of(runs):
     """The spring constant of the runs."""
-    from dpd.analysis.collect import first_scene
-
     return first_scene(runs).data["bond"]["stiffness"]
 
 
@@ -88,8 +90,9 @@ def describe(data):
     width = data.distance[1] - data.distance[0]
     mean = float((data.ends * data.distance).sum() * width)
     return (
-        f"The distance between the ends has a broad peak with the mean {mean:.2f} r_c. Bonds have "
-        "one peak near 0.8 r_c, nearly the same for the three pairs of species."
+        f"The distance between the ends, {mean:.2f} r_c on average, has a peak at a smaller distance "
+        "and a second hump at a larger one, unlike a Gaussian chain. Bonds have one peak: those of "
+        "A B, which cross from one domain to the other, are the longest."
     )
 
 
@@ -101,7 +104,7 @@ def draw(data):
     square = float((data.ends * x**2).sum() / data.ends.sum())
     gauss = 4 * np.pi * x**2 * (1.5 / (np.pi * square)) ** 1.5 * np.exp(-1.5 * x**2 / square)
     left.plot(x, gauss, color=BLACK, linestyle="--", linewidth=0.8, label="Gaussian chain")
-    left.set(xlim=(0, x[-1]), ylim=(0, None), xlabel="end-to-end distance $R$ / $r_c$",
+    left.set(xlim=(0, x[-1]), ylim=(0, 1.4 * float(data.ends.max())), xlabel="end-to-end distance $R$ / $r_c$",
              ylabel=r"$P(R)$ / $r_c^{-1}$")  # fmt: skip
     left.legend(loc="upper right")
     for name in data.pair.values:
@@ -110,7 +113,7 @@ def draw(data):
         _band(right, data.length.values, at.bonds, at.bonds_error, LOOKS[str(name)], label)
     scale = float(data.bonds.max() / data.g.max())
     right.plot(data.r, scale * data.g, color=BLACK, linestyle=":", label="$g(r)$, scaled")
-    right.set(xlim=(0, 2), ylim=(0, None), xlabel="bond length $b$ / $r_c$",
+    right.set(xlim=(0, 2), ylim=(0, 1.5 * float(data.bonds.max())), xlabel="bond length $b$ / $r_c$",
               ylabel=r"$P(b)$ / $r_c^{-1}$")  # fmt: skip
     right.legend(loc="upper right")
     return figure
@@ -118,8 +121,6 @@ def draw(data):
 
 def _band(axes, x, y, error, color, label):
     """A line with its 95 % interval."""
-    from dpd.analysis.statistics import COVERAGE
-
     axes.plot(x, y, color=color, label=label)
-    half = COVERAGE * np.nan_to_num(np.asarray(error))
+    half = COVERAGE * np.asarray(error)  # NaN leaves a gap
     axes.fill_between(x, y - half, y + half, color=color, alpha=0.3, linewidth=0)

@@ -94,13 +94,13 @@ def draw(data):
     count = data.sizes["shown"]
     figure = plt.figure(figsize=(DOUBLE, 3.6))
     grid = figure.add_gridspec(2, count, height_ratios=(1, 1.15))
-    top = float(np.quantile(data.density, 0.999))
     edge = data.edge.values
+    slices = [middle_slice(field, edge) for field in data.density.values]
+    top = np.max(slices)
     for k in range(count):
-        field = data.density.values[k]
         flat = figure.add_subplot(grid[0, k])
         image = flat.imshow(
-            middle_slice(field, edge).T, origin="lower", extent=(0, edge[0], 0, edge[1]),
+            slices[k].T, origin="lower", extent=(0, edge[0], 0, edge[1]),
             vmin=0, vmax=top, cmap="viridis",
         )  # fmt: skip
         flat.set(title=rf"$t$ = {float(data.shown_time[k]):.0f} $\tau$", xlabel="$x$ / $r_c$")
@@ -110,7 +110,7 @@ def draw(data):
         else:
             flat.set(yticklabels=[])
         solid = figure.add_subplot(grid[1, k])
-        draw_isodensity(solid, field, LEVEL, edge, ORANGE)
+        draw_isodensity(solid, data.density.values[k], LEVEL, edge, ORANGE)
     bar = figure.colorbar(image, ax=figure.axes[: 2 * count : 2], pad=0.01, shrink=0.9)
     bar.set_label(r"density of A / $r_c^{-3}$")
     return figure
