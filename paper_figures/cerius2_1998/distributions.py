@@ -3,7 +3,6 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import blocks_of, peak
 from dpd.analysis.verdicts import Measured
@@ -48,7 +47,6 @@ def compute(sweeps):
             "g": ("r", g.mean(axis=0), {"units": "1"}),
             "peak": ((), highest, length),
             "peak_error": ((), highest_error, length),
-            "spring": ((), spring_of(runs), {"units": "kT / r_c^2"}),
         },
         {
             "distance": ("distance", runs.end_distance.values, length),
@@ -57,11 +55,6 @@ def compute(sweeps):
             "pair": names,
         },
     )
-
-
-def spring_of(runs):
-    """The spring constant of the runs."""
-    return first_scene(runs).data["bond"]["stiffness"]
 
 
 def mean_bond(data):
@@ -90,9 +83,9 @@ def describe(data):
     width = data.distance[1] - data.distance[0]
     mean = float((data.ends * data.distance).sum() * width)
     return (
-        f"The distance between the ends, {mean:.2f} r_c on average, has a peak at a smaller distance "
-        "and a second hump at a larger one, unlike a Gaussian chain. Bonds have one peak: those of "
-        "A B, which cross from one domain to the other, are the longest."
+        f"The distance between the ends, {mean:.2f} r_c on average, has a peak at a smaller "
+        "distance and a second hump at a larger one, unlike a Gaussian chain. Bonds have one peak: "
+        "those of A B, which cross from one domain to the other, are the longest."
     )
 
 
@@ -104,8 +97,10 @@ def draw(data):
     square = float((data.ends * x**2).sum() / data.ends.sum())
     gauss = 4 * np.pi * x**2 * (1.5 / (np.pi * square)) ** 1.5 * np.exp(-1.5 * x**2 / square)
     left.plot(x, gauss, color=BLACK, linestyle="--", linewidth=0.8, label="Gaussian chain")
-    left.set(xlim=(0, x[-1]), ylim=(0, 1.4 * float(data.ends.max())), xlabel="end-to-end distance $R$ / $r_c$",
-             ylabel=r"$P(R)$ / $r_c^{-1}$")  # fmt: skip
+    left.set(
+        xlim=(0, x[-1]), ylim=(0, 1.4 * float(data.ends.max())),
+        xlabel="end-to-end distance $R$ / $r_c$", ylabel=r"$P(R)$ / $r_c^{-1}$",
+    )  # fmt: skip
     left.legend(loc="upper right")
     for name in data.pair.values:
         at = data.sel(pair=name)
@@ -113,8 +108,10 @@ def draw(data):
         _band(right, data.length.values, at.bonds, at.bonds_error, LOOKS[str(name)], label)
     scale = float(data.bonds.max() / data.g.max())
     right.plot(data.r, scale * data.g, color=BLACK, linestyle=":", label="$g(r)$, scaled")
-    right.set(xlim=(0, 2), ylim=(0, 1.5 * float(data.bonds.max())), xlabel="bond length $b$ / $r_c$",
-              ylabel=r"$P(b)$ / $r_c^{-1}$")  # fmt: skip
+    right.set(
+        xlim=(0, 2), ylim=(0, 1.5 * float(data.bonds.max())),
+        xlabel="bond length $b$ / $r_c$", ylabel=r"$P(b)$ / $r_c^{-1}$",
+    )  # fmt: skip
     right.legend(loc="upper right")
     return figure
 
