@@ -198,6 +198,7 @@ def _chi_of_point(runs):
         float(np.mean([part.counted for part in parts])),
     )
     chi, chi_error = chi_and_error(together.fraction, together.error, length)
+    a, b = scene.species.index("A"), scene.species.index("B")
     return {
         "chi": chi,
         "chi_error": chi_error,
@@ -209,5 +210,5 @@ def _chi_of_point(runs):
         "width": float(widths[:, 0].mean()),
         "width_error": float(np.sqrt((widths[:, 1] ** 2).sum())) / len(widths),
         "moved": float(max(np.ptp(part.position, axis=0).max() for part in seen)),
-        "excess_repulsion": float(scene.repulsion[0, 1] - scene.repulsion[0, 0]),
+        "excess_repulsion": scene.repulsion[a, b] - scene.repulsion[a, a],
     }
