@@ -120,7 +120,11 @@ def test_a_result_is_described(fluid):
 def test_results_of_all_observables_can_be_kept(folder):
     """A dataset goes into a file of xarray's and back; load reads that too."""
     plane = CHAINS | {"dimension": 2, "box": 8}
-    for scene, missing in ((CHAINS, {"crossings"}), (plane, {"passes"})):
+    walled = CHAINS | {"walls": {"axis": ["z"], "repulsion": {"A": 25}, "gamma": 4.5}}
+    for scene, missing in (
+        (CHAINS, {"crossings", "walls"}), (plane, {"passes", "walls"}),
+        (walled, {"crossings", "rdf"}),
+    ):  # fmt: skip
         names = sorted(set(OBSERVABLES) - missing - {"trajectory"})  # a file of its own
         run = dpd.run(scene | {"observe": names}, progress=False)
         run.to_netcdf("kept.nc")

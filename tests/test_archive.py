@@ -356,6 +356,7 @@ def test_statements_about_what_is_not_there(tmp_path, monkeypatch):
     for folder in ("papers", "studies"):
         (tmp_path / folder).mkdir()
     (tmp_path / "studies" / "fast.yaml").write_text("description: fast\n")
+    (tmp_path / "config.yaml").write_text("study: fast\n")
     monkeypatch.setattr(study, "CONFIG", tmp_path)
     for said, words in (
         ({"sweeps": ["fluids"]}, r"sampling\.0\.sweeps: no sweep 'fluids'"),

@@ -176,10 +176,12 @@ SCENES = [
     (CHAINS | {"bond": {"stiffness": 5e-324}}, ["bond", "box of 4 x 4 x 4"]),
     ({"molecules": [{"architecture": 5, "density": 3}]}, ["molecules.0.architecture", "5"]),
     ({"molecules": [{"architecture": "1 1", "density": 3}]}, ["architecture", "capital"]),
-    ({"molecules": [{"architecture": "A 9999999 B 9999999", "count": 9999}]},
+    ({"molecules": [{"architecture": "A 999999", "count": 9999}]},
      ["molecules.0.count", "<= 100000000"]),
+    ({"molecules": [{"architecture": "A 9999999 B 9999999", "count": 9999}]},
+     ["molecules.0.architecture", "2e+07 beads", "<= 1000000"]),
     ({"molecules": [{"architecture": "A " + "9" * 40, "count": 1}]},
-     ["architecture", "is not allowed"]),
+     ["architecture", "repeats are not allowed", "<= 1000000"]),
     ({"molecules": [{"architecture": "A", "count": "7"}]}, ["count", "write 7 without quotes"]),
     ({"molecules": [{"architecture": "A", "count": 10**9}]}, ["count", "<= 100000000"]),
     ({"repulsion": {1: 25}}, ["repulsion", "1", '"A B"']),
@@ -218,10 +220,13 @@ def test_as_many_species_as_a_byte_tells_apart():
 
 
 WHOLE = FLUID | {
-    "molecules": [{"architecture": "A 2 B", "density": 3}],
-    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "molecules": [{"architecture": "A 2 B C", "density": 3}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25, "B C": 30, "C C": 25},
+    "chi": {"A C": 2},
+    "mass": {"A": 1, "C": 2},
     "box": [4, 4, 4],
     "bond": {"stiffness": 50, "length": 0.5},
+    "angle": {"stiffness": 2, "angle": 120},
     "core": {"radius": 0.1, "force": 30, "smooth": 0.1},
     "keep_state": True,
     "thermostat": {"kind": "dpd", "kT": 1, "gamma": 4.5, "noise": "uniform"},
@@ -244,10 +249,24 @@ WHOLE = FLUID | {
         {"thermo": {"every": 1, "pressure": True}}, {"rdf": {"every": 5, "range": 1, "bin": 0.1}},
         {"profile": {"every": 5, "bin": 0.5}}, {"bonds": {"every": 5, "bin": 0.1}},
         {"chains": {"every": 5}}, {"displacement": {"every": 5}}, {"end_to_end": {"every": 5}},
+        {"bond_lengths": {"every": 5, "range": 4, "bin": 0.1}},
+        {"end_points": {"every": 5, "range": 4, "bin": 0.1}},
         {"trace": {"every": 5}}, {"configuration": {"every": 5}}, {"passes": {"every": 5}},
     ],
     "unstable": "fail",
     "seed": 1,
+}  # fmt: skip
+# The same between walls, where there is no radial distribution function.
+WALLED = WHOLE | {
+    "walls": {
+        "axis": ["z"], "repulsion": {"A": 25, "B": 30}, "gamma": 4.5,
+        "velocity": [[0, 1, 0], [0, -1, 0]],
+    },
+    "body_force": {"axis": "x", "strength": {"A": 0.1, "B": 0}, "opposite": "y"},
+    "observe": [
+        {"walls": {"every": 5}}, {"velocity_profile": {"every": 5, "bin": 0.5, "axis": "y"}},
+        {"profile": {"every": 5, "bin": 0.5, "axis": "x"}},
+    ],
 }  # fmt: skip
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
@@ -278,28 +297,38 @@ def key_of(place):
     return ".".join(map(str, place))
 
 
-def test_the_whole_scene_has_every_key():
+def test_the_whole_scenes_have_every_key():
     """So that a key that comes in is tried out too."""
     Scene(WHOLE)
+    Scene(WALLED)
     rules = schema("scene")["properties"]
-    assert set(WHOLE) == set(rules)
+    assert set(WALLED) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
-    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond"):
-        assert set(rules[name]["properties"]) - set(WHOLE[name]) <= not_here, name
+    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle", "walls",
+                 "body_force"):  # fmt: skip
+        assert set(rules[name]["properties"]) - set(WALLED[name]) <= not_here, name
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
-    assert set(observables) - {next(iter(item)) for item in WHOLE["observe"]} == {
+    observed = {next(iter(item)) for item in [*WHOLE["observe"], *WALLED["observe"]]}
+    assert set(observables) - observed == {
         "crossings",  # in two dimensions
         "configurational",  # without a core
         "trajectory",  # a file of its own
     }
 
 
-@pytest.mark.parametrize("place", list(places(WHOLE)), ids=key_of)
-def test_any_value_at_any_key(place):
+@pytest.mark.parametrize(
+    ("whole", "place"),
+    [
+        *((WHOLE, place) for place in places(WHOLE)),
+        *((WALLED, place) for place in places(WALLED) if WALLED[place[0]] != WHOLE.get(place[0])),
+    ],
+    ids=lambda part: key_of(part) if isinstance(part, tuple) else "",
+)
+def test_any_value_at_any_key(whole, place):
     """Either a scene, or one sentence with the file and the key or what it belongs to."""
     for value in WRONG:
         try:
-            scene = Scene(with_value(WHOLE, place, value), "my.yaml")
+            scene = Scene(with_value(whole, place, value), "my.yaml")
         except UserError as problem:
             message = str(problem)
             assert message.startswith("my.yaml: ") and "\n" not in message, message

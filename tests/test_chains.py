@@ -73,14 +73,14 @@ SCENE = {
 
 def sample(observer, first, last):
     """Rods that grow from sample to sample, and move across the boundary; beads in any order."""
-    box = SCENE["box"]
+    box = tuple(SCENE["box"])
     for t in range(first, last):
         kinds = [rods(4, 6, growth(t), box, t), rods(5, 1, 1.0, box, t), rods(3, 9, 0.7, box, t)]
         place = np.concatenate([wrapped(kind, box).reshape(3, -1) for kind in kinds], axis=1)
         order = np.random.default_rng(t).permutation(56)
         identity = order.astype(np.uint32)
         state = State(place[:, order], np.zeros((3, 56)), None, identity, None, t)
-        observer.sample(SimpleNamespace(state=state), None)
+        observer.sample(SimpleNamespace(state=state, box=box), None)
 
 
 def growth(t):

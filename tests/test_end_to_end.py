@@ -132,7 +132,7 @@ class States:
         self.arrays, self.seen = {}, []
 
     def sample(self, simulation, sums):
-        self.seen.append(SimpleNamespace(state=simulation.state))
+        self.seen.append(SimpleNamespace(state=simulation.state, box=simulation.box))
 
 
 def end_to_end(place, beads, box):

@@ -78,6 +78,22 @@ def with_scheme(scheme, base=FLUID):
 
 CORE = {"core": {"radius": 0.2, "force": 50}, "observe": [{"displacement": {"every": 1}}]}
 LANGEVIN = {"thermostat": {"kind": "langevin"}}
+WALLED = merge(IN_SPACE, {
+    "walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 9},
+    "body_force": {"axis": "x", "strength": {"A": 0.1, "B": 0}},
+    "observe": [
+        "thermo", {"walls": {"every": 3}}, {"velocity_profile": {"every": 7}},
+        {"profile": {"every": 5}}, {"displacement": {"every": 2}}, {"trajectory": {"every": 9}},
+    ],
+})  # fmt: skip
+# In a box that changes no chain can be traced, and g(r) has to fit into half of it.
+PRESSED = IN_SPACE | {
+    "pressure": {"target": 2.5, "time": 0.3},
+    "observe": [
+        {"rdf": {"range": 1.5, "every": 3}} if "rdf" in item else item
+        for item in IN_SPACE["observe"] if "trace" not in item
+    ],
+}  # fmt: skip
 # Systems, steps of sampling of the shorter run, and threads.
 CASES = {
     "2D, chains, a list": (IN_PLANE, 333, 1),
@@ -98,6 +114,10 @@ CASES = {
     "lowe-andersen": (with_scheme("lowe-andersen"), 777, 1),
     "aboba": (with_scheme("aboba", IN_SPACE), 345, 1),
     "langevin": (FLUID | LANGEVIN, 777, 1),
+    "walls and a body force": (WALLED, 345, 1),
+    "walls and a list, threads": (merge(WALLED, {"pairs": {"search": "list"}}), 345, 2),
+    "constant pressure": (PRESSED, 345, 1),
+    "constant pressure, a list": (merge(PRESSED, {"pairs": {"search": "list"}}), 345, 2),
     "core": (FLUID | CORE | {"integrator": {"scheme": "gw-vv", "dt": 0.005}}, 777, 1),
 }
 

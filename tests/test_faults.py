@@ -341,7 +341,7 @@ EVERY_PLACE = list(places(FULL))
 
 def test_the_full_scene_is_good(folder, dpd, monkeypatch):
     """What is changed in the next test is a scene that runs."""
-    monkeypatch.setattr(running, "_run", lambda order, checkpoint: {})
+    monkeypatch.setattr(running, "_run", lambda order, checkpoint, report: {})
     Path("scene.yaml").write_text(yaml.safe_dump(FULL))
     assert dpd("run", "scene.yaml", "-o", "run.nc") == (0, "")
 
@@ -349,7 +349,7 @@ def test_the_full_scene_is_good(folder, dpd, monkeypatch):
 @pytest.mark.parametrize("place", EVERY_PLACE, ids=lambda place: ".".join(map(str, place)))
 def test_a_value_that_is_hostile_is_refused_or_taken(folder, dpd, place, monkeypatch):
     """In every place of a scene: a sentence, or a scene that could run."""
-    monkeypatch.setattr(running, "_run", lambda order, checkpoint: {})
+    monkeypatch.setattr(running, "_run", lambda order, checkpoint, report: {})
     refused = 0
     for value in HOSTILE:
         Path("scene.yaml").write_text(yaml.safe_dump(changed(FULL, place, value)))

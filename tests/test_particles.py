@@ -191,7 +191,7 @@ def test_data_files_with_labels_or_without_names(tmp_path):
     )  # fmt: skip
     found = read(path)
     assert found.names == ("Head", "Tail") and found.species.tolist() == [0, 0, 1]
-    assert found.left_out == ("masses are left out: every bead here has mass 1",)
+    assert found.left_out == () and found.masses.tolist() == [1, 2.5]
     path.write_text(data_file(masses=""))
     assert read(path).names == ("A", "B") and "no names" in read(path).left_out[0]
 

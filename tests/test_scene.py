@@ -36,7 +36,7 @@ BAD = [
     ({"molecules": [{"architecture": "A", "density": -3}]}, ["molecules.0.density", "-3", "> 0"]),
     ({"molecules": [{"architecture": "A", "density": "3"}]}, ["density", "'3'", "number"]),
     ({"molecules": [{"architecture": "A"}]}, ["molecules.0", "density", "count"]),
-    ({"molecules": [{"architecture": "a 3", "density": 3}]}, ["architecture", "a 3"]),
+    ({"molecules": [{"architecture": "a 3", "density": 3}]}, ["architecture", ">>>a<<< 3"]),
     ({"molecules": [{"architecture": "A", "density": 0.001}]}, ["0.001", "one molecule"]),
     ({"integrator": {"scheme": "gw-vv", "dt": 0}}, ["integrator.dt", "0", ">= 1e-09"]),
     ({"integrator": {"scheme": "leapfrog", "dt": 0.1}}, ["integrator.scheme", "leapfrog", "euler"]),

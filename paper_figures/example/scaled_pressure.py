@@ -32,6 +32,12 @@ def compute(sweeps):
     )
 
 
+def describe(numbers):
+    """The figure in words, for those who cannot see it."""
+    low, high = float(np.nanmin(numbers.scaled)), float(np.nanmax(numbers.scaled))
+    return f"The scaled pressure lies between {low:.3f} and {high:.3f} at all densities."
+
+
 def draw(numbers):
     """The figure, from these numbers."""
     figure, axes = panels()

@@ -51,3 +51,21 @@ def pause(text: str) -> float:
             f"{text!r} is out of range; allowed: {SHORTEST_PAUSE:g} seconds or more"
         )
     return found
+
+
+def positive(text: str) -> float:
+    """A number above zero."""
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not 0 < found < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: numbers above 0")
+    return found
+
+
+def beads(text: str) -> int:
+    """A number of beads of a molecule, at least one."""
+    if not text.isdecimal() or len(text) > 9 or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of beads; allowed: 1, 2, ...")
+    return int(text)

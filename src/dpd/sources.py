@@ -34,7 +34,8 @@ PLACES = {"dpd": "src/dpd"}
 DECIDE_NOTHING = (
     "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts", "dpd.pipeline.kept",
     "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
-    "dpd.scene.plain_yaml", "dpd.scene.schema", "dpd.sources", "dpd.stages", "dpd.streams",
+    "dpd.scene.plain_yaml", "dpd.scene.pressure", "dpd.scene.schema", "dpd.sources", "dpd.stages",
+    "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 # Kernels of the benchmark are compiled into folders of their own.

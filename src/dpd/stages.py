@@ -36,10 +36,15 @@ STAGES = {
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
 # Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
 TERMS = {
+    "body_force": "dpd.physics.body",
+    "angle": "dpd.physics.angle",
     "bond": "dpd.physics.bond",
     "core": "dpd.physics.core",
     "exchange": "dpd.physics.exchange",
     "langevin": "dpd.physics.langevin",
+    "pressure": "dpd.physics.pressure",
+    "rescaling": "dpd.engine.rescaling",
+    "walls": "dpd.physics.wall",
 }
 # Methods of `start` that only some scenes name.
 METHODS = {"file": "dpd.start.from_file"}
@@ -139,10 +144,15 @@ def figure_sources(path: Path) -> str:
 def terms_of(scene: Scene) -> frozenset[str]:
     """Names in `TERMS` of what acts in a scene."""
     acting = {
+        "body_force": "body_force" in scene.data,
+        "angle": "angle" in scene.data,
         "bond": "bond" in scene.data,
         "core": "core" in scene.data,
         "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
+        "pressure": "pressure" in scene.data,
+        "rescaling": "pressure" in scene.data,
+        "walls": "walls" in scene.data,
     }
     return frozenset(name for name, acts in acting.items() if acts)
 

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.scene.bonding import laws_of
+
 if TYPE_CHECKING:
     from types import ModuleType
 
@@ -73,6 +75,11 @@ class Lammps:
         )
         return position, velocity
 
+    def forces(self) -> np.ndarray:
+        """Forces, (dimension, n), in the order of identities."""
+        found = np.array(self._code.gather_atoms("f", 1, 3)).reshape(-1, 3)
+        return found.T[: self.scene.dimension]
+
     def pressure(self) -> float:
         """From the virial of all forces and the kinetic energy."""
         return self._code.get_thermo("press")
@@ -88,12 +95,15 @@ def _commands(scene, state, skin, seed, folder):
     kT, gamma = data["thermostat"]["kT"], data["thermostat"]["gamma"]
     _write_beads(folder / "beads", scene, state)
     commands = ["units lj", f"dimension {scene.dimension}", "comm_modify vel yes", "newton on"]
-    commands += ["atom_style bond", "special_bonds lj 1 1 1"]
-    if "bond" in data:
-        commands.append("bond_style harmonic")
+    style = "angle" if "angle" in data else "bond"
+    commands += [f"atom_style {style}", "special_bonds lj 1 1 1"]
+    terms = [("bond", "length"), ("angle", "angle")]
+    commands += [f"{name}_style harmonic" for name, _ in terms if name in data]
     commands.append(f"read_data {folder / 'beads'}")
-    if "bond" in data:
-        commands.append(f"bond_coeff 1 {data['bond']['stiffness'] / 2} {data['bond']['length']}")
+    for name, rest in terms:
+        for kind, law in enumerate(laws_of(data.get(name, {})), start=1):
+            # The energy there is K (x - x_0)^2, without the half.
+            commands.append(f"{name}_coeff {kind} {law['stiffness'] / 2} {law[rest]}")
     if "core" in data:
         _write_core(folder / "core", data)
         commands += [
@@ -119,7 +129,7 @@ def _commands(scene, state, skin, seed, folder):
 
 
 def _write_beads(path, scene, state):
-    """Box, beads and bonds as a data file."""
+    """Box, beads, bonds and angles as a data file."""
     position, velocity = state.by_identity(state.position), state.by_identity(state.velocity)
     if scene.dimension == 2:
         flat = np.zeros((1, scene.beads))
@@ -127,11 +137,16 @@ def _write_beads(path, scene, state):
     kind = np.ones(scene.beads, int)
     if state.species is not None:
         kind = state.by_identity(state.species) + 1
-    bonds = scene.bonded if "bond" in scene.data else np.empty((0, 2), int)
+    joined = {
+        name: members
+        for name, members in (("bond", scene.bonds), ("angle", scene.angles))
+        if name in scene.data
+    }
     edges = [*scene.box, 1.0][:3]
     lines = ["beads", "", f"{scene.beads} atoms", f"{len(scene.species)} atom types"]
-    if len(bonds):
-        lines += [f"{len(bonds)} bonds", "1 bond types"]
+    for name, (members, _) in joined.items():
+        types = len(laws_of(scene.data[name]))
+        lines += [f"{len(members)} {name}s", f"{types} {name} types"]
     low = [0.0, 0.0, -0.5 if scene.dimension == 2 else 0.0]
     lines += [f"{a} {a + e} {k}lo {k}hi" for a, e, k in zip(low, edges, "xyz")]
     lines += ["", "Masses", ""] + [f"{k + 1} 1.0" for k in range(len(scene.species))]
@@ -139,9 +154,11 @@ def _write_beads(path, scene, state):
     lines += [f"{i + 1} 1 {kind[i]} {x} {y} {z}" for i, (x, y, z) in enumerate(position.T)]
     lines += ["", "Velocities", ""]
     lines += [f"{i + 1} {x} {y} {z}" for i, (x, y, z) in enumerate(velocity.T)]
-    if len(bonds):
-        lines += ["", "Bonds", ""]
-        lines += [f"{b + 1} 1 {i + 1} {j + 1}" for b, (i, j) in enumerate(bonds)]
+    for name, (members, law) in joined.items():
+        kinds = np.ones(len(members), int) if law is None else law.astype(int) + 1
+        lines += ["", f"{name.capitalize()}s", ""]
+        for number, (of, beads) in enumerate(zip(kinds, members.astype(int) + 1), start=1):
+            lines.append(f"{number} {of} {' '.join(map(str, beads))}")
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -150,6 +150,7 @@ def empty_parts() -> dict[str, Callable[..., Any]]:
         "empty_touching", "emptied", "with_pairs", "close_phase",  # pairs that are needed again
         "take_friction_again", "copy_predicted", "predict", "exchange_momentum",  # other schemes
         "measure_pairs",  # virial
+        "slide_to", "drift_with_flow", "add_flow_between",  # shear
         "meet",  # threads
     )  # fmt: skip
     return dict.fromkeys(empty, nothing) | {

@@ -12,13 +12,23 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands import draw, extend, figures, particles, people, points, runs, status
+from dpd.commands import (
+    draw,
+    extend,
+    figures,
+    particles,
+    people,
+    points,
+    repulsion,
+    runs,
+    status,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 # In the order in which --help lists them.
-GROUPS = (runs, extend, status, particles, draw, people, points, figures)
+GROUPS = (runs, extend, status, particles, draw, repulsion, people, points, figures)
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from dpd.engine.loop import Observer
     from dpd.engine.simulation import Simulation
 
+CUTOFF = 1.0
 LONGEST_STRETCH = 500  # steps between looks at the clock,
 MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 # The first array of the file, which tells it from any other.
@@ -246,6 +247,10 @@ def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
     for name in ("position", "velocity", "force", "identity", "species", "reference"):
         if getattr(state, name) is not None:
             arrays[name] = getattr(state, name)
+    if state.slid is not None:
+        arrays["slid"] = np.array(state.slid, np.uint64)
+    if state.box is not None:
+        arrays["box"] = np.array(state.box)
     for i, observer in enumerate(observers):
         arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
     return arrays
@@ -271,6 +276,8 @@ def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> Stat
     return State(
         stored["position"], stored["velocity"], stored["force"], stored["identity"],
         stored.get("species"), int(stored["step"]), stored.get("reference"),
+        int(stored["slid"]) if "slid" in stored else None,
+        tuple(map(float, stored["box"])) if "box" in stored else None,
     )  # fmt: skip
 
 
@@ -309,6 +316,7 @@ def mistake_in(
     state : State
         Of the run at its beginning, whole: arrays of the right shapes, and the species.
     box : tuple of float
+        Of a run in which it stays as it is.
     observers : list
         At their beginning.
     steps : (int, int)
@@ -355,7 +363,9 @@ def _wrong_beads(stored, state, box):
         species = state.by_identity(state.species)
         if not np.array_equal(stored["species"], species[identity]):
             return "beads of another species"
-    edges = np.array(box)[:, None]
+    edges = np.array(stored.get("box", box))[:, None]
+    if (edges < 2 * CUTOFF).any():
+        return "a box that is too small"
     for name in ("position", "reference"):
         if name in stored and not ((stored[name] >= 0) & (stored[name] <= edges)).all():
             return f"{name} outside the box"

@@ -1,7 +1,10 @@
 """Drifts and kicks of beads, each thread its own, and the look for beads that got lost."""
 
+from typing import NamedTuple
+
 import numpy as np
 
+from dpd.engine.slide import drift_with_flow
 from dpd.engine.space import put_inside
 from dpd.engine.threads.team import Share
 from dpd.engine.vectors.rows import add_rows, entries
@@ -10,6 +13,14 @@ from dpd.jit import part
 IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 SLOT, DISTANCE = 0, 1  # what is noted of such a bead
+
+
+class Lost(NamedTuple):
+    """A bead that moved too far: its identity, or -1; the step; how far along an axis."""
+
+    bead: int
+    step: int
+    distance: float
 
 
 @part()
@@ -25,14 +36,16 @@ def drift(beads, force, mine, edges, plan, waiting, lost):
         some = Share(first, min(mine.end, first + IN_CACHE))
         if waiting > 0.0:
             add_rows(beads.velocity, force, waiting, some)
-        drift_some(beads, force, some, edges, plan.scheme, plan.dt, lost)
+        drift_some(beads, force, some, edges, plan, lost)
 
 
 @part()
-def drift_some(beads, force, mine, edges, scheme, dt, lost):
+def drift_some(beads, force, mine, edges, plan, lost):
     """The same for so few beads that from loop to loop they stay in cache."""
+    scheme, dt, space = plan.scheme, plan.dt, plan.space
     time = dt if scheme.middle is None else 0.5 * dt
     half_square = scheme.acceleration * dt * dt
+    drift_with_flow(beads, force, mine, time, half_square, space.slide)
     x, v, f = beads.position.ravel(), beads.velocity.ravel(), force.ravel()
     far, (begin, end) = 0, entries(mine, beads.position)
     for q in range(begin, end):
@@ -44,7 +57,7 @@ def drift_some(beads, force, mine, edges, scheme, dt, lost):
         x[q] += time * v[q] + half_square * f[q]
         v[q] += (1.0 - scheme.correction) * dt * f[q]
         f[q] = 0.0
-    put_inside(beads.position, mine, edges)
+    put_inside(beads.position, mine, edges, space, space.slide)
 
 
 @part()
@@ -73,3 +86,13 @@ def velocity_of_friction(velocity, predicted):
     if predicted is None:
         return velocity
     return predicted
+
+
+@part()
+def first_lost(shared, identity, step):
+    """The first bead that moved too far, if one did."""
+    for rank in range(shared.lost.shape[0]):
+        slot = np.int64(shared.lost[rank, SLOT])
+        if slot >= 0:
+            return Lost(np.int64(identity[slot]), step, shared.lost[rank, DISTANCE])
+    return Lost(np.int64(-1), step, 0.0)

@@ -7,6 +7,8 @@ vectors, then the beads are pushed.
 
 import numpy as np
 
+from dpd.engine.shares import share_friction, shares_of
+from dpd.engine.slide import add_flow_between
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_PAIRS
 from dpd.engine.vectors.rows import difference_along, push_apart
 from dpd.jit import part
@@ -40,6 +42,7 @@ def gather_friction(pairs, n, velocity, identity, friction, space, keys):
     for p in range(n):
         i, j = pairs.i[p], pairs.j[p]
         pairs.approach[p] = difference_along(velocity, i, j, pairs.separation, p, space)
+    add_flow_between(pairs, n, space.slide)
     for p in range(n):
         a, b = identity[pairs.i[p]], identity[pairs.j[p]]
         pairs.low[p] = min(a, b)
@@ -83,6 +86,7 @@ def add_pair_forces(total, pairs, n, velocity, beads, plan, keys):
     space, species, dimension = plan.space, beads.species, len(plan.space.edges)
     gather_repulsion(pairs, n, species, pair)
     gather_friction(pairs, n, velocity, beads.identity, friction, space, keys)
+    share_friction(pairs, n, species, shares_of(friction))
     for p in range(n):
         r2 = CLOSEST
         for k in range(dimension):

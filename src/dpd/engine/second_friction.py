@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine.shares import share_weights, shares_of
 from dpd.engine.vectors.arrays import columns
 from dpd.engine.vectors.rows import add_rows, difference_along, push_apart
 from dpd.jit import part
@@ -60,13 +61,15 @@ def emptied(touching):
 
 
 @part()
-def with_pairs(touching, pairs, n, gamma, space):
+def with_pairs(touching, pairs, n, species, forces, space):
     """Those of ``n`` pairs that are within the cutoff as well.
 
     ``pairs.theta`` holds w / r.
     """
     if touching is None:
         return None
+    gamma = gamma_of(forces.friction, forces.exchange)
+    share_weights(pairs, n, species, pair_shares(forces.friction, forces.exchange))
     ends, drag, phase, count = touching
     if count + np.int64(n) >= ends.shape[1]:
         size = 2 * (count + np.int64(n))
@@ -80,6 +83,24 @@ def with_pairs(touching, pairs, n, gamma, space):
             drag[k, end] = root * weight[p] * pairs.separation[k, p]
         end += np.uint64(weight[p] > 0.0)
     return Touching(ends, drag, phase, np.int64(end))
+
+
+@part()
+def gamma_of(friction, exchange):
+    """Friction of the pairs that are needed again."""
+    if exchange is not None:
+        return exchange.gamma
+    if friction is not None:
+        return friction.gamma
+    return 0.0
+
+
+@part()
+def pair_shares(friction, exchange):
+    """Shares of pairs of species in that friction; None where it is one for all."""
+    if exchange is not None:
+        return exchange.shares
+    return shares_of(friction)
 
 
 @part()

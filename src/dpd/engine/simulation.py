@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.bond_forces import batches, empty_slots, in_batches
+from dpd.engine.bond_forces import batches, bonded_of, empty_slots
+from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls
 from dpd.engine.neighbours.cells import cell_buffers, grid
+from dpd.engine.rescaling import advance_rescaling, refuse_box
+from dpd.engine.slide import tilted
 from dpd.engine.space import space_of, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
@@ -34,6 +37,19 @@ class Unstable(UserError):
             f"dt {dt:g} is too large for this scene: lower integrator.dt, or the friction, "
             "repulsion or bond stiffness that asks for it (Groot and Warren use dt 0.04 with "
             "repulsion 25 and gamma 4.5)."
+        )
+
+
+class BehindWall(Unstable):
+    """A bead got further behind a wall than there is room for it."""
+
+    def __init__(self, bead: int, step: int, depth: float, reach: float) -> None:
+        self.bead, self.step, self.distance = bead, step, depth
+        UserError.__init__(
+            self,
+            f"bead {bead} got {depth:.3g} r_c behind a wall at step {step} (limit: {reach:g} r_c, "
+            "beyond which it might feel beads at the opposite wall). The walls are too soft for "
+            "this scene: raise walls.repulsion, or lower integrator.dt if the run is too hot",
         )
 
 
@@ -65,16 +81,41 @@ class Simulation:
                 f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
                 "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
+        if system.shear is not None and state.slid is None:
+            state.slid = 0
+        if system.pressure is not None:
+            state.box = state.box or system.box
+            refuse_box(system.pressure, system, state.box, state.step)
         # In rows, whatever they came in: each layout would compile kernels of its own.
-        state.position = np.ascontiguousarray(wrapped(state.position, system.box))
+        state.position = np.ascontiguousarray(wrapped(state.position, self.box))
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = _started(threads - 1) if threads > 1 else None
-        self._plan = _plan_of(system)
+        self._plan = _plan_of(system, self.box)
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Edges of the box as it is now, in r_c; under shear with images where they are now."""
+        return self.first_box if self.state.box is None else self.state.box
+
+    @property
+    def first_box(self) -> tuple[float, ...]:
+        """The same of the box of the system, which constant pressure has not stretched.
+
+        Beads are followed in it, so that to be moved with the box does not count as a motion.
+        """
+        system, state = self.system, self.state
+        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the box as it is now, in r_c^dimension; between walls that of the fluid."""
+        box = self.state.box
+        return self.system.volume if box is None else float(np.prod(box))
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.
@@ -89,17 +130,36 @@ class Simulation:
         Returns
         -------
         Sums
-            Zero unless measured.
+            Of no use unless measured.
 
         Raises
         ------
         Unstable
             With the state as it was before the call.
+        UserError
+            With the same, if the box becomes too large or too small at constant pressure.
         """
+        if self.system.pressure is None:
+            return self.advance_in_box(steps, measure)
+        kept = self.state
+        try:
+            return advance_rescaling(self, self.system.pressure, steps, measure)
+        except UserError:
+            self.state = kept
+            raise
+
+    def advance_in_box(self, steps: int, measure: bool) -> Sums:
+        """The same, with the box as it is now."""
         if measure and self.system.scheme.middle:
             self._call(steps, measure=False)
             return self.measure()
         return self._call(steps, measure)
+
+    def begin_at(self, state: State) -> Sums:
+        """Go on from another state of the system; evaluate its forces, and measure."""
+        state.force = np.zeros_like(state.position)
+        self.state = state
+        return self._call(0, measure=True)
 
     def measure(self) -> Sums:
         """Virials and energies where the beads are, leaving the state alone."""
@@ -117,11 +177,13 @@ class Simulation:
         if system.skin > 0:
             reference = rows_of(state.position if state.reference is None else state.reference)
         force = rows_of(state.force if steps else np.zeros_like(state.force))
+        plan = self._plan_now()
         shared = self._shared()
         span = Span(state.step, steps, measure)
-        beads, lost = self._all_threads(self._plan, beads, spare, force, reference, shared, span)
+        beads, lost = self._all_threads(plan, beads, spare, force, reference, shared, span)
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
+        self._refuse_behind(shared.at_walls)
         self.state = State(
             position=axes_of(beads.position, dimension),
             velocity=axes_of(beads.velocity, dimension),
@@ -130,8 +192,33 @@ class Simulation:
             species=beads.species,
             step=state.step + steps,
             reference=None if reference is None else axes_of(reference, dimension),
+            slid=state.slid,
+            box=state.box,
         )
-        return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0))
+        on_walls = None if shared.at_walls is None else shared.at_walls.sums
+        return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
+
+    def _refuse_behind(self, at_walls):
+        """Refuse a bead too far behind a wall.
+
+        In a step a bead moves by 1 r_c at most, and half of the gap behind a plane is `reach` and
+        1 r_c: none can pass the middle of the gap unseen.
+        """
+        if at_walls is None:
+            return
+        deepest = at_walls.deepest[np.argmax(at_walls.deepest[:, DEPTH])]
+        if deepest[DEPTH] > self.system.walls.reach:
+            raise BehindWall(
+                int(deepest[BEAD]), int(deepest[STEP]), deepest[DEPTH], self.system.walls.reach
+            )
+
+    def _plan_now(self):
+        """The plan for the box as it is now."""
+        if self._plan.space.edges != self.box:
+            space = space_of(self.box)
+            cells = grid(space, CUTOFF + self.system.skin)
+            self._plan = self._plan._replace(space=space, grid=cells)
+        return self._plan
 
     def _shared(self):
         """What the threads share during a call."""
@@ -144,7 +231,16 @@ class Simulation:
             np.zeros((tasks, 2)),
             np.zeros(self._threads),
             np.zeros((self._threads, 2)),
+            self._at_walls(),
         )
+
+    def _at_walls(self):
+        """Where is noted what happens at walls, if there are any."""
+        walls = self.system.walls
+        if walls is None:
+            return None
+        sums = np.zeros((len(walls.axis), DRAG + self.system.dimension))
+        return AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
 
     def _all_threads(self, *arguments):
         """What `advance` returns, run by all threads together."""
@@ -156,18 +252,19 @@ class Simulation:
         return found
 
 
-def _plan_of(system):
+def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
-    space = space_of(system.box)
+    space = space_of(box)
     return Plan(
         space=space,
         grid=grid(space, CUTOFF + system.skin),
         forces=system.forces,
-        bonds=in_batches(system.bond, system.members),
+        bonds=bonded_of(system),
         scheme=system.scheme,
         dt=system.dt,
         skin=float(system.skin),
         seed=np.uint64(system.seed),
+        inverse_mass=None if system.masses is None else 1.0 / np.asarray(system.masses, float),
     )
 
 

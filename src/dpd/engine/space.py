@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.engine.slide import Slide, add_tilt, put_inside_sliding
 from dpd.engine.vectors.arrays import row_width
 from dpd.engine.vectors.rows import entries
 from dpd.jit import part
@@ -27,14 +28,17 @@ class Space(NamedTuple):
     ----------
     edges : tuple of float
         One per axis, in r_c.
+    slide : Slide or None
+        How images slide under shear; None where they stay.
     """
 
     edges: tuple
+    slide: Slide | None = None
 
 
 def space_of(box: Sequence[float]) -> Space:
-    """The `Space` of a box that is given by its edges."""
-    return Space(tuple(map(float, box)))
+    """The `Space` of a box that is given by its edges, or of a `dpd.engine.slide.TiltedBox`."""
+    return Space(tuple(map(float, box)), getattr(box, "slide", None))
 
 
 @part()
@@ -46,15 +50,20 @@ def nearest_image(apart, edge):
 @part()
 def nearest_images(apart, n, space):
     """Put the first ``n`` separations of a (dimension, size) array at their nearest image."""
+    add_tilt(apart, n, -1.0, space.slide)
     for k in range(len(space.edges)):
         edge = space.edges[k]
         for p in range(n):
             apart[k, p] = nearest_image(apart[k, p], edge)
+    add_tilt(apart, n, 1.0, space.slide)
 
 
 @part()
 def squared_distance(one, i, other, j, space):
-    """Squared distance of row i of one array from row j of another, at nearest images."""
+    """Squared distance of row i of one array from row j of another, at nearest images.
+
+    Not under shear: whoever asks for it is refused there.
+    """
     r2 = 0.0
     for k in range(len(space.edges)):
         d = nearest_image(one[i, k] - other[j, k], space.edges[k])
@@ -75,7 +84,7 @@ def row_edges(space):
 
 
 @part()
-def put_inside(position, mine, edges):
+def put_inside(position, mine, edges, space, slide):
     """Move beads to their image in the box.
 
     Parameters
@@ -85,7 +94,19 @@ def put_inside(position, mine, edges):
         First bead, and the one after the last.
     edges : (2, `STRETCH`) array
         From `row_edges`.
+    space : Space
+    slide : Slide or None
+        Of the space.
     """
+    if slide is None:
+        put_inside_upright(position, mine, edges)
+    else:
+        put_inside_sliding(position, mine, space, slide)
+
+
+@part()
+def put_inside_upright(position, mine, edges):
+    """The same for a box whose images stay."""
     x = position.ravel()
     begin, end = entries(mine, position)
     for first in range(begin, end, np.uint64(STRETCH)):
@@ -102,17 +123,46 @@ def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     ----------
     apart : (dimension, ...) array
     box : tuple
-        Edges in r_c.
+        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
     """
     edges = _edges(apart, box)
-    return apart - edges * np.rint(apart / edges)
+    slide = getattr(box, "slide", None)
+    if slide is None:
+        return apart - edges * np.rint(apart / edges)
+    far = edges * np.rint(along_axes(apart, box) / edges)  # in lattice coordinates
+    far[slide.flow] += slide.tilt[0] * far[slide.gradient]
+    return apart - far
 
 
 def wrapped(position: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Positions moved into the box, 0 <= x < edge, in NumPy."""
     edges = _edges(position, box)
+    slide = getattr(box, "slide", None)
+    if slide is not None:
+        height, y = box[slide.gradient], position[slide.gradient]
+        up = np.floor(y / height)
+        up += y - height * up >= height  # by rounding
+        position = np.array(position)
+        position[slide.flow] -= slide.tilt[0] * up * height
     inside = position - edges * np.floor(position / edges)
     return np.where(inside < edges, inside, 0.0)  # rounding may reach the edge
+
+
+def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
+    """Separations along the vectors of the lattice of images: as they are, unless images slide.
+
+    Parameters
+    ----------
+    apart : (dimension, ...) array
+    box : tuple
+        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
+    """
+    slide = getattr(box, "slide", None)
+    if slide is None:
+        return apart
+    found = np.array(apart)
+    found[slide.flow] -= slide.tilt[0] * apart[slide.gradient]
+    return found
 
 
 def _edges(array, box):

@@ -1,19 +1,26 @@
 """What a simulation is made of: the system, which stays, and the state, which moves."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.physics.bond import Bond
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.body import BodyForce
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
 from dpd.physics.exchange import Exchange
 from dpd.physics.forces import Forces
 from dpd.physics.friction import Friction
 from dpd.physics.langevin import Langevin
+from dpd.physics.pressure import Pressure
 from dpd.physics.schemes import Scheme
+from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
+from dpd.physics.wall import WallFriction, Walls
 
 
 class Beads(NamedTuple):
@@ -47,13 +54,17 @@ class Sums(NamedTuple):
     Attributes
     ----------
     virial : (2, dimension, dimension) array
-        Sum over pairs and bonds of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
+        Sum over pairs, bonds and angles of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
     energy : (2,) array
-        `OF_PAIRS` and `OF_BONDS`.
+        `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them.
+    walls : (walls, 2 + dimension) array or None
+        Sums over what each wall does to beads, see `dpd.engine.external.AtWalls`; no part of the
+        virial.
     """
 
     virial: np.ndarray
     energy: np.ndarray
+    walls: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -63,11 +74,15 @@ class System:
     Attributes
     ----------
     box : tuple of float
-        One edge per dimension, in r_c.
+        One edge of the periodic box per dimension, in r_c. Along an axis with walls it is longer
+        than the distance of the planes, see `Walls`. At constant pressure it is that of the start.
     pair : Soft or Core
         The conservative force between pairs.
-    kT, friction : float
-        Temperature, and gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT.
+    kT : float
+        Temperature.
+    friction : float or array
+        gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT. A (species, species) array has one for each
+        pair of species; for a thermostat that acts on each bead, a (species,) array one for each.
     gaussian : bool
         Gaussian noise instead of uniform.
     dt : float
@@ -78,53 +93,135 @@ class System:
         Seed of the noise.
     members : (n, 2) uint32 array or None
         Identities of the two ends of each bond.
-    bond : Bond or None
-        The law of all bonds.
+    bond : Bond, BondTable or None
+        The law of all bonds, or of each.
+    angle_members : (n, 3) uint32 array or None
+        Identities of the three beads of each angle, the middle one in between.
+    angle : Angle, AngleTable or None
+        The law of all angles, or of each.
     skin : float
         0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
         list is kept until a bead has moved half the skin.
     per_bead : bool
         The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
         is not conserved.
+    masses : (species,) array or None
+        None where all are 1.
+    walls : Walls or None
+        Without the friction, which follows from ``wall_friction``.
+    wall_friction : float
+        Gamma of beads with the walls; 0 for none.
+    body_force : BodyForce or None
+    shear : Shear or None
+        Steady flow, with Lees-Edwards boundary conditions.
+    pressure : Pressure or None
+        Held by stretching the box, which is then part of the `State`.
     """
 
     box: tuple
     pair: Soft | Core
     kT: float
-    friction: float
+    friction: float | np.ndarray
     gaussian: bool
     dt: float
     scheme: Scheme
     seed: int
     members: np.ndarray | None = None
-    bond: Bond | None = None
+    bond: Bond | BondTable | None = None
+    angle_members: np.ndarray | None = None
+    angle: Angle | AngleTable | None = None
     skin: float = 0.0
     per_bead: bool = False
+    masses: np.ndarray | None = None
+    walls: Walls | None = None
+    wall_friction: float = 0.0
+    body_force: BodyForce | None = None
+    shear: Shear | None = None
+    pressure: Pressure | None = None
 
     @property
     def dimension(self) -> int:
         return len(self.box)
 
     @property
+    def extent(self) -> tuple[float, ...]:
+        """Edges of the space that beads fill: of the box, or the distance of two planes."""
+        edges = list(self.box)
+        if self.walls is not None:
+            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                edges[axis] = place - self.origin[axis] if inward < 0 else edges[axis]
+        return tuple(map(float, edges))
+
+    @property
+    def origin(self) -> tuple[float, ...]:
+        """Where that space begins in the box."""
+        low = [0.0] * self.dimension
+        if self.walls is not None:
+            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                low[axis] = place if inward > 0 else low[axis]
+        return tuple(map(float, low))
+
+    @property
     def volume(self) -> float:
-        return float(np.prod(self.box))
+        return float(np.prod(self.extent))
 
     @property
     def forces(self) -> Forces:
         """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
-        return Forces(self.pair._replace(repulsion=repulsion), self.bond, **self._thermostat())
+        return Forces(
+            self.pair._replace(repulsion=repulsion), self.bond, self.angle, **self._thermostat(),
+            walls=self._walls(), body_force=self.body_force,
+        )  # fmt: skip
+
+    def _walls(self):
+        """The walls with their friction, if they have any."""
+        gamma = float(self.wall_friction)
+        if self.walls is None or gamma == 0.0:
+            return self.walls
+        amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
+        return self.walls._replace(friction=WallFriction(gamma, amplitude, bool(self.gaussian)))
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""
-        gamma, gaussian = float(self.friction), bool(self.gaussian)
-        if gamma == 0.0:
+        gamma, shares, gaussian = self.friction, None, bool(self.gaussian)
+        if not np.any(gamma):
             return {}
+        if np.ndim(gamma):
+            gamma, shares = 1.0, np.ascontiguousarray(gamma, dtype=np.float64)
+        gamma = float(gamma)
         if self.scheme.exchange is not None:
-            return {"exchange": Exchange(self.scheme.exchange, gamma, float(self.kT), gaussian)}
-        amplitude = float(np.sqrt(2.0 * self.friction * self.kT / self.dt))
+            kind, kT = self.scheme.exchange, float(self.kT)
+            return {"exchange": Exchange(kind, gamma, kT, gaussian, shares)}
+        amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
         term = Langevin if self.per_bead else Friction
-        return {term.__name__.lower(): term(gamma, amplitude, gaussian)}
+        return {term.__name__.lower(): term(gamma, amplitude, gaussian, shares)}
+
+    def mass_of(self, species: np.ndarray | None) -> np.ndarray | float:
+        """Mass of each bead.
+
+        Parameters
+        ----------
+        species : (n,) uint8 array or None
+            None where there is one species.
+
+        Returns
+        -------
+        (n,) array or float
+            A number where all have the same mass.
+        """
+        if self.masses is None:
+            return 1.0
+        return float(self.masses[0]) if species is None else self.masses[species]
+
+    def momenta(self, state: State) -> np.ndarray:
+        """(dimension, n) array: the momentum of each bead, in storage order.
+
+        It is the array of the velocities itself where all masses are 1.
+        """
+        if self.masses is None:
+            return state.velocity
+        return self.mass_of(state.species) * state.velocity
 
 
 @dataclass
@@ -134,9 +231,11 @@ class State:
     Attributes
     ----------
     position, velocity : (dimension, n) arrays
-        After an advance, views of the rows that the kernels work on.
+        After an advance, views of the rows that the kernels work on. Under shear velocities are
+        those about the flow, see `dpd.physics.shear`.
     force : (dimension, n) array or None
-        The same; None where it is yet to be evaluated.
+        The same; None where it is yet to be evaluated. Where the system has masses, it is the force
+        over the mass.
     identity : (n,) uint32 array
         Number of the bead in each slot.
     species : (n,) uint8 array or None
@@ -144,6 +243,11 @@ class State:
     step : int
     reference : (dimension, n) array or None
         Positions when the pair list was made; None without a list.
+    slid : int or None
+        Parts of an edge by which images had slid at step 0, see `dpd.engine.slide`; None without
+        shear.
+    box : tuple of float or None
+        Edges in r_c; None for those of the system, which stay.
     """
 
     position: np.ndarray
@@ -153,6 +257,8 @@ class State:
     species: np.ndarray | None
     step: int
     reference: np.ndarray | None = None
+    slid: int | None = None
+    box: tuple[float, ...] | None = None
 
     def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""

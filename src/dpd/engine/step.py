@@ -26,7 +26,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.bond_forces import Bonded, add_bond_forces, batches, find_slots
-from dpd.engine.moves import DISTANCE, SLOT, drift, velocity_of_friction
+from dpd.engine.external import AtWalls, add_external, renew_wall_friction
+from dpd.engine.masses import divide_by_masses, multiply_by_masses
+from dpd.engine.moves import Lost, drift, first_lost, velocity_of_friction
 from dpd.engine.neighbours.cells import Cells, Grid, count_cells, move_to_cells, share_cells
 from dpd.engine.neighbours.lists import (
     CHUNK,
@@ -45,6 +47,7 @@ from dpd.engine.second_friction import (
     renew_friction,
     with_pairs,
 )
+from dpd.engine.slide import slide_to
 from dpd.engine.space import Space, put_inside, row_edges
 from dpd.engine.state import Sums
 from dpd.engine.thermostats import (
@@ -75,6 +78,8 @@ class Plan(NamedTuple):
     dt, skin : float
         Time step; distance beyond the cutoff within which pairs are listed.
     seed : uint64
+    inverse_mass : None or (species,) array
+        1 / m of each species; None where all masses are 1.
     """
 
     space: Space
@@ -85,6 +90,7 @@ class Plan(NamedTuple):
     dt: float
     skin: float
     seed: int
+    inverse_mass: np.ndarray | None = None
 
 
 class Shared(NamedTuple):
@@ -101,6 +107,8 @@ class Shared(NamedTuple):
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
         `SLOT` of a bead of each thread's that moved too far, or -1; and the `DISTANCE`.
+    at_walls : AtWalls or None
+        None without walls.
     """
 
     cells: Cells
@@ -109,6 +117,7 @@ class Shared(NamedTuple):
     energy: np.ndarray
     moved: np.ndarray
     lost: np.ndarray
+    at_walls: AtWalls | None
 
 
 class Span(NamedTuple):
@@ -134,6 +143,7 @@ class Evaluation(NamedTuple):
 
     Attributes
     ----------
+    step : int
     keys : Keys
         Of its noise.
     measure : bool
@@ -142,18 +152,11 @@ class Evaluation(NamedTuple):
         Where to, see `Shared`.
     """
 
+    step: int
     keys: Keys
     measure: bool
     virial: np.ndarray
     energy: np.ndarray
-
-
-class Lost(NamedTuple):
-    """A bead that moved too far: its identity, or -1; the step; how far along an axis."""
-
-    bead: int
-    step: int
-    distance: float
 
 
 @kernel()
@@ -168,7 +171,8 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
     beads, spare : Beads
         Sorting swaps the two.
     force : array with a row for each bead
-        The force on the beads as they are; kept up to date. Zero for 0 steps.
+        The force on the beads as they are, over their mass if they have one; kept up to date. Zero
+        for 0 steps.
     reference : None or array with a row for each bead
         None to find pairs by cells in every step. With a list, where the beads were at the
         last sort, in today's order; kept up to date. 0 steps sort and list afresh.
@@ -205,6 +209,8 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
     for s in range(max(span.steps, 1)):
         if span.steps > 0:
             step += 1
+        slide_to(plan.space.slide, step)
+        if span.steps > 0:
             drift(beads, force, mine, edges, plan, waiting, shared.lost[team.rank])
             shared.moved[team.rank] = farthest_move(beads.position, listed, mine, plan.space)
             meet(team)
@@ -223,24 +229,16 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
         )
         meet(team)
         measure = span.measure and s + 1 >= span.steps
-        now = Evaluation(step_keys(plan.seed, step), measure, shared.virial, shared.energy)
+        now = Evaluation(step, step_keys(plan.seed, step), measure, shared.virial, shared.energy)
         touching = add_forces(team, plan, beads, force, shared, listed, touching, now)
         add_langevin(plan, beads, force, mine, now)
+        add_external(team, plan, beads, force, mine, shared.at_walls, now)
+        divide_by_masses(force, beads.species, mine, plan.inverse_mass)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
             waiting = plan.scheme.correction * plan.dt
         elif span.steps > 0:
             finish(team, plan, beads, force, mine, edges, touching, now)
     return swapped, lost
-
-
-@part()
-def first_lost(shared, identity, step):
-    """The first bead that moved too far, if one did."""
-    for rank in range(shared.lost.shape[0]):
-        slot = np.int64(shared.lost[rank, SLOT])
-        if slot >= 0:
-            return Lost(np.int64(identity[slot]), step, shared.lost[rank, DISTANCE])
-    return Lost(np.int64(-1), step, 0.0)
 
 
 @part()
@@ -276,7 +274,7 @@ def add_forces(team, plan, beads, force, shared, listed, touching, now):
 
 @part()
 def add_bonds(team, plan, beads, force, slot, now):
-    """Add the forces of bonds, batch by batch."""
+    """Add the forces of bonds and of the angles between them, batch by batch."""
     tasks = batches(plan.bonds)
     task = next_task(team, BATCHES, 0, tasks)
     while task < tasks:
@@ -332,18 +330,7 @@ def add_some(plan, beads, force, pairs, n, task, touching, now):
     if now.measure:
         sums = Sums(now.virial[task], now.energy[task])
         measure_pairs(sums, pairs, n, beads.species, plan.forces.pair, plan.space)
-    gamma = gamma_of(plan.forces.friction, plan.forces.exchange)
-    return with_pairs(touching, pairs, n, gamma, plan.space)
-
-
-@part()
-def gamma_of(friction, exchange):
-    """Friction of the pairs that are needed again."""
-    if exchange is not None:
-        return exchange.gamma
-    if friction is not None:
-        return friction.gamma
-    return 0.0
+    return with_pairs(touching, pairs, n, beads.species, plan.forces, plan.space)
 
 
 @part()
@@ -351,7 +338,7 @@ def add_langevin(plan, beads, force, mine, now):
     """Add the forces of a thermostat that acts on each bead on its own."""
     velocity = velocity_of_friction(beads.velocity, beads.predicted)
     langevin = plan.forces.langevin
-    add_langevin_forces(force, velocity, beads.identity, mine, langevin, plan.space, now.keys)
+    add_langevin_forces(force, velocity, beads, mine, langevin, plan.space, now.keys)
 
 
 @part()
@@ -371,26 +358,25 @@ def finish(team, plan, beads, force, mine, edges, touching, now):
         if scheme.correction > 0.0:
             add_rows(beads.velocity, force, scheme.correction * dt, mine)
             take_friction_again(team, plan, beads, force, mine, touching, scheme.renewal)
-        exchange_momentum(
-            beads.velocity, beads.identity, touching, exchange, dt, now.keys, plan.space
-        )
+        exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
     else:
         add_rows(beads.velocity, force, 0.5 * dt, mine)
-        exchange_momentum(
-            beads.velocity, beads.identity, touching, exchange, dt, now.keys, plan.space
-        )
+        exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
         add_rows(beads.velocity, force, 0.5 * dt, mine)
         add_rows(beads.position, beads.velocity, 0.5 * dt, mine)
-        put_inside(beads.position, mine, edges)
+        put_inside(beads.position, mine, edges, plan.space, plan.space.slide)
 
 
 @part()
 def take_friction_again(team, plan, beads, force, mine, touching, renewal):
     """Replace the friction in the force by that of the velocities now, where the scheme does."""
     if renewal is not None:
+        multiply_by_masses(force, beads.species, mine, plan.inverse_mass)
         lose(beads.predicted, beads.velocity, mine)
         for phase in range(len(touching.phase) - 1):
             meet(team)
             renew_friction(force, touching, phase, beads.predicted, plan.space)
         meet(team)
-        renew_langevin_friction(force, beads.predicted, mine, plan.forces.langevin)
+        renew_langevin_friction(force, beads.predicted, beads.species, mine, plan.forces.langevin)
+        renew_wall_friction(force, beads, mine, plan.forces.walls, plan.space)
+        divide_by_masses(force, beads.species, mine, plan.inverse_mass)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from dpd.observe.bond_lengths import PairBondLengths
 from dpd.observe.bonds import BondLengths
 from dpd.observe.chains import Chains
 from dpd.observe.configuration import Configuration
@@ -21,6 +22,7 @@ from dpd.observe.crossings import Crossings
 from dpd.observe.density_field import DensityField
 from dpd.observe.diffusion import Diffusion
 from dpd.observe.displacement import Displacement
+from dpd.observe.end_points import EndPoints
 from dpd.observe.end_to_end import EndToEnd
 from dpd.observe.mixing import Mixing
 from dpd.observe.passes import Passes
@@ -31,6 +33,8 @@ from dpd.observe.structure_factor import StructureFactor
 from dpd.observe.thermo import Thermo
 from dpd.observe.trace import Trace
 from dpd.observe.trajectory import Trajectory
+from dpd.observe.velocity_profile import VelocityProfile
+from dpd.observe.walls import WallForces
 from dpd.scene.beside import files_beside
 
 if TYPE_CHECKING:
@@ -64,18 +68,22 @@ if TYPE_CHECKING:
 
 OBSERVABLES = {
     "thermo": Thermo,
+    "walls": WallForces,
     "rdf": RadialDistribution,
     "profile": Profile,
     "density_field": DensityField,
     "structure_factor": StructureFactor,
     "mixing": Mixing,
+    "velocity_profile": VelocityProfile,
     "bonds": BondLengths,
+    "bond_lengths": PairBondLengths,
     "chains": Chains,
     "displacement": Displacement,
     "diffusion": Diffusion,
     "crossings": Crossings,
     "passes": Passes,
     "end_to_end": EndToEnd,
+    "end_points": EndPoints,
     "configuration": Configuration,
     "trace": Trace,
     "configurational": Configurational,

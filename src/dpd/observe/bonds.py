@@ -46,7 +46,7 @@ class BondLengths:
         """Take one sample."""
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
-        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], self._system.box)
+        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], simulation.box)
         length = np.sqrt((apart**2).sum(axis=0))
         density = np.histogram(length, self._edges)[0] / (len(length) * self._edges[1])
         self.arrays["longest"][self.averages.taken] = length.max()

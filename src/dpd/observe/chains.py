@@ -1,4 +1,4 @@
-"""Sizes of chains."""
+"""Sizes of molecules."""
 
 from __future__ import annotations
 
@@ -10,17 +10,22 @@ from dpd.engine.space import nearest
 from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums, System
     from dpd.observe import Variables
+    from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
 
 
 class Chains:
     """Squared radius of gyration and end-to-end distance, for each kind of molecule.
 
-    A chain is followed from bead to bead over nearest images, so bonds have to be shorter
-    than half the box.
+    A molecule is followed from bead to bead over nearest images, so bonds have to be shorter
+    than half the box. The end-to-end distance is that of linear molecules. If the scene has
+    branched ones, the mean squared distance of their ends is measured as well: the mean over all
+    pairs of beads with a single bond, which for a linear molecule is the same number.
 
     Parameters
     ----------
@@ -34,48 +39,114 @@ class Chains:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self._system = system
-        self._kinds = [(kind.count, len(kind.beads)) for kind in scene.molecules]
-        self.averages = BlockSums((len(self._kinds), 2), scene.steps.sample // every)
+        self._kinds = scene.molecules
+        self._branched = [not kind.is_linear for kind in self._kinds]
+        numbers = 3 if any(self._branched) else 2
+        self.averages = BlockSums((len(self._kinds), numbers), scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
-        position = state.by_identity(state.position)
-        found, first = [], 0
-        for count, length in self._kinds:
-            beads = position[:, first : first + count * length].reshape(-1, count, length)
-            found.append(sizes(unwrapped(beads, self._system.box)))
-            first += count * length
-        self.averages.add(np.array(found))
+        whole = in_one_piece(self._kinds, state.by_identity(state.position), simulation.box)
+        found = [sizes(beads, kind.ends) for kind, beads in zip(self._kinds, whole)]
+        if any(self._branched):
+            ends = [ends_square(beads[:, :, kind.ends]) for kind, beads in zip(self._kinds, whole)]
+            self.averages.add(np.column_stack([found, ends]))
+        else:
+            self.averages.add(np.array(found))
 
     def variables(self) -> Variables:
         """Sizes in blocks for the file."""
         means = self.averages.means()
         along = ("block", "kind")
-        return {
+        across = np.where(self._branched, np.nan, means[..., 1])
+        found: Variables = {
             "gyration_square": (along, means[..., 0], "r_c^2", "squared radius of gyration"),
-            "end_to_end_square": (along, means[..., 1], "r_c^2", "squared end-to-end distance"),
+            "end_to_end_square": (along, across, "r_c^2", "squared end-to-end distance"),
         }
+        if any(self._branched):
+            found["ends_square"] = (
+                along, means[..., 2], "r_c^2", "squared distance of ends, mean over all pairs",
+            )  # fmt: skip
+        return found
 
 
-def unwrapped(beads: np.ndarray, box: tuple[float, ...]) -> np.ndarray:
-    """Chains in one piece: each bead at the image nearest to the one before.
+def in_one_piece(
+    kinds: Sequence[Molecule], position: np.ndarray, box: tuple[float, ...]
+) -> list[np.ndarray]:
+    """The molecules of each kind, each in one piece.
 
     Parameters
     ----------
-    beads : (dimension, chains, length) array
+    kinds : sequence of Molecule
+        Of the scene.
+    position : (dimension, n) array
+        In the box, in the order of identities.
+    box : tuple
+
+    Returns
+    -------
+    list of (dimension, molecules, length) array
+    """
+    found, first = [], 0
+    for kind in kinds:
+        length = len(kind.beads)
+        beads = position[:, first : first + kind.count * length]
+        found.append(unwrapped(beads.reshape(-1, kind.count, length), box, kind))
+        first += kind.count * length
+    return found
+
+
+def unwrapped(
+    beads: np.ndarray, box: tuple[float, ...], kind: Molecule | None = None
+) -> np.ndarray:
+    """Molecules in one piece: each bead at the image nearest to the one that it hangs on.
+
+    Parameters
+    ----------
+    beads : (dimension, molecules, length) array
         In the box.
     box : tuple
+    kind : Molecule
+        Of which they are; a chain if not given.
     """
-    steps = nearest(np.diff(beads, axis=2), box)
-    return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
+    if kind is None or kind.is_chain:
+        steps = nearest(np.diff(beads, axis=2), box)
+        return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
+    parent, bead = kind.bonds.T
+    steps = nearest(beads[:, :, bead] - beads[:, :, parent], box)
+    return kind.summed(np.concatenate([beads[:, :, :1], steps], axis=2))
 
 
-def sizes(chains: np.ndarray) -> tuple[float, float]:
-    """Mean squared radius of gyration and end-to-end distance of unwrapped chains."""
-    spread = chains - chains.mean(axis=2, keepdims=True)
-    across = chains[:, :, -1] - chains[:, :, 0]
+def sizes(molecules: np.ndarray, ends: Sequence[int] | np.ndarray = (0, -1)) -> tuple[float, float]:
+    """Mean squared radius of gyration, and distance between the first and last end.
+
+    Parameters
+    ----------
+    molecules : (dimension, molecules, length) array
+        Each in one piece.
+    ends : sequence of int
+        Numbers of beads.
+    """
+    spread = molecules - molecules.mean(axis=2, keepdims=True)
+    across = molecules[:, :, ends[-1]] - molecules[:, :, ends[0]]
     gyration = (spread**2).sum(axis=0).mean()
     return float(gyration), float((across**2).sum(axis=0).mean())
+
+
+def ends_square(ends: np.ndarray) -> float:
+    """Mean squared distance of ends over all pairs of ends of a molecule, and all molecules.
+
+    It is twice their mean squared distance from their common centre, times n / (n - 1).
+
+    Parameters
+    ----------
+    ends : (dimension, molecules, n) array
+        Of molecules in one piece.
+    """
+    n = ends.shape[2]
+    if n < 2:
+        return 0.0
+    spread = ends - ends.mean(axis=2, keepdims=True)
+    return float((spread**2).sum(axis=0).mean() * 2 * n / (n - 1))

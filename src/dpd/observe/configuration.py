@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.particles.tilt import FACTORS, tilt_factors
+
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums, System
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
 class Configuration:
     """Positions at the last sample, molecule after molecule.
+
+    Under shear the tilt of the box is there as well, and at constant pressure its edges.
 
     Parameters
     ----------
@@ -28,14 +32,32 @@ class Configuration:
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
-        self.arrays = {"position": np.full((system.dimension, scene.beads), np.nan)}
+        self.arrays: dict[str, np.ndarray] = {
+            "position": np.full((system.dimension, scene.beads), np.nan)
+        }
+        if system.shear is not None:
+            self.arrays["tilt"] = np.full(len(FACTORS), np.nan)
+        if system.pressure is not None:
+            self.arrays["edges"] = np.full(system.dimension, np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         state = simulation.state
         self.arrays["position"][...] = state.by_identity(state.position)
+        if "tilt" in self.arrays:
+            self.arrays["tilt"][...] = tilt_factors(simulation.box)
+        if "edges" in self.arrays:
+            self.arrays["edges"][...] = simulation.box
 
     def variables(self) -> Variables:
         """Positions for the file."""
         position = self.arrays["position"]
-        return {"position": (("axis", "bead"), position, "r_c", "positions at the end, in the box")}
+        found: Variables = {
+            "position": (("axis", "bead"), position, "r_c", "positions at the end, in the box")
+        }
+        if "tilt" in self.arrays:
+            text = "tilt factors xy, xz and yz of the lattice of its images"
+            found["box_tilt"] = (("tilt",), self.arrays["tilt"], "1", text)
+        if "edges" in self.arrays:
+            found["box_edges"] = (("axis",), self.arrays["edges"], "r_c", "edges of that box")
+        return found

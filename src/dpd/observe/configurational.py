@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from dpd.engine.queries.configurational import force_and_curvature
@@ -40,7 +41,8 @@ class Configurational:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self.averages.add(force_and_curvature(self._system, simulation.state))
+        system = replace(self._system, box=simulation.box)
+        self.averages.add(force_and_curvature(system, simulation.state))
 
     def variables(self) -> Variables:
         """Both per bead, in blocks for the file."""

@@ -51,7 +51,7 @@ class Crossings:
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
         members = self._system.members
-        one, other = crossing_bonds(state.by_identity(state.position), members, self._system.box)
+        one, other = crossing_bonds(state.by_identity(state.position), members, simulation.box)
         pairs = one.astype(np.int64) * len(members) + other
         if len(pairs) > len(arrays["pairs"]):
             raise UserError(

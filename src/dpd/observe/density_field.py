@@ -46,8 +46,8 @@ class DensityField:
         self._system = system
         self._names = scene.species
         self._looks = scene.steps.sample // every
-        self._shape = (len(scene.species), *grid_shape(system.box, spacing))
-        self.arrays = {
+        self._shape = (len(scene.species), *grid_shape(system.extent, spacing))
+        self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
             "field": np.zeros((frames_of(scene), *self._shape), np.float32),
             "box": np.zeros((frames_of(scene), system.dimension)),
@@ -55,11 +55,13 @@ class DensityField:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Add a look to its frame."""
-        state, shape, box = simulation.state, self._shape, self._system.box
+        state, shape = simulation.state, self._shape
+        box = self._system.extent if self._system.walls is not None else simulation.box
+        position = state.position - np.array(self._system.origin)[:, None]
         cell = np.zeros(state.position.shape[1], np.int64)
         if state.species is not None:
             cell += state.species
-        for along, edge, cells in zip(state.position, box, shape[1:]):
+        for along, edge, cells in zip(position, box, shape[1:]):
             cell = cell * cells + np.clip((along * (cells / edge)).astype(np.int64), 0, cells - 1)
         counts = np.bincount(cell, minlength=np.prod(shape)).reshape(shape)
         density = counts * (np.prod(shape[1:]) / np.prod(box))
@@ -83,7 +85,7 @@ class DensityField:
                 (name,), (np.arange(cells) + 0.5) * (edge / cells), "r_c",
                 f"middles of the cells along {name[-1]}",
             )
-            for name, cells, edge in zip(axes, self._shape[1:], self._system.box)
+            for name, cells, edge in zip(axes, self._shape[1:], self._system.extent)
         }  # fmt: skip
         return middles | {
             "field_time": (

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.observe.following import Followed
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -19,9 +19,9 @@ class Diffusion:
     """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
 
     The time t counts from the first sample. Displacements are those from that one start, relative
-    to the centre of all beads, so that a drift of the box does not count; of a molecule, that of
-    the mean of its beads. D(t) tends to the diffusion coefficient where t is long enough for beads
-    to have lost their velocity, and chains to have moved their own size. For an error, or for
+    to the centre of mass of all beads, as `dpd.observe.following.Followed` has them; of a molecule,
+    that of its centre of mass. D(t) tends to the diffusion coefficient where t is long enough for
+    beads to have lost their velocity, and chains to have moved their own size. For an error, or for
     averages over many starts, see the observable ``displacement``.
 
     Parameters
@@ -39,35 +39,26 @@ class Diffusion:
         self._system = system
         self._names = scene.species
         self._kinds = scene.kinds.astype(np.int64)
-        self._lengths = scene.lengths
-        self._first = np.cumsum(self._lengths) - self._lengths
         self._molecule_kinds = np.repeat(
             np.arange(len(scene.molecules)), [kind.count for kind in scene.molecules]
         )
         samples = scene.steps.sample // every
-        shape = (system.dimension, scene.beads)
-        self.arrays = {
+        self._followed = Followed(scene, system, every, "diffusion")
+        self.arrays = self._followed.arrays | {
             "taken": np.zeros(1, np.int64),
-            "last": np.zeros(shape),
-            "moved": np.zeros(shape),
             "beads": np.full((samples, len(self._names)), np.nan),
             "molecules": np.full((samples, len(scene.molecules)), np.nan),
         }
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Follow the beads, and compare with the start."""
-        state, arrays, box = simulation.state, self.arrays, self._system.box
-        position = state.by_identity(state.position)
+        arrays = self.arrays
         at = int(arrays["taken"][0])
+        moved = self._followed.sample(simulation, first=at == 0)
         if at:
-            arrays["moved"] += moved_between(
-                arrays["last"], position, box, state.step, "diffusion", self.every
-            )
-            moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
-            centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
             arrays["beads"][at] = _mean_squares(moved, self._kinds)
+            centre = self._followed.centres(moved)
             arrays["molecules"][at] = _mean_squares(centre, self._molecule_kinds)
-        arrays["last"][...] = position
         arrays["taken"][0] += 1
 
     def variables(self) -> Variables:

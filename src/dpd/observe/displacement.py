@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import moved_between
+from dpd.observe.following import Followed
 from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 class Displacement:
     """Mean-square displacement of innermost beads and of centres of mass.
 
-    By multiple-tau correlation (`dpd.observe.multitau`). Positions are unwrapped from sample
-    to sample and taken relative to the centre of mass of all beads, so a drift of the box
-    does not count. "Innermost" is the middle bead of a molecule, two of them for an even
-    number.
+    By multiple-tau correlation (`dpd.observe.multitau`), of displacements as
+    `dpd.observe.following.Followed` has them: relative to the centre of mass of all beads.
+    "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
+    even number.
 
     Parameters
     ----------
@@ -37,32 +37,24 @@ class Displacement:
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
-        lengths = scene.lengths
-        self._first = np.cumsum(lengths) - lengths
-        self._lengths = lengths
-        self._inner = np.stack([self._first + (lengths - 1) // 2, self._first + lengths // 2])
-        d, molecules = system.dimension, len(lengths)
-        self.averages = MultipleTau(scene.steps.sample // every, (d, 3, molecules), 2)
-        self.arrays = self.averages.arrays | {
-            "last": np.zeros((d, scene.beads)),
-            "moved": np.zeros((d, scene.beads)),
-        }
+        inner = np.repeat(
+            [kind.middle for kind in scene.molecules],
+            [kind.count for kind in scene.molecules], axis=0,
+        )  # fmt: skip
+        self._inner = np.cumsum(scene.lengths) - scene.lengths + inner.T
+        self._followed = Followed(scene, system, every, "displacement")
+        shape = system.dimension, 3, len(scene.lengths)
+        self.averages = MultipleTau(scene.steps.sample // every, shape, 2)
+        self.arrays = self.averages.arrays | self._followed.arrays
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        self.averages.add(self._tracked(simulation.state), squares)
+        self.averages.add(self._tracked(simulation), squares)
 
-    def _tracked(self, state):
+    def _tracked(self, simulation):
         """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        arrays, box = self.arrays, self._system.box
-        position = state.by_identity(state.position)
-        if arrays["taken"][0]:
-            arrays["moved"] += moved_between(
-                arrays["last"], position, box, state.step, "displacement", self.every
-            )
-        arrays["last"][...] = position
-        moved = arrays["moved"] - arrays["moved"].mean(axis=1, keepdims=True)
-        centre = np.add.reduceat(moved, self._first, axis=1) / self._lengths
+        moved = self._followed.sample(simulation, first=self.arrays["taken"][0] == 0)
+        centre = self._followed.centres(moved)
         return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
 
     def variables(self) -> Variables:

@@ -13,14 +13,15 @@ if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
+    from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
 
 
 class EndToEnd:
     """Autocorrelation of the end-to-end vector, <R(t) . R(0)> (Nikunen et al. 2007, Fig. 4b).
 
-    By multiple-tau correlation (`dpd.observe.multitau`), for each chain of two beads
-    or more.
+    By multiple-tau correlation (`dpd.observe.multitau`), for each linear molecule of two beads
+    or more. Branched molecules have no such vector and are left out.
 
     Parameters
     ----------
@@ -36,7 +37,10 @@ class EndToEnd:
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
-        lengths = scene.lengths[scene.lengths > 1]
+        chains = [kind for kind in scene.molecules if len(kind.beads) > 1 and kind.is_linear]
+        self._members = _bonds_of(scene)
+        self._sign = np.concatenate([np.tile(along_chain(kind), kind.count) for kind in chains])
+        lengths = np.repeat([len(kind.beads) for kind in chains], [kind.count for kind in chains])
         self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
         samples = scene.steps.sample // every
         self.averages = MultipleTau(samples, (system.dimension, len(lengths)), 1)
@@ -44,10 +48,10 @@ class EndToEnd:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        state, members = simulation.state, self._system.members
+        state, members = simulation.state, self._members
         position = state.by_identity(state.position)
-        bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], self._system.box)
-        vector = np.add.reduceat(bonds, self._bonds_first, axis=1)
+        bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], simulation.box)
+        vector = np.add.reduceat(self._sign * bonds, self._bonds_first, axis=1)
         self.arrays["square"] += (vector**2).sum(axis=0)
         self.averages.add(vector, product)
 
@@ -71,6 +75,25 @@ class EndToEnd:
                 "their products, mean over molecules, summed",
             ),
         }  # fmt: skip
+
+
+def _bonds_of(scene):
+    """(bonds, 2) array: the bonds of linear molecules alone."""
+    linear = [np.full(k.count * (len(k.beads) - 1), k.is_linear) for k in scene.molecules]
+    return scene.bonded[np.concatenate(linear)]
+
+
+def along_chain(kind: Molecule) -> np.ndarray:
+    """(bonds,) array: which way each bond of a linear molecule counts, from one end to the other.
+
+    A bond goes from a bead to one with a higher number. It is 1 for those that do so on the way
+    from the first end to the last, which are all if the beads are numbered along the molecule.
+    """
+    parents, sign, bead = kind.parents, np.ones(len(kind.beads) - 1), int(kind.ends[0])
+    while bead > 0:
+        sign[bead - 1] = -1
+        bead = parents[bead]
+    return sign
 
 
 def product(now: np.ndarray, then: np.ndarray) -> np.ndarray:

@@ -43,7 +43,8 @@ class Mixing:
         self._system = system
         self._names = scene.species
         self._pairs = list(combinations(range(len(self._names)), 2))
-        number = np.bincount(scene.kinds, minlength=len(self._names)).astype(float)
+        self._kinds = scene.kinds
+        number = np.bincount(self._kinds, minlength=len(self._names)).astype(float)
         beads = number.sum()
         self._by_lot = 2 * np.outer(number, number) / (beads * (beads - 1))
         samples = scene.steps.sample // every
@@ -55,9 +56,8 @@ class Mixing:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample; NaN where no two beads are near each other."""
         state = simulation.state
-        pairs = neighbour_pairs(
-            state.position, state.species, self._system.box, NEAR, len(self._names)
-        )
+        position = state.by_identity(state.position)
+        pairs = neighbour_pairs(position, self._kinds, simulation.box, NEAR, len(self._names))
         total = np.triu(pairs).sum()
         at = int(self.arrays["taken"][0])
         if total:

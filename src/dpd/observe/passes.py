@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.queries.passes import passed_bonds
+from dpd.observe.following import in_box_of
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -41,11 +42,12 @@ class Passes:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample; the first one has none before it."""
         state, arrays = simulation.state, self.arrays
-        position = state.by_identity(state.position)
+        # What passes does so in any box, so all are taken in the one that the run began with.
+        box = self._system.box
+        position = in_box_of(state.by_identity(state.position), simulation.box, box)
         at = int(arrays["taken"][0])
         if at:
-            members = self._system.members
-            found = passed_bonds(arrays["last"], position, members, self._system.box)
+            found = passed_bonds(arrays["last"], position, self._system.members, box)
             arrays["passes"][at] = found.shape[1]
         else:
             arrays["passes"][at] = 0

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.observe.blocks import BlockSums
+from dpd.observe.layers import Layers
+from dpd.scene.flow import profile_axis
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -16,7 +18,10 @@ if TYPE_CHECKING:
 
 
 class Profile:
-    """Number density of each species in slices across the longest axis.
+    """Number density of each species in slices across an axis.
+
+    At constant pressure the slices are stretched with the box, and their places are those in the
+    mean box.
 
     Parameters
     ----------
@@ -25,41 +30,50 @@ class Profile:
     every : int
         Steps between samples.
     bin : float
-        Largest width of a slice in r_c; the axis is cut into equal slices.
+        Largest width of a slice in r_c; the axis is cut into equal slices. Between walls they
+        reach from behind one wall to behind the other.
+    axis : str or None
+        Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
     needs_forces = False
 
-    def __init__(self, scene: Scene, system: System, every: int, bin: float) -> None:
+    def __init__(
+        self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
+    ) -> None:
         self.every = every
-        self._system = system
         self._names = scene.species
-        self._axis = int(np.argmax(system.box))
-        self._bins = int(np.ceil(system.box[self._axis] / bin))
-        self.averages = BlockSums((len(self._names), self._bins), scene.steps.sample // every)
+        self._slices = Layers(system, profile_axis(scene, axis), bin)
+        shape = len(self._names), self._slices.count
+        self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
+        if system.pressure is not None:
+            # The edge along the axis, summed over the samples.
+            self.arrays = self.arrays | {"length": np.zeros(1)}
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        state = simulation.state
-        length = self._system.box[self._axis]
-        slices = (state.position[self._axis] * (self._bins / length)).astype(np.int64)
-        np.minimum(slices, self._bins - 1, out=slices)
+        state, bins = simulation.state, self._slices.count
+        slices = self._slices.of(simulation)
         if state.species is not None:
-            slices += self._bins * state.species.astype(np.int64)
-        counts = np.bincount(slices, minlength=len(self._names) * self._bins)
-        self.averages.add(counts.reshape(len(self._names), self._bins))
+            slices += bins * state.species.astype(np.int64)
+        counts = np.bincount(slices, minlength=len(self._names) * bins)
+        counts = counts.reshape(len(self._names), bins)
+        self.averages.add(counts * self._slices.crowding(simulation))
+        if "length" in self.arrays:
+            self.arrays["length"][0] += simulation.box[self._slices.axis]
 
     def variables(self) -> Variables:
         """Profiles in blocks for the file."""
-        length = self._system.box[self._axis]
-        slice_volume = self._system.volume / self._bins
-        middle = (np.arange(self._bins) + 0.5) * (length / self._bins)
+        length = None
+        if "length" in self.arrays and self.averages.taken:
+            length = self.arrays["length"][0] / self.averages.taken
+        middle = self._slices.middle(length)
         return {
-            "z": (("z",), middle, "r_c", "position along the longest axis"),
+            "z": (("z",), middle, "r_c", "position along the axis of the profile"),
             "species": (("species",), np.array(self._names), "1", "species"),
             "density_profile": (
-                ("block", "species", "z"), self.averages.means() / slice_volume,
+                ("block", "species", "z"), self.averages.means() / self._slices.volume,
                 "1 / r_c^dimension", "number density in blocks of the run",
             ),
         }  # fmt: skip

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.queries.pairs import pair_histogram
+from dpd.errors import UserError
 from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ class RadialDistribution:
 
     A shell of bin k holds the volume v_k between its two radii (4 pi r^3 / 3 in three
     dimensions, pi r^2 in two); N beads without interaction have N (N-1) / 2 v_k / V pairs
-    there, which is what g(r) = 1 stands for. Bonded pairs count like any other.
+    there, which is what g(r) = 1 stands for. Bonded pairs count like any other. At constant
+    pressure V is the volume at each sample.
 
     Parameters
     ----------
@@ -48,10 +50,15 @@ class RadialDistribution:
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        counts = pair_histogram(
-            simulation.state.position, self._system.box, self._edges[-1], len(self._edges) - 1
-        )
-        self.averages.add(counts)
+        box, farthest = simulation.box, self._edges[-1]
+        if farthest > min(box) / 2:
+            raise UserError(
+                f"observe.rdf.range: {farthest:g} is more than half the smallest edge of the box, "
+                f"which has become {min(box):.4g} at step {simulation.state.step}; take a shorter "
+                "range"
+            )
+        counts = pair_histogram(simulation.state.position, box, farthest, len(self._edges) - 1)
+        self.averages.add(counts * (simulation.volume / self._system.volume))
 
     def variables(self) -> Variables:
         """g(r) in blocks for the file."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import nearest
+from dpd.engine.space import along_axes, nearest
 from dpd.errors import LostTrack
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
 
@@ -43,7 +43,7 @@ class Stretch:
 
     def __init__(self, scene: Scene, system: BondedSystem) -> None:
         self.every = min(EVERY, scene.steps.sample)
-        self._box, self._members = system.box, system.members
+        self._members = system.members
         looks = scene.steps.sample // self.every
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}
@@ -52,10 +52,10 @@ class Stretch:
         """Look, and end the run if there are too many for all of its looks."""
         state = simulation.state
         position = state.by_identity(state.position)
-        self.arrays["count"] += stretched(position, self._members, self._box)
+        self.arrays["count"] += stretched(position, self._members, simulation.box)
         count = int(self.arrays["count"][0])
         if count > self._allowed:
-            edges = " x ".join(f"{edge:g}" for edge in self._box)
+            edges = " x ".join(f"{edge:g}" for edge in simulation.box)
             raise LostTrack(
                 f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} "
                 f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
@@ -79,6 +79,7 @@ def stretched(position: np.ndarray, members: np.ndarray, box: tuple[float, ...])
         In the order of identities.
     members : (bonds, 2) uint32 array
     box : tuple
+        Of images that slide, the axes of their lattice count.
     """
     apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
-    return int((np.abs(apart) > STRETCHED * np.array(box)[:, None]).sum())
+    return int((np.abs(along_axes(apart, box)) > STRETCHED * np.array(box)[:, None]).sum())

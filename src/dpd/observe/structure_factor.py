@@ -75,8 +75,8 @@ class StructureFactor:
         shell = np.rint(length / width).astype(np.int64)
         _, number, members = np.unique(shell, return_inverse=True, return_counts=True)
         by_wave = self.averages.means()
-        by_shell = np.zeros((*by_wave.shape[:2], len(members)))
-        np.add.at(by_shell, (slice(None), slice(None), number), by_wave / members[number])
+        shells = [by_wave[..., number == k].mean(axis=2) for k in range(len(members))]
+        by_shell = np.stack(shells, axis=2)
         names = [f"{self._names[a]} {self._names[b]}" for a, b in self._pairs]
         along = ("block", "species_pair")
         return {

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.engine.external import ENERGY
+
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums, System
@@ -18,9 +20,14 @@ class Thermo:
 
     What a run that blew up did not sample is NaN.
 
-    kT is the kinetic temperature <v^2> / dimension (Groot and Warren 1997, Eq. 13). The
-    pressure tensor is (sum_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
-    in the virial and once with all forces (their Eq. 15, second and first line).
+    kT is the kinetic temperature <m v^2> / dimension (Groot and Warren 1997, Eq. 13). The
+    pressure tensor is (sum_i m_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
+    in the virial and once with all forces (their Eq. 15, second and first line). Forces of walls
+    and body forces are no part of the virial. Between walls the tensor is an average over the
+    space between the planes, which near them is not that of the bulk. Under shear velocities are
+    those about the flow, and the shear stress is minus the element of the pressure tensor, with all
+    forces, of the axes of the flow and of its gradient. At constant pressure V is the volume at
+    each sample, which is then a series as well.
 
     Parameters
     ----------
@@ -41,24 +48,33 @@ class Thermo:
             "kT": np.full(n, np.nan),
             "momentum": np.full((n, d), np.nan),
         }
+        if system.pressure is not None:
+            self.arrays["volume"] = np.full(n, np.nan)
         if pressure:
             self.arrays |= {
                 "kinetic": np.full((n, d, d), np.nan),
                 "virial": np.full((n, 2, d, d), np.nan),
                 "energy": np.full((n, 2), np.nan),
             }
+        if pressure and system.walls is not None:
+            self.arrays["wall_energy"] = np.full(n, np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         arrays, velocity = self.arrays, simulation.state.velocity
+        momenta = self._system.momenta(simulation.state)
         at = int(arrays["taken"][0])
         arrays["taken"][0] += 1
-        arrays["kT"][at] = np.mean(velocity**2)
-        arrays["momentum"][at] = velocity.sum(axis=1)
+        arrays["kT"][at] = np.mean(velocity * momenta)
+        arrays["momentum"][at] = momenta.sum(axis=1)
+        if "volume" in arrays:
+            arrays["volume"][at] = simulation.volume
         if self.needs_forces:
-            arrays["kinetic"][at] = velocity @ velocity.T
+            arrays["kinetic"][at] = velocity @ momenta.T
             arrays["virial"][at] = sums.virial
             arrays["energy"][at] = sums.energy
+            if sums.walls is not None:
+                arrays["wall_energy"][at] = sums.walls[:, ENERGY].sum()
 
     def variables(self) -> Variables:
         """Series for the file."""
@@ -66,13 +82,16 @@ class Thermo:
         along = ("sample",)
         found = {
             "time": (along, time, "tau", "time since the end of equilibration"),
-            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature <v^2>/dimension"),
+            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature <m v^2>/dimension"),
             "momentum": (
                 ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
             ),
         }  # fmt: skip
+        if "volume" in self.arrays:
+            volume = self.arrays["volume"]
+            found["volume"] = (along, volume, "r_c^dimension", "volume of the box")
         if self.needs_forces:
-            volume, tensor = self._system.volume, ("sample", "axis", "axis2")
+            volume, tensor = self._volume(3), ("sample", "axis", "axis2")
             kinetic, virial = self.arrays["kinetic"], self.arrays["virial"]
             pressure = "kT / r_c^dimension"
             found |= {
@@ -95,19 +114,37 @@ class Thermo:
                 "pair_energy": (along, self.arrays["energy"][:, 0], "kT", "pair energy"),
                 "bond_energy": (along, self.arrays["energy"][:, 1], "kT", "bond energy"),
                 "total_energy": (
-                    along, self._total_energy(), "kT", "kinetic, pair and bond energy",
+                    along, self._total_energy(), "kT", "kinetic, pair, bond and wall energy",
                 ),
                 "pressure": (
                     along, self._trace(kinetic + virial[:, 0]), pressure,
                     "pressure, conservative virial",
                 ),
             }  # fmt: skip
+            if "wall_energy" in self.arrays:
+                energy = self.arrays["wall_energy"]
+                found["wall_energy"] = (along, energy, "kT", "energy of beads at walls")
+        if self.needs_forces and self._system.shear is not None:
+            found["shear_stress"] = (
+                along, self._shear_stress(), pressure, "shear stress, virial of all forces",
+            )  # fmt: skip
         return found
+
+    def _shear_stress(self):
+        x, y = self._system.shear.flow, self._system.shear.gradient
+        tensor = self.arrays["kinetic"] + self.arrays["virial"][:, 1]
+        return -0.5 * (tensor[:, x, y] + tensor[:, y, x]) / self._system.volume
 
     def _total_energy(self):
         kinetic = 0.5 * np.trace(self.arrays["kinetic"], axis1=1, axis2=2)
-        return kinetic + self.arrays["energy"].sum(axis=1)
+        return kinetic + self.arrays["energy"].sum(axis=1) + self.arrays.get("wall_energy", 0.0)
 
     def _trace(self, virial):
         d = self._system.dimension
-        return np.trace(virial, axis1=1, axis2=2) / (d * self._system.volume)
+        return np.trace(virial, axis1=1, axis2=2) / (d * self._volume(1))
+
+    def _volume(self, axes):
+        """Volume at each sample, for an array of so many axes; one number where it stays."""
+        if "volume" not in self.arrays:
+            return self._system.volume
+        return self.arrays["volume"].reshape(-1, *[1] * (axes - 1))

@@ -1,4 +1,4 @@
-"""The way of one chain."""
+"""The way of one molecule."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ class Trace:
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
-        self._length = len(scene.molecules[0].beads)
+        self._kind = scene.molecules[0]
+        self._length = len(self._kind.beads)
         shape = (scene.steps.sample // every, system.dimension, self._length)
         self.arrays = {"taken": np.zeros(1, np.int64), "trace": np.full(shape, np.nan)}
 
@@ -43,7 +44,7 @@ class Trace:
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
         beads = state.by_identity(state.position)[:, None, : self._length]
-        chain = unwrapped(beads, self._system.box)[:, 0]
+        chain = unwrapped(beads, self._system.box, self._kind)[:, 0]
         at = int(arrays["taken"][0])
         if at:
             moved = (chain - arrays["trace"][at - 1]).mean(axis=1)

@@ -16,6 +16,7 @@ import numpy as np
 
 from dpd.errors import UserError, reason
 from dpd.particles.particles import Particles, checked
+from dpd.particles.tilt import box_of_file, centre, in_tilted_box, tilt_factors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,8 +27,8 @@ SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
 FLAT = 1e-4  # r_c that a bead of two dimensions may be away from z = 0
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
-OTHERS = {"mass": 1, "charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
-MORE_BONDS = ("angles", "dihedrals", "impropers", "constraints", "pairs")
+OTHERS = {"charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
+MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
 def read_gsd(path: Path, frame: int = -1) -> Particles:
@@ -95,7 +96,7 @@ def _damaged(path, problem):
 
 def _check_counts(path, file, frame):
     """Refuse counts that do not fit to what is there: as much memory would be asked for."""
-    for name, array in (("particles", "position"), ("bonds", "group")):
+    for name, array in (("particles", "position"), ("bonds", "group"), ("angles", "group")):
         count = _chunk(file, frame, f"{name}/N")
         there = _chunk(file, frame, f"{name}/{array}")
         said, found = 0 if count is None else int(count[0]), 0 if there is None else len(there)
@@ -122,8 +123,6 @@ def _particles_of(path, frame):
     if dimension not in (2, 3):
         raise UserError(f"{path}: {dimension} dimensions; allowed: 2 or 3")
     box = np.array([_decimal(edge) for edge in configuration.box])
-    if box[3:].any():
-        raise UserError(f"{path}: the box is tilted; allowed: right angles, tilt factors 0")
     for name, columns in (("position", 3), ("velocity", 3), ("image", 3)):
         if np.shape(getattr(beads, name)) != (beads.N, columns):
             raise UserError(f"{path}: {name} is not 3 numbers for each of {beads.N} beads")
@@ -133,19 +132,21 @@ def _particles_of(path, frame):
             f"{path}: two dimensions, and bead {bead} is at z = {beads.position[bead, 2]:g}; "
             "allowed: 0"
         )
-    edges = box[:dimension]
-    position = beads.position[:, :dimension].T.astype(float) + 0.5 * edges[:, None]
+    edges = box_of_file(box[:dimension], box[3:], path)
+    position = beads.position[:, :dimension].T.astype(float) + centre(edges)
     return checked(
         Particles(
-            box=tuple(edges),
+            box=edges,
             position=position,
             image=beads.image[:, :dimension].T,
             velocity=_velocity(beads, dimension),
             species=beads.typeid.astype(np.int64),
             names=tuple(beads.types),
             bonds=frame.bonds.group.astype(np.int64).reshape(-1, 2),
+            angles=frame.angles.group.astype(np.int64).reshape(-1, 3),
             step=int(configuration.step),
             left_out=tuple(_left_out(frame)),
+            masses=_masses(beads),
         ),
         path,
     )
@@ -166,17 +167,34 @@ def _velocity(beads, dimension):
     return beads.velocity[:, :dimension].T.astype(float)
 
 
+def _masses(beads):
+    """(types,) array of masses by type; None where all are 1, or where beads of a type differ."""
+    types, masses = np.asarray(beads.typeid), np.asarray(beads.mass, float)
+    if masses.shape != types.shape or (masses == 1).all():
+        return None
+    table = np.ones(len(beads.types))
+    known = types < len(table)
+    table[types[known]] = masses[known]
+    alike = known.all() and (table[types] == masses).all()
+    return np.array([_decimal(mass) for mass in table]) if alike else None
+
+
 def _left_out(frame):
     """What a frame has that is lost, a sentence each."""
     for name, nothing in OTHERS.items():
         values = getattr(frame.particles, name)
         if not np.array_equal(values, np.broadcast_to(nothing, np.shape(values))):
-            yield f"{name} is left out: beads have none here, or 1 for the mass"
+            yield f"{name} is left out: beads have none here"
+    masses = np.asarray(frame.particles.mass)
+    if _masses(frame.particles) is None and not (masses == 1).all():
+        yield "mass is left out: beads of one type differ in it, here they do not"
     for name in MORE_BONDS:
         if getattr(frame, name).N:
             yield f"{getattr(frame, name).N} {name} are left out: there are none here"
-    if len(frame.bonds.types or ()) > 1:
-        yield f"bonds of {len(frame.bonds.types)} types become bonds of one type"
+    for name in ("bonds", "angles"):
+        types = len(getattr(frame, name).types or ())
+        if types > 1:
+            yield f"{name} of {types} types become {name} of one type"
 
 
 def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Frame:
@@ -193,20 +211,28 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
     dimension = particles.dimension
     configuration.step = particles.step
     configuration.dimensions = dimension
-    configuration.box = [*particles.box, *[THICKNESS] * (3 - dimension), 0, 0, 0]
+    configuration.box = [*particles.box, *[THICKNESS] * (3 - dimension)]
+    configuration.box += tilt_factors(particles.box)
     beads.N = particles.beads
     beads.types = list(particles.names)
     beads.typeid = particles.species.astype(np.uint32)
-    centred = particles.position - 0.5 * np.array(particles.box)[:, None]
-    beads.position = _columns(centred, precision)
-    beads.image = _columns(particles.image, np.int32)
+    position, image = in_tilted_box(particles)
+    beads.position = _columns(position - centre(particles.box), precision)
+    beads.image = _columns(image, np.int32)
     if particles.velocity is not None:
         beads.velocity = _columns(particles.velocity, precision)
+    if particles.masses is not None:
+        beads.mass = particles.masses[particles.species].astype(np.float32)
     if len(particles.bonds):
         frame.bonds.N = len(particles.bonds)
         frame.bonds.types = ["bond"]
         frame.bonds.typeid = np.zeros(len(particles.bonds), np.uint32)
         frame.bonds.group = particles.bonds
+    if len(particles.angles):
+        frame.angles.N = len(particles.angles)
+        frame.angles.types = ["angle"]
+        frame.angles.typeid = np.zeros(len(particles.angles), np.uint32)
+        frame.angles.group = particles.angles
     return frame
 
 

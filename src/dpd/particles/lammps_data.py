@@ -27,7 +27,7 @@ STYLES = {
     "full": ("id", "molecule", "type", "charge"),
 }
 GUESSED = {5: "atomic", 6: "molecular", 7: "full"}  # by the number of columns, without images
-COUNT = re.compile(r"(\d+)\s+(atoms|bonds|angles|dihedrals|impropers|atom types|bond types)")
+COUNT = re.compile(r"(\d+)\s+(atoms|bonds|angles|dihedrals|impropers|(?:atom|bond|angle) types)")
 EDGE = re.compile(r"(\S+)\s+(\S+)\s+([xyz])lo\s+\3hi")
 TILT = re.compile(r"(\S+)\s+(\S+)\s+(\S+)\s+xy\s+xz\s+yz")
 STEP = re.compile(r"timestep = (\d+)")  # in the title, where LAMMPS puts it
@@ -67,7 +67,7 @@ def read_data(path: Path) -> Particles:
     """Read a data file.
 
     It is of two dimensions if all beads are at the same z. Units are taken to be ``lj``, with
-    lengths in r_c, energies in kT and masses of 1.
+    lengths in r_c and energies in kT.
 
     Raises
     ------
@@ -105,9 +105,11 @@ def read_data(path: Path) -> Particles:
             velocity=None if velocity is None else velocity[:, :dimension].T,
             species=kinds - 1,
             names=names,
-            bonds=_bonds(path, data, identities),
+            bonds=_members(path, data, identities, "Bond", 2),
+            angles=_members(path, data, identities, "Angle", 3),
             step=int(found[1]) if (found := STEP.search(data.title)) else 0,
             left_out=tuple(_left_out(data, style, rows)),
+            masses=_masses(path, data, labels),
         ),
         path,
     )
@@ -286,6 +288,21 @@ def _names(path, data):
     return labels, tuple(names.get(number) or _letters(number) for number in range(1, count + 1))
 
 
+def _masses(path, data, labels):
+    """(types,) array of masses by type; None if all are 1 or none are given."""
+    masses = np.ones(data.counts.get("atom types", 0))
+    for line in data.sections.get("Masses", [])[1:]:
+        words = line.text.split()
+        number = labels.get(words[0], words[0])
+        mass = _number(words[-1]) if len(words) == 2 else None
+        if mass is None or not str(number).isdigit() or not 1 <= int(number) <= len(masses):
+            raise UserError(
+                f"{path}: line {line.number}: {shown(line.text)} is not a type and its mass"
+            )
+        masses[int(number) - 1] = mass
+    return None if (masses == 1).all() else masses
+
+
 def _letters(number):
     """A to Z for 1 to 26, then AA, AB ..."""
     text = ""
@@ -326,21 +343,21 @@ def _velocities(path, data, identities):
     return velocity
 
 
-def _bonds(path, data, identities):
-    """(bonds, 2) array of places in the order of identities."""
-    count = data.counts.get("bonds", 0)
-    if "Bonds" not in data.sections:
+def _members(path, data, identities, kind, size):
+    """(n, size) array of the places of the atoms of bonds or angles, in the order of identities."""
+    section, name = f"{kind}s", f"{kind.lower()}s"
+    count = data.counts.get(name, 0)
+    if section not in data.sections:
         if count:
             raise UserError(
-                f"{path}: the header says {count} bonds, and there is no section Bonds; the file "
-                "is cut off or damaged, write it again"
+                f"{path}: the header says {count} {name}, and there is no section {section}; the "
+                "file is cut off or damaged, write it again"
             )
-        return np.zeros((0, 2), np.int64)
-    table = _Table(path, data, "Bonds", count)
-    kinds = data.sections.get("Bond Type Labels", [])[1:]
+        return np.zeros((0, size), np.int64)
+    table = _Table(path, data, section, count)
+    kinds = data.sections.get(f"{kind} Type Labels", [])[1:]
     labels = {line.text.split()[-1]: line.text.split()[0] for line in kinds}
-    ends = table.numbers(4, labels, 1)[:, 2:]
-    places = _places(identities, ends)
+    places = _places(identities, table.numbers(2 + size, labels, 1)[:, 2:])
     if (places < 0).any():
         row = int(np.argmax((places < 0).any(axis=1)))
         table.refuse(table.lines[row], "ties an atom that is not there")
@@ -366,14 +383,12 @@ def _left_out(data, style, rows):
     """What a file has that is lost, a sentence each."""
     if "charge" in STYLES[style] and rows[:, STYLES[style].index("charge")].any():
         yield "charges are left out: there are none here"
-    masses = [line.text.split()[-1] for line in data.sections.get("Masses", [])[1:]]
-    if any(_number(mass) != 1 for mass in masses):
-        yield "masses are left out: every bead here has mass 1"
-    for name in ("angles", "dihedrals", "impropers"):
+    for name in ("dihedrals", "impropers"):
         if data.counts.get(name):
             yield f"{data.counts[name]} {name} are left out: there are none here"
-    if data.counts.get("bond types", 0) > 1:
-        yield f"bonds of {data.counts['bond types']} types become bonds of one type"
+    for name in ("bond", "angle"):
+        if (types := data.counts.get(f"{name} types", 0)) > 1:
+            yield f"{name}s of {types} types become {name}s of one type"
     if "Atom Type Labels" not in data.sections and not any(
         line.comment for line in data.sections.get("Masses", [])
     ):

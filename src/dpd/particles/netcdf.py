@@ -8,8 +8,11 @@ Variables, each with the beads in the order of their identities (molecule after 
 - ``last_species`` (bead): numbers in ``last_names``.
 - ``last_names`` (name): names of the species.
 - ``last_bonds`` (bond, end): identities of both ends; missing where there is none.
+- ``last_angles`` (angle, corner): identities of the three beads; missing where there is none.
+- ``last_masses`` (name): of a bead of each species; missing where all are 1.
 
-Attributes: ``last_box``, the edges in r_c, and ``last_step``.
+Attributes: ``last_box``, the edges in r_c, and ``last_step``; under shear ``last_tilt``, the tilt
+factors xy, xz and yz of the lattice of images. Velocities are then those about the flow.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.particles.particles import Particles
+from dpd.particles.tilt import box_of_file, tilt_factors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,18 +51,24 @@ def variables_of(particles: Particles) -> dict[str, tuple]:
         "last_species": (("bead",), particles.species, "1", "species, number in last_names"),
         "last_names": (("name",), np.array(particles.names), "1", "names of the species"),
         "last_bonds": (("bond", "end"), particles.bonds, "1", "numbers of the bonded beads"),
+        "last_angles": (("angle", "corner"), particles.angles, "1", "beads of angles"),
+        "last_masses": (("name",), particles.masses, "m", "mass of a bead of each species"),
     }
     without = {
         "last_velocity": particles.velocity is None,
         "last_image": not particles.image.any(),
         "last_bonds": not len(particles.bonds),
+        "last_angles": not len(particles.angles),
+        "last_masses": particles.masses is None,
     }
     return {name: variable for name, variable in found.items() if not without.get(name)}
 
 
 def attributes_of(particles: Particles) -> dict[str, Any]:
     """The rest of it, as `dpd.files.write` takes attributes."""
-    return {"last_box": np.array(particles.box, float), "last_step": particles.step}
+    tilt = tilt_factors(particles.box)
+    found = {"last_box": np.array(particles.box, float), "last_step": particles.step}
+    return found | ({"last_tilt": np.array(tilt)} if any(tilt) else {})
 
 
 def particles_of(
@@ -87,7 +97,8 @@ def particles_of(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "
             "its scene says 'keep_state: true'"
         )
-    box = tuple(float(edge) for edge in np.atleast_1d(attributes.get("last_box", ())))
+    edges = tuple(float(edge) for edge in np.atleast_1d(attributes.get("last_box", ())))
+    box = box_of_file(edges, attributes.get("last_tilt", ()), path)
     position = _array(variables, POSITION, (len(box), None), "f", path)
     beads = position.shape[1]
     names = _array(variables, "last_names", (None,), "UO", path)
@@ -103,7 +114,13 @@ def particles_of(
         species=_array(variables, "last_species", (beads,), "u", path),
         names=tuple(map(str, names)),
         bonds=_optional(variables, "last_bonds", (None, 2), "u", path, np.uint32),
+        angles=_optional(variables, "last_angles", (None, 3), "u", path, np.uint32),
         step=int(attributes.get("last_step", 0)),
+        masses=(
+            _array(variables, "last_masses", (len(names),), "f", path)
+            if "last_masses" in variables
+            else None
+        ),
     )
 
 

@@ -12,6 +12,7 @@ from dpd.engine.checkpoint import NOTE, whole
 from dpd.errors import UserError
 from dpd.particles.netcdf import POSITION, particles_of
 from dpd.particles.particles import Particles, checked
+from dpd.particles.tilt import SLID, box_at, box_of_file
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -35,7 +36,12 @@ def read_netcdf(path: Path) -> Particles:
         return checked(particles_of(variables, attributes, path), path)
     scene = _scene_of(attributes["scene"], path)
     step = sum(scene.steps) if "scene_digest" in attributes else 0
-    return _of_scene(scene, variables, step, path)
+    box = box_at(scene, 0, int(attributes.get(SLID, 0)))
+    if "box_tilt" in variables:
+        box = box_of_file(scene.box, variables["box_tilt"], path)
+    if "box_edges" in variables:
+        box = tuple(map(float, variables["box_edges"]))
+    return _of_scene(scene, variables, step, box, path)
 
 
 def read_checkpoint(path: Path) -> Particles:
@@ -58,7 +64,11 @@ def read_checkpoint(path: Path) -> Particles:
     scene = _scene_of(note["scene"], path)
     order = np.argsort(stored["identity"])
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
-    return _of_scene(scene, beads, int(stored["step"]), path)
+    step = int(stored["step"])
+    box = box_at(scene, step, int(stored["slid"]) if "slid" in stored else None)
+    if "box" in stored:
+        box = tuple(map(float, stored["box"]))
+    return _of_scene(scene, beads, step, box, path)
 
 
 def _scene_of(text, path):
@@ -72,7 +82,9 @@ def _scene_of(text, path):
     return Scene(data, str(path))
 
 
-def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> Particles:
+def _of_scene(
+    scene: Scene, beads: Mapping[str, Any], step: int, box: tuple[float, ...], path: Path
+) -> Particles:
     """Beads in the order of identities, with names and bonds of their scene."""
     shape = (scene.dimension, scene.beads)
     for name in ("position", "velocity"):
@@ -84,14 +96,16 @@ def _of_scene(scene: Scene, beads: Mapping[str, Any], step: int, path: Path) -> 
             )
     return checked(
         Particles(
-            box=scene.box,
+            box=box,
             position=beads["position"],
             image=np.zeros(shape, np.int32),
             velocity=beads.get("velocity"),
             species=scene.kinds,
             names=scene.species,
             bonds=scene.bonded,
+            angles=scene.angled,
             step=step,
+            masses=scene.masses,
         ),
         path,
     )

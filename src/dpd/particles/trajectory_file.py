@@ -29,13 +29,14 @@ DIGEST = 32  # bytes
 MAGIC = 0x65DF65DF65DF65DF  # with which a GSD file begins
 PATIENCE = 1.0  # s between frames that can be seen: to flush takes hundredths of a second
 PER_BEAD = 36  # bytes of position, velocity and image in single precision
-PER_BOND = 12  # bytes, once
+PER_BOND, PER_ANGLE = 12, 16  # bytes, once
 PER_FRAME = 256  # bytes of the index, which doubles when it is full
 
 
-def bytes_of(frames: int, beads: int, bonds: int) -> int:
+def bytes_of(frames: int, beads: int, bonds: int, angles: int = 0) -> int:
     """Bytes that a trajectory takes on the disk in the end, when it is there twice."""
-    return 2 * frames * (PER_FRAME + PER_BEAD * beads) + 2 * PER_BOND * bonds
+    once = PER_BOND * bonds + PER_ANGLE * angles
+    return 2 * frames * (PER_FRAME + PER_BEAD * beads) + 2 * once
 
 
 class TrajectoryFile:
@@ -275,6 +276,7 @@ def _digest(frame, before):
         (frame.configuration.step, np.uint64), (frame.configuration.box, np.float32),
         (beads.position, np.float32), (beads.velocity, np.float32), (beads.image, np.int32),
         (beads.typeid, np.uint32), (frame.bonds.group, np.uint32),
+        (frame.angles.group, np.uint32),
     ):  # fmt: skip
         if array is not None:
             total.update(np.ascontiguousarray(array, kind).tobytes())

@@ -12,6 +12,9 @@ the pair stands still. With g = gamma w^2 dt and a random number theta of unit v
         u' = sqrt(2 kT) theta
 
 and half of the change goes to each bead. At rest u has the variance 2 kT.
+
+This is for masses of 1. Two beads with the reduced mass mu exchange the momentum mu (u' - u), and
+u / s, with s = 1 / sqrt(2 mu), follows the same equations with g / (2 mu) in the place of g.
 """
 
 from typing import NamedTuple
@@ -29,15 +32,19 @@ class Exchange(NamedTuple):
     kind : int
         `SHARDLOW`, `EXACT` or `LOWE`.
     gamma, kT : float
+        Friction, or for Lowe's the rate of exchanges in 1 / tau; and temperature.
     gaussian : bool
         Gaussian instead of uniform random numbers, for Shardlow's; the others always take
         Gaussian ones, without which they are not exact.
+    shares : None or (species, species) array
+        gamma_ij / gamma where pairs of species differ.
     """
 
     kind: int
     gamma: float
     kT: float
     gaussian: bool
+    shares: np.ndarray | None = None
 
     def change(self, u: float, g: float, theta: float, drawn: bool) -> float:
         """Change of a relative velocity u; ``drawn`` says whether Lowe's pair is due."""

@@ -2,11 +2,13 @@
 
     F = -gamma v + sigma zeta dt^(-1/2),     sigma^2 = 2 gamma kT
 
-along each axis. It does not conserve momentum: beside pair friction it tells what conserved
-momentum does to a system.
+along each axis. Each species may have a gamma of its own. The thermostat does not conserve
+momentum: beside pair friction it tells what conserved momentum does to a system.
 """
 
 from typing import NamedTuple
+
+import numpy as np
 
 
 class Langevin(NamedTuple):
@@ -20,11 +22,15 @@ class Langevin(NamedTuple):
         sigma dt^(-1/2), in kT / r_c.
     gaussian : bool
         Gaussian instead of uniform random numbers.
+    shares : None or (species,) array
+        gamma_i / gamma where species differ. The velocity then comes multiplied by the share of its
+        bead, and zeta by the root of that.
     """
 
     gamma: float
     amplitude: float
     gaussian: bool
+    shares: np.ndarray | None = None
 
     def random(self, zeta: float) -> float:
         """Noise along an axis."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 NETCDF = ".nc"
 # Parts of a scene that decide how beads move; a start from a run that had others is said to be one.
-MOTION = ("repulsion", "core", "bond", "thermostat", "integrator")
+MOTION = ("repulsion", "chi", "core", "bond", "mass", "thermostat", "integrator")
 
 
 class Begun(NamedTuple):

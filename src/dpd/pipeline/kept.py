@@ -6,7 +6,9 @@ that the last configuration lacks:
 
 - ``identity``, the order in which the engine stores beads: sums over pairs are added up in it;
 - ``force``, which a step begins with, and whose noise is that of the step before;
+- ``slid``, by how much images had slid at its beginning, under shear;
 - ``reference``, where the beads were when the list of pairs was made, if there is a list;
+- ``box``, at constant pressure;
 - ``step``;
 - as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene, with
   the samples that it remembers for a longer run (`dpd.observe.longer`).
@@ -27,7 +29,9 @@ from dpd.observe import observables
 from dpd.observe.longer import MOST_REMEMBERED, bytes_to_remember, remember
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles
+from dpd.particles.tilt import box_at
 from dpd.scene.scene import Scene
+from dpd.scene.walls import period_of
 from dpd.start.make import species_of, system_of
 
 if TYPE_CHECKING:
@@ -96,14 +100,16 @@ def remember_if_small(observers: list[Any]) -> str:
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
     return Particles(
-        box=scene.box,
+        box=box_at(scene, state.step, state.slid) if state.box is None else state.box,
         position=state.by_identity(state.position),
         image=np.zeros(state.position.shape, np.int32),
         velocity=state.by_identity(state.velocity),
         species=scene.kinds,
         names=scene.species,
         bonds=scene.bonded,
+        angles=scene.angled,
         step=state.step,
+        masses=scene.masses,
     )
 
 
@@ -167,7 +173,7 @@ def read_former(path: str | Path) -> Former:
     arrays = _as_checkpoint(stored, last, blank)
     whole = attributes.get(CHECKSUM) == checksum_of(arrays)
     wrong = "" if whole else "its checksum does not fit"
-    wrong = wrong or mistake_in(arrays, blank, scene.box, observers, scene.steps)
+    wrong = wrong or mistake_in(arrays, blank, period_of(scene), observers, scene.steps)
     if not wrong and int(arrays["step"]) != sum(scene.steps):
         wrong = f"step {arrays['step']} of {sum(scene.steps)}"
     if wrong:
@@ -221,7 +227,9 @@ def _blank_state(scene):
     zeros = np.zeros((scene.dimension, scene.beads))
     identity = np.arange(scene.beads, dtype=np.uint32)
     reference = zeros if scene.skin > 0 else None
-    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference)
+    slid = 0 if "shear" in scene.data else None
+    box = scene.box if "pressure" in scene.data else None
+    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid, box)
 
 
 def _as_checkpoint(

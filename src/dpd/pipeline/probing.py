@@ -23,6 +23,7 @@ from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from dpd.start.make import system_of
+from dpd.start.velocities import thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,10 +81,10 @@ class Probe:
     def __init__(
         self, scene: Scene, state: State, dt: float, look: Callable[[], None] | None = None
     ) -> None:
-        system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+        system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt), pressure=None)
         self._simulation = Simulation(system, _copy(state))
         self._every = max(1, round(SAMPLE / dt))
-        self._volume, self._dimension = system.volume, system.dimension
+        self._volume, self._dimension = self._simulation.volume, system.dimension
         self._look = look or _do_not_look
         self.dt = dt
         self.kT: list[float] = []
@@ -94,7 +95,9 @@ class Probe:
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
             sums = advance_looking(self._simulation, self._every, self._look, measure=True)
-            self.kT.append(float(np.mean(self._simulation.state.velocity**2)))
+            state = self._simulation.state
+            momenta = self._simulation.system.momenta(state)
+            self.kT.append(float(np.mean(state.velocity * momenta)))
             excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
             self.excess.append(float(excess))
 
@@ -118,7 +121,7 @@ def _do_not_look():
 def _copy(state):
     return State(
         state.position.copy(), state.velocity.copy(), None, state.identity.copy(),
-        None if state.species is None else state.species.copy(), 0,
+        None if state.species is None else state.species.copy(), 0, box=state.box,
     )  # fmt: skip
 
 
@@ -126,7 +129,9 @@ def thermostat_time(scene: Scene, pushes: float) -> float:
     """Time in tau in which the thermostat corrects kT: d / (4 gamma <sum of w^2> per bead).
 
     Friction takes 2 gamma w^2 kT from each pair (Groot and Warren 1997, Eq. 4), of a kinetic
-    energy of d kT / 2 for each bead; the rest of the energy follows that of motion.
+    energy of d kT / 2 for each bead; the rest of the energy follows that of motion. With masses it
+    takes gamma w^2 kT / mu, with the reduced mass mu. If species differ, gamma / (2 mu) is the mean
+    over pairs of beads.
 
     Parameters
     ----------
@@ -134,7 +139,10 @@ def thermostat_time(scene: Scene, pushes: float) -> float:
     pushes : float
         Sum of w^2 over all pairs, per bead.
     """
-    return scene.dimension / (4 * scene.data["thermostat"]["gamma"] * max(pushes, 1e-9))
+    share = np.bincount(scene.kinds, minlength=len(scene.species)) / scene.beads
+    inverse = 1 / (np.ones(len(share)) if scene.masses is None else scene.masses)
+    rate = scene.friction * (inverse[:, None] + inverse) / 2
+    return scene.dimension / (4 * float(share @ rate @ share) * max(pushes, 1e-9))
 
 
 def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -> Scene:
@@ -200,7 +208,7 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
             f"its temperature in steps of {dt:.2g} tau would take {cost:.2g} bead-steps, and the "
             f"search may take {budget:.2g}; name scheme and dt, or let the run be longer"
         )
-    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt))
+    system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt), pressure=None)
     kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
     simulation, pushes = Simulation(system, _copy(state)), []
     w = 1 - (np.arange(BINS) + 0.5) / BINS
@@ -208,10 +216,10 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
         for _ in range(ROUNDS):
             look()
             now = simulation.state
-            velocity = rng.normal(scale=np.sqrt(kT), size=now.velocity.shape)
-            now.velocity[...] = velocity - velocity.mean(axis=1, keepdims=True)
+            mass = system.mass_of(now.species)
+            now.velocity[...] = thermal_velocities(now.velocity.shape, kT, rng, mass)
             advance_looking(simulation, steps, look)
-            pairs = pair_histogram(simulation.state.position, system.box, 1.0, BINS)
+            pairs = pair_histogram(simulation.state.position, simulation.box, 1.0, BINS)
             pushes.append(float(pairs @ w**2) / scene.beads)
     except Unstable:  # overlaps: more gently
         return _at_rest(scene, state, dt / 4, budget, look)

@@ -127,14 +127,23 @@ def _sight(path, changed, size):
         return f"{path}: a damaged checkpoint"
 
 
+def _temperature_of(stored, scene):
+    """<m v^2> / dimension of the beads in a checkpoint."""
+    mass = 1.0
+    if scene is not None and scene.masses is not None:
+        mass = scene.masses[stored["species"]] if "species" in stored else scene.masses[0]
+    return float(np.mean(mass * stored["velocity"] ** 2))
+
+
 def _measured_so_far(stored: Any, scene: Scene | None) -> Measured:
     """Means over the samples in a checkpoint; kT of the moment where there are none yet."""
     arrays = {name.rpartition("/")[2]: name for name in stored.files}
     kT = _mean(stored[arrays["kT"]] if "kT" in arrays else None)
     if not np.isfinite(kT[0]):
-        return Measured(kT=float(np.mean(stored["velocity"] ** 2)))
+        return Measured(kT=_temperature_of(stored, scene))
     if scene is None or "virial" not in arrays:
         return Measured(*kT)
     tensor = stored[arrays["kinetic"]] + stored[arrays["virial"]][:, 0]
-    pressure = np.trace(tensor, axis1=1, axis2=2) / (scene.dimension * scene.volume)
+    volume = stored[arrays["volume"]] if "volume" in arrays else scene.volume
+    pressure = np.trace(tensor, axis1=1, axis2=2) / (scene.dimension * volume)
     return Measured(*kT, *_mean(pressure))

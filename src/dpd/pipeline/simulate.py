@@ -22,6 +22,7 @@ from dpd.observe import observables
 from dpd.observe.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
 from dpd.scene.beside import files_beside
+from dpd.scene.flow import flows
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -142,13 +143,15 @@ def simulate(
         variables |= observer.variables()
     values = {name: np.asarray(array) for name, (_, array, _, _) in variables.items()}
     attributes = _attributes(scene, sources) | {
+        "number_density": mean_density(scene, simulation.volume, values),
         "lost_step": lost,
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
     }
     if settings.former:
         attributes["extended_from_step"] = state.step
-    if warning := temperature_warning(scene, values):
+    warnings = [temperature_warning(scene, values), pressure_warning(scene, values)]
+    if warning := "; ".join(filter(None, warnings)):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
@@ -184,7 +187,6 @@ def _attributes(scene, sources):
         "scene_digest": scene.digest,
         "sources": sources,
         "beads": scene.beads,
-        "number_density": scene.density,
         "seed": scene.data["seed"],
         "steps": sum(scene.steps),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
@@ -192,6 +194,24 @@ def _attributes(scene, sources):
     if scene.chosen:
         attributes["chosen"] = scene.chosen["said"]
     return attributes
+
+
+def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) -> float:
+    """Beads per r_c^dimension: the mean over the samples of a volume that changes.
+
+    Parameters
+    ----------
+    scene : Scene
+    volume : float
+        Of the box in the end.
+    values : dict of str to array
+        What was measured, by name.
+    """
+    if "pressure" not in scene.data:
+        return scene.density
+    sampled = values.get("volume", np.array([volume]))
+    sampled = sampled[np.isfinite(sampled)]
+    return float(np.mean(scene.beads / sampled)) if len(sampled) else scene.beads / volume
 
 
 def _with_place(problem, scene, keeper):
@@ -226,6 +246,8 @@ def summary(
     }
     if "kT" in values:
         found["kT"] = float(np.mean(values["kT"]))
+    if "volume" in values:
+        found["number density"] = float(attributes["number_density"])
     if "pressure" in values:
         found["pressure (conservative virial)"] = float(np.mean(values["pressure"]))
         diagonal = np.trace(values["pressure_tensor_all"], axis1=1, axis2=2)
@@ -264,8 +286,11 @@ def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if a run was not at its temperature; nothing if it was.
 
     It looks at the second half of the samples, so that a start that is hotter or colder may
-    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors.
+    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors. Of a run with
+    a flow it says nothing: kT then holds the flow as well.
     """
+    if flows(scene):
+        return ""
     kT = values.get("kT", np.empty(0))
     kT = kT[len(kT) // 2 :]
     if len(kT) < FEWEST or not np.isfinite(kT).all():
@@ -274,12 +299,38 @@ def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
         return ""
     cause = "dt is too large for this scene, or the run too short to reach its temperature"
-    if scene.data["thermostat"]["gamma"] == 0:
+    if not np.any(scene.friction):
         cause = "without friction (gamma 0) nothing holds it"
+    elif "shear" in scene.data:
+        cause = f"shear heats the fluid, by viscosity times rate^2; or {cause}"
     known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
     return (
         f"kT is {mean:.4g} {known} instead of {asked:g} in the second half of the run, and "
         f"all that was measured belongs to that: {cause}"
+    )
+
+
+def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
+    """A sentence if a run at constant pressure was not at its pressure; nothing if it was.
+
+    It looks at the same samples, and asks for as much, as `temperature_warning`.
+    """
+    law, pressure = scene.data.get("pressure"), values.get("pressure", np.empty(0))
+    axes = "xyz"[: scene.dimension]
+    if law is not None and law["axes"] in axes and "pressure_tensor" in values:
+        along = axes.index(law["axes"])
+        pressure = values["pressure_tensor"][:, along, along]
+    pressure = pressure[len(pressure) // 2 :]
+    if law is None or len(pressure) < FEWEST or not np.isfinite(pressure).all():
+        return ""
+    asked, (mean, error, _) = law["target"], mean_and_error(pressure)
+    if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
+        return ""
+    known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
+    return (
+        f"the pressure is {mean:.4g} {known} instead of {asked:g} in the second half of the run, "
+        "so the volume has not settled: let the run equilibrate for longer, or begin nearer to the "
+        "density at which it ended"
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from dpd.report.notation import typeset
+from dpd.scene.bonding import laws_of
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class SweepLine:
     system : str
         Beads, molecules, box, density.
     forces : str
-        Repulsion, core, bonds.
+        Repulsion, core, bonds, angles.
     dynamics : str
         Thermostat, scheme, time step.
     sampling : str
@@ -233,13 +234,14 @@ def _missed(scenes):
 
 def _molecules(scenes):
     """Monomers, chains of a length, or architectures."""
-    kinds = {kind.beads: given["architecture"] for scene in scenes
+    kinds = {(kind.beads, kind.parents): given["architecture"] for scene in scenes
              for kind, given in zip(scene.molecules, scene.data["molecules"])}  # fmt: skip
-    species = sorted({name for beads in kinds for name in beads})
+    species = sorted({name for beads, _ in kinds for name in beads})
     of = f" of {' and '.join(species)}" if len(species) > 1 else ""
-    if any(len(set(beads)) > 1 for beads in kinds):
+    branched = any(not kind.is_linear for scene in scenes for kind in scene.molecules)
+    if branched or any(len(set(beads)) > 1 for beads, _ in kinds):
         return f"molecules {', '.join(kinds.values())}"
-    lengths = [len(beads) for beads in kinds]
+    lengths = [len(beads) for beads, _ in kinds]
     return f"monomers{of}" if set(lengths) == {1} else f"chains{of}, N = {span(lengths)}"
 
 
@@ -255,18 +257,40 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds."""
-    return "; ".join(part for part in (_repulsion(scenes), _core(scenes), _bond(scenes)) if part)
+    """Repulsion, core, bonds, angles, masses."""
+    parts = (
+        _repulsion(scenes), _core(scenes), _bond(scenes), _angle(scenes), _masses(scenes),
+    )  # fmt: skip
+    return "; ".join(part for part in parts if part)
 
 
 def _repulsion(scenes):
     """a_AA = a_BB = 25, a_AB = 37: pairs of species with the same values together."""
+    return f"{_by_pairs('a', scenes[0].species, [scene.repulsion for scene in scenes])} kT/r_c"
+
+
+def _by_pairs(symbol, species, tables):
+    """A quantity of pairs of species."""
     alike = {}
-    for i, j in combinations_with_replacement(range(len(scenes[0].species)), 2):
-        pair = f"a_{scenes[0].species[i]}{scenes[0].species[j]}"
-        alike.setdefault(span([scene.repulsion[i, j] for scene in scenes]), []).append(pair)
-    said = (f"{' = '.join(pairs)} = {values}" for values, pairs in alike.items())
-    return f"{', '.join(said)} kT/r_c"
+    for i, j in combinations_with_replacement(range(len(species)), 2):
+        pair = f"{symbol}_{species[i]}{species[j]}"
+        alike.setdefault(span([table[i, j] for table in tables]), []).append(pair)
+    return ", ".join(f"{' = '.join(pairs)} = {values}" for values, pairs in alike.items())
+
+
+def _by_species(symbol, species, tables):
+    """A quantity of species."""
+    values = (span([table[i] for table in tables]) for i in range(len(species)))
+    return ", ".join(f"{symbol}_{name} = {value}" for name, value in zip(species, values))
+
+
+def _masses(scenes):
+    """m_A = 1, m_B = 2; nothing if no scene names masses."""
+    if all(scene.masses is None for scene in scenes):
+        return ""
+    species = scenes[0].species
+    tables = [[1] * len(species) if scene.masses is None else scene.masses for scene in scenes]
+    return f"masses {_by_species('m', species, tables)}"
 
 
 def _core(scenes):
@@ -282,11 +306,19 @@ def _core(scenes):
 
 
 def _bond(scenes):
-    bonds = [scene.data["bond"] for scene in scenes if "bond" in scene.data]
-    if not bonds:
+    laws = [law for scene in scenes for law in laws_of(scene.data.get("bond", {}))]
+    if not laws:
         return ""
-    stiffness, length = (span([bond[key] for bond in bonds]) for key in ("stiffness", "length"))
+    stiffness, length = (span([law[key] for law in laws]) for key in ("stiffness", "length"))
     return f"bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
+
+
+def _angle(scenes):
+    laws = [law for scene in scenes for law in laws_of(scene.data.get("angle", {}))]
+    if not laws:
+        return ""
+    stiffness, angle = (span([law[key] for law in laws]) for key in ("stiffness", "angle"))
+    return f"angles of stiffness k = {stiffness} kT/rad^2, at rest at {angle} degrees"
 
 
 def _dynamics(scenes):
@@ -302,12 +334,18 @@ def _dynamics(scenes):
 def _thermostat(scenes):
     """sigma^2 = 2 gamma kT; distribution of the noise."""
     thermostats = [scene.data["thermostat"] for scene in scenes]
+    bath = "Langevin thermostat, " if thermostats[0]["kind"] == "langevin" else ""
+    noise = span([each["noise"] for each in thermostats])
+    frictions = [scene.friction for scene in scenes]
+    if any(np.ndim(friction) for friction in frictions):
+        names, size = scenes[0].species, len(scenes[0].species)
+        several = _by_species if bath else _by_pairs
+        tables = [np.broadcast_to(friction, [size] * (1 if bath else 2)) for friction in frictions]
+        return f"{bath}{several('gamma', names, tables)}, {noise} noise"
     gamma = span([each["gamma"] for each in thermostats], counted=False)
     if gamma == "0":
         return "no thermostat"
     sigma = span([round((2 * each["gamma"] * each["kT"]) ** 0.5, 3) for each in thermostats])
-    bath = "Langevin thermostat, " if thermostats[0]["kind"] == "langevin" else ""
-    noise = span([each["noise"] for each in thermostats])
     return f"{bath}sigma = {sigma} (gamma = {gamma}), {noise} noise"
 
 

@@ -60,6 +60,59 @@ The rest is for papers whose numbers you want to hold against your own:
 
 A scene with a density gets the nearest whole number of molecules. If that misses the density by
 more than 1 %, the scene is refused, and the message names a box and a count that fit.
+
+## Walls and flows
+
+`walls` puts a soft plane at both ends of an axis. Nothing repeats along it. `box` is then the
+distance of the planes, and densities and pressures are per volume between them. Beads may get a
+little behind a plane, so files and pictures have a longer box, with empty space behind both planes
+and the fluid in the middle. Profiles count from the lower plane. A file to begin with may have
+either box.
+
+The observable `walls` measures the pressure of the fluid on each wall. The pressure of `thermo` is
+an average over the whole space between the planes, and near them the fluid is not that of the bulk:
+for the bulk take `wall_pressure`, and the density in the middle of `profile`.
+
+Walls with a `gamma` take hold of beads as pair friction does; along smooth walls a fluid slips
+freely. The slip length says how far behind the plane the flow would be at rest
+(`dpd.analysis.flow.channel_flow`). For the fluid of density 3, repulsion 25 and gamma 4.5 it is
+-0.04 +- 0.04 r_c at walls with gamma 4.5, -0.21 +- 0.05 with 9 and -0.30 +- 0.02 with 20: there
+the fluid is at rest in front of the plane. Walls with a `velocity` shear the fluid between them.
+
+`body_force` drives a flow between walls. With `opposite` it drives two flows in opposite directions
+in a periodic box: its net force is 0 on the average, and as the numbers of beads in both halves
+fluctuate, so does the total momentum a little. kT of `thermo` holds the flow as well. Take
+`temperature_profile` of the observable `velocity_profile`, which is measured about the flow.
+
+## Branched molecules, bonds and angles
+
+An `architecture` is read from left to right:
+
+| text | molecule |
+| --- | --- |
+| `A 3 B 9` | a chain of 3 A and 9 B |
+| `A 3 (B 2) A 3` | a chain of 6 A with a branch: what is in brackets hangs on the bead before it |
+| `A 3 (B 2) (C 4 (D)) A 3` | two branches on the same bead, the second with a branch of its own |
+| `(A 2 B) 4` | a chain: with a number behind it, what is in brackets is repeated along the chain |
+| `(A (B 2)) 10` | a comb: 10 A along the chain, each with a branch of 2 B |
+
+Beads are numbered in the order in which they are written. Rings cannot be written. A molecule has
+1 000 000 beads at most. A message on an architecture that cannot be read marks the place.
+
+`bond` is one law for all bonds, or a table with a law for each pair of species that is bonded, in
+either order. `angle` acts between all pairs of bonds that share a bead, at branches too. Its table
+names triples of species along the bonds, in either order; triples that are not named feel no force.
+
+```yaml
+molecules: [{architecture: H (T 4) T 4, count: 300}, {architecture: W, density: 2}]
+bond: {H T: {stiffness: 100, length: 0.5}, T T: {stiffness: 100, length: 0.5}}
+angle: {H T T: {stiffness: 5}, T T T: {stiffness: 5, angle: 180}}
+```
+
+Only linear molecules have an end-to-end distance. `chains` gives `end_to_end_square` of these, NaN
+for branched ones, and then also `ends_square`: the mean squared distance over all pairs of ends,
+which are beads with a single bond. `start: {method: polymerize}` grows linear molecules only, and
+without angles: these act from the first step of the run on.
 """
 FILES = """## Variables of run.nc
 
@@ -72,11 +125,33 @@ attributes of the file say what made it: scene, seed, versions, and digests
 {run}
 
 A run of your own also keeps how it ended: `last_position`, `last_velocity`, `last_species` (numbers
-in `last_names`) and `last_bonds`, molecule after molecule as in the scene, and the attributes
-`last_box` and `last_step`. A run of a study keeps that if its scene says `keep_state: true`. The
-group `state` of the file holds what `python -m dpd extend run.nc --sample 10000` needs to make the
-run longer, to the same bits as a run that was planned that long. Among that is every sample of the
-observables that average over parts of the run, so the file is about as large as a checkpoint.
+in `last_names`), `last_bonds` and `last_angles`, molecule after molecule as in the scene,
+`last_masses` if it names masses, and the attributes `last_box` and `last_step`. A run of a study
+keeps that if its scene says `keep_state: true`. The group `state` of the file holds what `python -m
+dpd extend run.nc --sample 10000` needs to make the run longer, to the same bits as a run that was
+planned that long. Among that is every sample of the observables that average over parts of the run,
+so the file is about as large as a checkpoint.
+
+## Shear
+
+`shear: {{rate: 0.1}}` lets the fluid flow along x with a speed of 0.1 y, without walls: images of
+the box above and below slide along (Lees-Edwards boundary conditions). Velocities are kept about
+this flow, in `run.nc`, in trajectories and in files to begin with; so kT is measured about the
+flow too, and a run that begins with thermal velocities flows from its first step. The velocity of a
+bead in the laboratory is that plus the rate times its y. The viscosity is the mean of
+`shear_stress` over the rate, with its error:
+
+```python
+import dpd
+from dpd.analysis.shear import viscosity
+
+print(viscosity(dpd.load("run.nc")))
+```
+
+Shear heats the fluid by viscosity times rate^2 per volume, which the thermostat takes up; look at
+`kT`. Displacements are those about the flow. Positions stay in the box of right angles; the lattice
+of its images is tilted, and files say by how much: `last_tilt`, `box_tilt`, and the tilt factors of
+the box in GSD and LAMMPS data.
 
 ## First configurations
 
@@ -158,7 +233,8 @@ def _allowed(rule):
     if "oneOf" in rule:
         return " or ".join(_allowed(branch) for branch in rule["oneOf"])
     kind = rule.get("type", "")
-    kind = kind if isinstance(kind, str) else " or ".join(kind)
-    kind = {"object": "mapping", "array": "list"}.get(kind, kind)
+    names = {"object": "mapping", "array": "list"}
+    first, *others = [names.get(each, each) for each in ([kind] if isinstance(kind, str) else kind)]
     limits = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="))
-    return kind + ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
+    first += ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
+    return " or ".join([first, *others])

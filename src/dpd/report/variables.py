@@ -15,6 +15,7 @@ from dpd.observe import OBSERVABLES, observables
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
+from dpd.scene.shear import IN_A_FLOW
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -28,6 +29,12 @@ FLUID = {
     "steps": {"equilibrate": 0, "sample": 1000},
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
+WALLED = FLUID | {"walls": {"axis": "z", "repulsion": 25}}
+# What some observables have more of, and under which key of a scene.
+MORE = (
+    ({"shear": {"rate": 0.1}}, "under shear", sorted(IN_A_FLOW)),
+    ({"pressure": {"target": 1}}, "at constant pressure", ["thermo", "configuration"]),
+)
 IN_A_PLANE = ("crossings",)  # observables of two dimensions
 VERDICT_COLUMNS = {
     "paper": "the paper",
@@ -59,7 +66,7 @@ def run_table() -> str:
     rows = [
         [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
         for observable in OBSERVABLES
-        for name, (dimensions, _, units, meaning) in _variables(_scene(observable)).items()
+        for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
     ]
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
 
@@ -80,10 +87,21 @@ def verdict_table() -> str:
     return markdown_table(["column", "meaning"], rows)
 
 
-def _scene(observable, **settings):
+def _scene(observable, more=(), **settings):
     """A scene that an observable can look at."""
-    base = PLANE if observable in IN_A_PLANE else FLUID
-    return Scene(base | {"observe": [{observable: settings}]}, "example")
+    base = PLANE if observable in IN_A_PLANE else WALLED if observable == "walls" else FLUID
+    return Scene(base | dict(more) | {"observe": [{observable: settings}]}, "example")
+
+
+def _all_variables(observable):
+    """Variables of an observable, with those that it has in some scenes alone."""
+    found = _variables(_scene(observable))
+    for key, where, observables_with_more in MORE:
+        if observable in observables_with_more:
+            for name, variable in _variables(_scene(observable, key)).items():
+                dimensions, array, units, meaning = variable
+                found.setdefault(name, (dimensions, array, units, f"{meaning}, {where}"))
+    return found
 
 
 def _variables(scene):

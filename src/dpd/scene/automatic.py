@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from dpd.errors import UserError
+from dpd.scene.bonding import laws_of
 from dpd.scene.schema import read_yaml
 
 TABLE = Path(__file__).with_name("automatic.yaml")
@@ -36,7 +37,8 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     """A guess at the integrator of a scene that leaves it to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as
-    1 / sqrt(stiffness), the period of its fastest motion) or hotter.
+    1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
+    the highest friction.
 
     Parameters
     ----------
@@ -55,16 +57,19 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     Raises
     ------
     UserError
-        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, no
-        friction, more friction or a smaller tolerance than in the table.
+        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, angles,
+        walls, a body force, no friction, more friction or a smaller tolerance than in the table.
     """
     _refuse(data, where)
     system = "melt" if "bond" in data else "fluid"
     measured = table()[system]
-    choice = _row(measured["choices"], data["thermostat"]["gamma"], data["integrator"], where)
+    lightest = min([1.0, *data.get("mass", {}).values()])
+    gamma = max(_frictions(data)) / lightest
+    choice = _row(measured["choices"], gamma, data["integrator"], where)
     kT = data["thermostat"]["kT"]
     density = max(density, DENSITY[system])
-    slower = np.sqrt(max(1.0, kT, *_ratios(data, density, measured["stiffness"])))
+    stiffest = max(kT, *_ratios(data, density, measured["stiffness"]))
+    slower = np.sqrt(max(1.0, stiffest / lightest))
     dt = float(f"{choice['dt'] / slower:.2g}")
     return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
 
@@ -75,10 +80,20 @@ def _refuse(data, where):
         why = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
     elif data["thermostat"]["kind"] == "langevin":
         why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
-    elif data["thermostat"]["gamma"] == 0:
+    elif "angle" in data:
+        why = "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
+    elif not any(_frictions(data)):
         why = "schemes were measured with a thermostat; without friction take gw-vv"
+    elif "walls" in data or "body_force" in data:
+        why = "schemes were measured in the bulk at rest; with walls or a body force take gw-vv"
     if why:
         raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
+
+
+def _frictions(data):
+    """All values of gamma."""
+    gamma = data["thermostat"]["gamma"]
+    return list(gamma.values()) if isinstance(gamma, dict) else [gamma]
 
 
 def _row(choices, gamma, integrator, where):
@@ -88,7 +103,8 @@ def _row(choices, gamma, integrator, where):
     if not at:
         raise UserError(
             f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
-            f"<= {frictions[-1]:g}, or name a scheme"
+            f"<= {frictions[-1]:g} (over the mass of the lightest beads, where that is below 1), "
+            "or name a scheme"
         )
     good = [
         choice
@@ -108,4 +124,4 @@ def _ratios(data, density, measured):
     """Stiffness of this scene over that of the measured one: of repulsion, and of bonds."""
     yield max(data["repulsion"].values()) * density / measured["repulsion"]
     if "bond" in data:
-        yield data["bond"]["stiffness"] / measured["bond"]
+        yield max(law["stiffness"] for law in laws_of(data["bond"])) / measured["bond"]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dpd.scene.bonding import is_table
+
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
@@ -19,17 +21,25 @@ def description(scene: Scene) -> str:
     -------
     str
     """
-    thermostat, dt = scene.data["thermostat"], scene.data["integrator"]["dt"]
+    thermostat, dt = dict(scene.data["thermostat"]), scene.data["integrator"]["dt"]
+    if isinstance(thermostat["gamma"], dict):
+        thermostat["gamma"] = f"{{{_pairs(thermostat['gamma'])}}}"
     steps, times = scene.steps, [f"{dt * number:g}" for number in scene.steps]
     lines = {
         "box": f"{' x '.join(f'{edge:g}' for edge in scene.box)} r_c",
         "beads": f"{scene.beads}, {scene.density:.4g} per r_c^{scene.dimension}",
         "molecules": "; ".join(_molecules(scene)),
-        "repulsion": _pairs(scene.data["repulsion"]),
+        "repulsion": _pairs({pair: f"{value:.6g}" for pair, value in scene.repulsions.items()}),
+        "masses": _pairs(scene.data.get("mass", {})),
         "core": _pairs(scene.data.get("core", {})),
         "bonds": _bonds(scene),
+        "angles": _angles(scene),
+        "walls": _pairs(scene.data.get("walls", {})),
+        "body force": _pairs(scene.data.get("body_force", {})),
         "thermostat": _pairs(thermostat),
+        "pressure": _pairs(scene.data.get("pressure", {})),
         "integrator": _integrator(scene),
+        "shear": _shear(scene),
         "steps": f"{steps.equilibrate} to equilibrate, {steps.sample} to sample "
         f"({' + '.join(times)} tau)",
         "observe": ", ".join(scene.observe),
@@ -50,12 +60,32 @@ def _bonds(scene: Scene) -> str:
     if "bond" not in scene.data:
         return ""
     count = sum(kind.count * (len(kind.beads) - 1) for kind in scene.molecules)
-    return f"{count}, {_pairs(scene.data['bond'])}"
+    return f"{count}, {_laws(scene.data['bond'])}"
+
+
+def _angles(scene: Scene) -> str:
+    if scene.angles is None:
+        return ""
+    return f"{len(scene.angles.members)}, {_laws(scene.data['angle'])}"
+
+
+def _laws(given: dict) -> str:
+    """One law for all, or each law with its pair or triple before it."""
+    if not is_table(given):
+        return _pairs(given)
+    return "; ".join(f"{name}: {_pairs(law)}" for name, law in given.items())
 
 
 def _integrator(scene: Scene) -> str:
     first = " (scheme auto: a first guess, which a run tries)" if scene.is_auto else ""
     return _pairs(scene.data["integrator"]) + first
+
+
+def _shear(scene: Scene) -> str:
+    if "shear" not in scene.data:
+        return ""
+    shear = scene.data["shear"]
+    return f"rate {shear['rate']:g}, flow along {shear['flow']}, gradient along {shear['gradient']}"
 
 
 def _pairs(values: dict) -> str:

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from dpd.errors import UserError
+from dpd.scene.architecture import length_of
+from dpd.scene.bonding import is_table, laws_of
+from dpd.scene.flow import check_flow
 from dpd.scene.grids import check_grids
+from dpd.scene.shear import check_shear, room_for_images
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
+from dpd.scene.walls import check_walls
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -18,9 +25,15 @@ MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
+MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
+# With the name of what their bins divide.
+HISTOGRAMS = (
+    ("rdf", "range"), ("profile", "box"), ("velocity_profile", "box"), ("bond_lengths", "range"),
+    ("end_points", "range"),
+)  # fmt: skip
 # Observables that keep every sample.
-SERIES = ("thermo", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")
+SERIES = ("thermo", "walls", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")
 
 
 def check_beads(data: dict[str, Any], where: str) -> None:
@@ -39,7 +52,7 @@ def check_beads(data: dict[str, Any], where: str) -> None:
     """
     volume, total = _volume(data), 0
     for place, kind in enumerate(data["molecules"]):
-        length = _length(kind["architecture"])
+        length = length_of(kind["architecture"], f"{where}: molecules.{place}.architecture")
         beads = (
             max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
         )
@@ -59,12 +72,6 @@ def _volume(data):
     for edge in box if isinstance(box, list) else [box] * data["dimension"]:
         volume *= edge
     return volume
-
-
-def _length(architecture):
-    """Beads of a molecule."""
-    words = architecture.split()
-    return sum(int(word) - 1 if word.isdigit() else 1 for word in words)
 
 
 def check_limits(scene: Scene) -> None:
@@ -90,7 +97,10 @@ def check_limits(scene: Scene) -> None:
     check_grids(scene, refuse)
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
+    check_shear(scene, refuse)
     _check_bond_length(scene, refuse)
+    check_walls(scene, refuse)
+    check_flow(scene, refuse)
 
 
 def _check_length(scene, refuse):
@@ -123,7 +133,7 @@ def _check_observe(scene, refuse):
                 f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
                 f"{MOST_SAMPLES}, every >= {-(-scene.steps.sample // MOST_SAMPLES)}",
             )
-    for name, what in (("rdf", "range"), ("profile", "box")):
+    for name, what in HISTOGRAMS:
         if name not in scene.observe:
             continue
         bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
@@ -134,6 +144,14 @@ def _check_observe(scene, refuse):
                 f"observe.{name}.bin",
                 f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= "
                 f"{end / MOST_BINS:g}",
+            )
+    if "end_points" in scene.observe:
+        pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
+        if pairs > MOST_PAIRS:
+            refuse(
+                "observe",
+                f"'end_points' would look at {pairs:.3g} pairs of ends of branched molecules; "
+                f"allowed: <= {MOST_PAIRS}",
             )
     if "trace" in scene.observe:
         every, beads = scene.observe["trace"]["every"], len(scene.molecules[0].beads)
@@ -171,13 +189,19 @@ def _check_start_forces(scene, refuse):
     if "bond" in own and "bond" not in scene.data:
         refuse("start.forces.bond", "every molecule is a single bead; remove the key")
     forces = start_forces(scene)
-    for name, needed in (("core", ("radius", "force")), ("bond", ("stiffness",))):
-        for key in needed:
-            if name in own and key not in forces[name]:
-                refuse(
-                    f"start.forces.{name}",
-                    f"the key {key!r} is missing, and the scene has no {name!r} to take it from",
-                )
+    by_species = scene.data["thermostat"]["kind"] == "langevin" and np.ndim(scene.friction)
+    if by_species and "gamma" not in own and ("relax" in start or start["method"] == "polymerize"):
+        refuse(
+            "thermostat.gamma",
+            "one value for each species, and the start is relaxed or grown with friction between "
+            "pairs; add start.forces.gamma, as 4.5",
+        )
+    for key in ("radius", "force"):
+        if "core" in own and key not in forces["core"]:
+            refuse(
+                "start.forces.core",
+                f"the key {key!r} is missing, and the scene has no 'core' to take it from",
+            )
     core = forces.get("core", {})
     if 2 * core.get("radius", 0) + core.get("smooth", 0) > 1:
         refuse(
@@ -189,17 +213,16 @@ def _check_start_forces(scene, refuse):
 
 def _check_bond_length(scene, refuse):
     """Bonds whose beads would be nearer to other images of each other than to their own."""
-    bond = scene.data.get("bond")
-    if bond is None:
-        return
-    share = stretched_share(bond, scene.data["thermostat"]["kT"], scene.box)
-    if share > MOST_STRETCHED:
-        edges = " x ".join(f"{edge:g}" for edge in scene.box)
-        refuse(
-            "bond",
-            f"stiffness {bond['stiffness']:g}, length {bond['length']:g}: at this temperature "
-            f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
-            f"{edges} (estimated for bonds without other forces), and beyond half of it they would "
-            f"pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a stiffer "
-            "or shorter bond",
-        )
+    bond = scene.data.get("bond", {})
+    for place, law in enumerate(laws_of(bond)):
+        share = stretched_share(law, scene.data["thermostat"]["kT"], room_for_images(scene))
+        if share > MOST_STRETCHED:
+            edges = " x ".join(f"{edge:g}" for edge in scene.box)
+            refuse(
+                f"bond.{list(bond)[place]}" if is_table(bond) else "bond",
+                f"stiffness {law['stiffness']:g}, length {law['length']:g}: at this temperature "
+                f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
+                f"{edges} (estimated for bonds without other forces), and beyond half of it they "
+                f"would pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a "
+                "stiffer or shorter bond",
+            )

@@ -1,14 +1,138 @@
-"""Molecules: their architecture, and how many of them a box holds."""
+"""Molecules: which beads they have, how these are bonded, and how many a box holds."""
 
+from __future__ import annotations
+
+from collections import deque
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 @dataclass(frozen=True)
 class Molecule:
-    """A linear molecule: the species of its beads in order, and how many there are."""
+    """A kind of molecule: a chain or a tree of beads.
 
-    beads: tuple
+    Attributes
+    ----------
+    beads : tuple of str
+        The species of each bead.
+    parents : tuple of int
+        The bead on which each one hangs, always one with a lower number; -1 for the first.
+    count : int
+        How many of them there are.
+    """
+
+    beads: tuple[str, ...]
+    parents: tuple[int, ...]
     count: int
+
+    @cached_property
+    def bonds(self) -> np.ndarray:
+        """(beads - 1, 2) array: the two beads of each bond, the lower number first."""
+        parents = np.array(self.parents[1:], np.int64)
+        return np.stack([parents, np.arange(1, len(self.beads))], axis=1)
+
+    @cached_property
+    def is_chain(self) -> bool:
+        """Whether each bead hangs on the one numbered before it."""
+        return self.parents == tuple(range(-1, len(self.beads) - 1))
+
+    @cached_property
+    def ends(self) -> np.ndarray:
+        """(ends,) array: beads with one bond; the bead itself for a single one."""
+        times = np.bincount(self.bonds.ravel(), minlength=len(self.beads))
+        return np.flatnonzero(times <= 1)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether it has no branches: two ends, or one for a single bead."""
+        return len(self.ends) <= 2
+
+    @cached_property
+    def neighbours(self) -> list[list[int]]:
+        """For each bead the beads that it is bonded to, by increasing number."""
+        found: list[list[int]] = [[] for _ in self.beads]
+        for one, other in self.bonds.tolist():
+            found[one].append(other)
+            found[other].append(one)
+        return found
+
+    @cached_property
+    def triples(self) -> np.ndarray:
+        """(n, 3) array of all i, j, k in which i and k are bonded to j; i is less than k."""
+        found = [
+            (i, j, k)
+            for j, around in enumerate(self.neighbours)
+            for place, i in enumerate(around)
+            for k in around[place + 1 :]
+        ]
+        return np.array(found, np.int64).reshape(-1, 3)
+
+    @cached_property
+    def middle(self) -> tuple[int, int]:
+        """The bead in the middle of the longest way through the molecule; two if it is even.
+
+        One bead is there twice. Of several longest ways, all have the same middle.
+        """
+        return middle_of(self.neighbours, 0)
+
+    def summed(self, steps: np.ndarray) -> np.ndarray:
+        """Places of beads from the steps between them.
+
+        Parameters
+        ----------
+        steps : (..., beads) array
+            From the parent of each bead to the bead; for the first bead, its place.
+
+        Returns
+        -------
+        (..., beads) array
+        """
+        if self.is_chain:
+            return steps.cumsum(axis=-1)
+        # Each round adds the steps of as many forebears again as have been added before.
+        nobody = len(self.beads)
+        place = np.concatenate([steps, np.zeros_like(steps[..., :1])], axis=-1)
+        forebear = np.array([nobody, *self.parents[1:], nobody])
+        while (forebear < nobody).any():
+            place = place + place[..., forebear]
+            forebear = forebear[forebear]
+        return place[..., :nobody]
+
+
+def middle_of(neighbours: Sequence[Sequence[int]], bead: int) -> tuple[int, int]:
+    """The middle of the longest way through a tree, as `Molecule.middle` has it.
+
+    Parameters
+    ----------
+    neighbours : sequence of sequences of int
+        For each bead those that it is bonded to.
+    bead : int
+        Any bead of the tree.
+    """
+    way = _way_to_farthest(neighbours, _way_to_farthest(neighbours, bead)[-1])
+    inner = sorted((way[(len(way) - 1) // 2], way[len(way) // 2]))
+    return inner[0], inner[1]
+
+
+def _way_to_farthest(neighbours, first):
+    """Beads from one bead to the one that is most bonds away."""
+    before, waiting, bead = {first: -1}, deque([first]), first
+    while waiting:
+        bead = waiting.popleft()
+        for other in neighbours[bead]:
+            if other not in before:
+                before[other] = bead
+                waiting.append(other)
+    way = [bead]
+    while before[way[-1]] >= 0:
+        way.append(before[way[-1]])
+    return way[::-1]
 
 
 @dataclass(frozen=True)
@@ -31,14 +155,3 @@ class MissedDensity:
     def share(self) -> float:
         """By how much it is missed, relative to what is asked for."""
         return abs(self.found / self.asked - 1)
-
-
-def beads_of(architecture: str) -> tuple[str, ...]:
-    """Species of the beads of "A 3 B 9": A A A B B B ..."""
-    beads = []  # type: list[str]
-    for word in architecture.split():
-        if word.isdigit():
-            beads += [beads[-1]] * (int(word) - 1)
-        else:
-            beads.append(word)
-    return tuple(beads)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,12 +12,18 @@ import numpy as np
 from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.physics.schemes import scheme_named
+from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
+from dpd.scene.bonding import Joined, check_bonding, joined
+from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
-from dpd.scene.molecules import MissedDensity, Molecule, beads_of
+from dpd.scene.molecules import MissedDensity, Molecule
+from dpd.scene.pressure import with_pressure
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
+from dpd.scene.tables import check_tables, friction_table, mass_table, pair_table
+from dpd.scene.walls import period_of
 
 CUTOFF = 1.0
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
@@ -28,7 +33,8 @@ MOST_FRAMES = 100  # of density fields, likewise
 # tau between samples where the scene does not say: about the memory of the momenta, a
 # fraction of the time in which a bead moves its own size, and what moves slower.
 INTERVALS = {
-    "thermo": 0.1, "displacement": 0.1, "crossings": 0.2, "passes": 0.1, "structure_factor": 2.0,
+    "thermo": 0.1, "walls": 0.1, "velocity_profile": 0.2, "displacement": 0.1, "crossings": 0.2,
+    "passes": 0.1, "structure_factor": 2.0,
 }  # fmt: skip
 SLOWER = 0.8
 TOLERANCE = 0.01  # of scheme auto, in pressure and kT
@@ -75,6 +81,8 @@ class Scene:
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         self._choose_integrator()
         self._check()
+        if "pressure" in self.data:
+            self.data["pressure"] = with_pressure(self)
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:
@@ -95,7 +103,8 @@ class Scene:
         if "dt" in integrator:
             self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
         self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
-        self.data["integrator"] = choose(self.data, self.density, self.where)
+        with_all = self.data | {"repulsion": self.repulsions}
+        self.data["integrator"] = choose(with_all, self.density, self.where)
 
     @cached_property
     def digest(self) -> str:
@@ -126,9 +135,9 @@ class Scene:
         """The kinds of molecules, in the scene's order."""
         kinds = []
         for kind in self.data["molecules"]:
-            beads = beads_of(kind["architecture"])
+            beads, parents = tree_of(kind["architecture"])
             count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
-            kinds.append(Molecule(beads, count))
+            kinds.append(Molecule(beads, parents, count))
         return tuple(kinds)
 
     @cached_property
@@ -173,7 +182,7 @@ class Scene:
             f"molecules.{density.place}.density: {self._sizes(density)} instead of "
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
-        ]
+        ] + chi_notes(self)
 
     def _sizes(self, density):
         """Box, count and the density that they make, in words."""
@@ -185,23 +194,54 @@ class Scene:
     @cached_property
     def repulsion(self) -> np.ndarray:
         """(species, species) array of a_ij."""
-        table = np.full((len(self.species),) * 2, np.nan)
-        for pair, value in self.data["repulsion"].items():
-            i, j = (self.species.index(name) for name in pair.split())
-            table[i, j] = table[j, i] = value
-        return table
+        return pair_table(self, self.repulsions)
 
     @cached_property
+    def from_chi(self) -> tuple[FromChi, ...]:
+        """The repulsions that the scene gives as chi."""
+        return repulsions_from_chi(self)
+
+    @property
+    def repulsions(self) -> dict[str, float]:
+        """a_ij by pairs of species as "A B", those that are given as chi with them."""
+        return self.data["repulsion"] | {each.pair: each.repulsion for each in self.from_chi}
+
+    @cached_property
+    def friction(self) -> float | np.ndarray:
+        """gamma: a number, or one by pairs of species, or for langevin by species."""
+        return friction_table(self, self.data["thermostat"]["gamma"])
+
+    @cached_property
+    def masses(self) -> np.ndarray | None:
+        """(species,) array; None where the scene names no masses."""
+        return mass_table(self)
+
+    @property
+    def lightest(self) -> float:
+        """Mass of the lightest beads."""
+        return 1.0 if self.masses is None else float(self.masses.min())
+
+    @cached_property
+    def bonds(self) -> Joined:
+        """All bonds, molecule after molecule; empty where every molecule is a single bead."""
+        return joined(self, self.data.get("bond", {}), lambda kind: kind.bonds)
+
+    @property
     def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
-        pairs, first = [], 0
-        for kind in self.molecules:
-            length = len(kind.beads)
-            starts = first + length * np.arange(kind.count)
-            along = starts[:, None] + np.arange(length - 1)
-            pairs.append(np.stack([along.ravel(), along.ravel() + 1], axis=1))
-            first += length * kind.count
-        return np.concatenate(pairs).astype(np.uint32)
+        return self.bonds.members
+
+    @cached_property
+    def angles(self) -> Joined | None:
+        """All angles, molecule after molecule; None without them."""
+        if "angle" not in self.data:
+            return None
+        return joined(self, self.data["angle"], lambda kind: kind.triples)
+
+    @property
+    def angled(self) -> np.ndarray:
+        """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
+        return np.zeros((0, 3), np.uint32) if self.angles is None else self.angles.members
 
     @cached_property
     def lengths(self) -> np.ndarray:
@@ -234,8 +274,8 @@ class Scene:
         """The same for steps of another length."""
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
-            thermal = dt * self.data["thermostat"]["kT"] ** 0.5
-            room = min(self.box) >= 2 * (CUTOFF + skin)
+            thermal = dt * (self.data["thermostat"]["kT"] / self.lightest) ** 0.5
+            room = min(period_of(self)) >= 2 * (CUTOFF + skin) and "shear" not in self.data
             chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
 
@@ -268,9 +308,9 @@ class Scene:
     def _check(self):
         self._check_box()
         self._check_molecules()
-        self._check_repulsion()
+        check_tables(self)
         self._check_core()
-        self._check_bond()
+        check_bonding(self, self._fail)
         self._check_thermostat()
         if self.steps.sample < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
@@ -291,6 +331,10 @@ class Scene:
                 self._fail("start.method", "'polymerize' grows chains in two dimensions only")
             if "bond" not in self.data:
                 self._fail("start.method", "'polymerize' has nothing to grow: no chains, no bond")
+            branched = [k for k in self.molecules if not k.is_chain]
+            if branched:
+                text = self.data["molecules"][self.molecules.index(branched[0])]["architecture"]
+                self._fail("start.method", f"'polymerize' grows chains; {text!r} has branches")
         half = min(self.box) / 2
         if "rdf" in self.observe and self.observe["rdf"]["range"] > half:
             self._fail(
@@ -311,6 +355,7 @@ class Scene:
                     f"another one twice; allowed: >= {2 * CUTOFF:g}",
                 )
 
+        for edge in period_of(self):
             if edge < 2 * (CUTOFF + self.skin):
                 self._fail(
                     "pairs.skin",
@@ -341,23 +386,6 @@ class Scene:
                     f"them fit, or 'count: {count}' instead of the density",
                 )
 
-    def _check_repulsion(self):
-        for pair, value in self.data["repulsion"].items():
-            names = pair.split()
-            other = self.data["repulsion"].get(f"{names[1]} {names[0]}", value)
-            if other != value:
-                self._fail(f"repulsion.{pair}", f"{value:g}, but {other:g} in the other order")
-            for name in names:
-                if name not in self.species:
-                    self._fail(
-                        f"repulsion.{pair}",
-                        f"no molecule has the species {name!r}; allowed: {', '.join(self.species)}",
-                    )
-        for i, j in combinations_with_replacement(range(len(self.species)), 2):
-            if np.isnan(self.repulsion[i, j]):
-                pair = f"{self.species[i]} {self.species[j]}"
-                self._fail("repulsion", f"no value for the pair {pair!r}; add '{pair}: 25'")
-
     def _check_thermostat(self):
         scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]
         if kind == "langevin" and scheme_named(scheme).exchange is not None:
@@ -375,19 +403,3 @@ class Scene:
                 f"{core['smooth']:g} beyond a core of diameter {2 * core['radius']:g} goes past "
                 f"the cutoff; allowed: <= {CUTOFF - 2 * core['radius']:g}",
             )
-
-    def _check_bond(self):
-        chains = any(len(kind.beads) > 1 for kind in self.molecules)
-        if chains and "bond" not in self.data:
-            self._fail("bond", "molecules of several beads need one, as {stiffness: 2, length: 0}")
-        if not chains and "bond" in self.data:
-            self._fail(
-                "bond",
-                "every molecule is a single bead; remove the key, or give an architecture "
-                "of several beads, as 'A 10'",
-            )
-        for name in ("bonds", "crossings", "passes", "end_to_end"):
-            if not chains and name in self.observe:
-                self._fail(
-                    "observe", f"{name!r} has nothing to measure: every molecule is a single bead"
-                )

@@ -158,8 +158,17 @@ def _drop_oldest(folder):
 
 
 def with_defaults(data: dict[str, Any], rules: dict[str, Any]) -> dict[str, Any]:
-    """A copy of valid data with the schema's defaults filled in."""
+    """A copy of valid data with the schema's defaults filled in.
+
+    Where data is a table of entries that have defaults of their own, these go into each entry, and
+    no other defaults are filled in.
+    """
     filled = dict(data)
+    entry = rules.get("additionalProperties")
+    if isinstance(entry, dict) and "properties" in entry:
+        named = {key: data[key] for key in data if key not in rules.get("properties", {})}
+        if named:
+            return filled | {key: with_defaults(value, entry) for key, value in named.items()}
     for key, rule in rules.get("properties", {}).items():
         if key not in filled and "default" in rule:
             filled[key] = rule["default"]

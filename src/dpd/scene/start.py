@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, reason
+from dpd.scene.bonding import is_table, laws_of
+from dpd.scene.walls import walls_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,12 +38,18 @@ def start_description(scene: Scene) -> dict[str, Any]:
         "kT": start.get("kT", data["thermostat"]["kT"]),
         "seed": start.get("seed", data["seed"]),
     }
+    if "mass" in data:
+        kept["mass"] = data["mass"]
+    if walls := walls_of(scene):
+        kept["between"] = [list(walls.axes), walls.reach]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
+        if "pressure" in data:
+            kept["box_of_file"] = data["pressure"]["axes"]
     elif grows(scene):
         kept["polymerize"] = start["polymerize"]
     elif "bond" in data:
-        kept["flight"] = float(data["bond"]["length"]) or FLIGHT
+        kept["flight"] = _flights(data["bond"])
     if "relax" in start:
         kept["relax"] = start["relax"]
     if "relax" in start or grows(scene):
@@ -58,12 +66,30 @@ def start_digest(scene: Scene) -> str:
 def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
-    forces = {"repulsion": data["repulsion"]}
-    for name in ("core", "bond"):
-        if name in data or name in changed:
-            forces[name] = data.get(name, {}) | changed.get(name, {})
+    forces = {"repulsion": scene.repulsions}
+    if "walls" in data:
+        forces["walls"] = data["walls"]
+    if "core" in data or "core" in changed:
+        forces["core"] = data.get("core", {}) | changed.get("core", {})
+    if "bond" in data or "bond" in changed:
+        forces["bond"] = _changed_bond(data.get("bond", {}), changed.get("bond", {}))
+    if "angle" in data and not grows(scene):
+        forces["angle"] = data["angle"]
     forces["gamma"] = changed.get("gamma", data["thermostat"]["gamma"])
     return forces
+
+
+def _flights(bond):
+    """The length of a step of a random flight; one for each law of a table."""
+    lengths = [float(law["length"]) or FLIGHT for law in laws_of(bond)]
+    return dict(zip(bond, lengths)) if is_table(bond) else lengths[0]
+
+
+def _changed_bond(bond, changed):
+    """The law of bonds with changes; of a table, each law."""
+    if is_table(bond):
+        return {pair: law | changed for pair, law in bond.items()}
+    return bond | changed
 
 
 def start_work(scene: Scene) -> int:

@@ -11,6 +11,7 @@ import numpy as np
 from dpd import files
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.particles.tilt import SLID
 from dpd.scene.start import start_description, start_digest
 from dpd.stages import start_sources
 from dpd.start.make import make_start_and_record
@@ -51,6 +52,8 @@ def write_start(
     }  # type: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
     if state.species is not None:
         variables["species"] = (("bead",), state.species, "1", "number of the species")
+    if state.box is not None:
+        variables["box_edges"] = (("axis",), np.array(state.box), "r_c", "edges of the box")
     for name, (units, long_name) in RECORD.items():
         if name in record:
             variables[name] = (("round",), record[name], units, long_name)
@@ -65,6 +68,8 @@ def write_start(
         "start_sources": start_sources(scene),
         "seconds": time.perf_counter() - begun,
     }
+    if state.slid:
+        attributes[SLID] = str(state.slid)
     files.write(path, variables, attributes)
 
 
@@ -84,17 +89,24 @@ def read_start(scene: Scene, path: str | Path) -> State:
     _check_origin(scene, path, attributes)
     shape = (scene.dimension, scene.beads)
     wanted = {"position": (shape, "f"), "velocity": (shape, "f")}  # type: dict[str, tuple]
+    if "box_edges" in variables:
+        wanted["box_edges"] = (shape[:1], "f")
     if len(scene.species) > 1:
         wanted["species"] = (shape[1:], "u")
     for name, (expected, kind) in wanted.items():
         found = variables.get(name)
         if found is None or found.shape != expected or found.dtype.kind != kind:
-            raise UserError(f"{path}: has no {name} of {expected} beads that it needs; {REMEDY}")
+            raise UserError(f"{path}: has no {name} of shape {expected} that it needs; {REMEDY}")
     species = variables["species"] if "species" in wanted else None
     if species is not None and species.max() >= len(scene.species):
         raise UserError(f"{path}: has beads of a species that the scene has not; {REMEDY}")
     identity = np.arange(scene.beads, dtype=np.uint32)
-    return State(variables["position"], variables["velocity"], None, identity, species, 0)
+    slid = int(attributes[SLID]) if SLID in attributes else None
+    box = tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None
+    return State(
+        variables["position"], variables["velocity"], None, identity, species, 0,
+        slid=slid, box=box,
+    )  # fmt: skip
 
 
 def _check_origin(scene, path, attributes):

@@ -9,8 +9,10 @@ import numpy as np
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
+from dpd.particles.tilt import shear_of
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
-from dpd.start.matching import order_of
+from dpd.start.between_walls import between_walls
+from dpd.start.matching import order_of, same_box
 from dpd.start.velocities import thermal_velocities
 
 if TYPE_CHECKING:
@@ -18,9 +20,14 @@ if TYPE_CHECKING:
 
     from dpd.scene.scene import Scene
 
+UPRIGHT = 1e-9  # a tilt below which a box has right angles
+
 
 def state_from_file(
-    scene: Scene, species: np.ndarray | None, say: Callable[[str], object]
+    scene: Scene,
+    species: np.ndarray | None,
+    mass: float | np.ndarray,
+    say: Callable[[str], object],
 ) -> State:
     """Read the first configuration that a scene names.
 
@@ -33,6 +40,8 @@ def state_from_file(
         With ``start: {method: file}``.
     species : (n,) uint8 array or None
         Of the scene's beads.
+    mass : float or (n,) array
+        Of all beads of the scene, or of each.
     say : callable
         Called with a sentence for each thing that the file had otherwise.
 
@@ -57,14 +66,56 @@ def state_from_file(
     particles = read(path, start.get("frame", LAST_FRAME))
     for sentence in particles.left_out:
         say(f"{path}: {sentence}")
+    if particles.dimension == scene.dimension:
+        particles = between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
+    if "pressure" in scene.data and not same_box(scene.box, particles.box):
+        edges = " x ".join(f"{edge:.6g}" for edge in particles.box)
+        say(f"{path}: its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")
+    if sentence := _other_masses(scene, particles):
+        say(f"{path}: {sentence}")
     velocity = particles.velocity
     if velocity is None:
         description = start_description(scene)
         kT, rng = description["kT"], np.random.default_rng(description["seed"])
-        velocity = thermal_velocities(particles.position.shape, kT, rng)
+        in_file = mass if np.ndim(mass) == 0 else mass[np.argsort(order)]  # type: ignore[index]
+        velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
     identity = np.arange(len(order), dtype=np.uint32)
-    return State(particles.position[:, order], velocity[:, order], None, identity, species, 0)
+    return State(
+        particles.position[:, order], velocity[:, order], None, identity, species, 0,
+        slid=_slid(scene, particles.box, path),
+        box=particles.box if "pressure" in scene.data else None,
+    )  # fmt: skip
+
+
+def _other_masses(scene, particles):
+    """A sentence if the masses of a file are not those of the scene."""
+    there = particles.masses_by_name()
+    own = scene.data.get("mass", {})
+    differing = [name for name in scene.species if there.get(name, 1) != own.get(name, 1)]
+    if not differing:
+        return ""
+    masses = ", ".join(f"{name} {there.get(name, 1):g}" for name in differing)
+    return f"it has other masses than the scene ({masses}); those of the scene count"
+
+
+def _slid(scene, box, path):
+    """By how much images have slid in the file, see `State`; refused where the scene has none."""
+    if abs(getattr(box, "tilt", 0.0)) < UPRIGHT:
+        return None
+    axes, shear = (box.slide.flow, box.slide.gradient), shear_of(scene)
+    if shear is None or (shear.flow, shear.gradient) != axes:
+        raise UserError(
+            f"{path}: its box is tilted by shear with the flow along {'xyz'[axes[0]]} and the "
+            f"gradient along {'xyz'[axes[1]]}, and {scene.where} has no such shear; give it one, "
+            "or take a file whose box has right angles"
+        )
+    if "relax" in scene.data["start"]:
+        raise UserError(
+            f"{scene.where}: start.relax: the box of {path} is tilted by shear, and relaxation is "
+            "at rest; remove the key, or take a file whose box has right angles"
+        )
+    return box.slid

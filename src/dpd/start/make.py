@@ -13,11 +13,20 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.physics.bond import Bond
+from dpd.particles.tilt import shear_of
+from dpd.physics.angle import Angle, AngleTable
+from dpd.physics.body import BodyForce
+from dpd.physics.bond import Bond, BondTable
 from dpd.physics.core import Core
+from dpd.physics.pressure import Pressure
 from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
+from dpd.physics.wall import Walls
+from dpd.scene.bonding import is_table, laws_of, numbers_of, species_along
+from dpd.scene.flow import body_force_of
 from dpd.scene.start import FLIGHT, start_description, start_forces
+from dpd.scene.tables import friction_table
+from dpd.scene.walls import origin_of, period_of, walls_of
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
 from dpd.start.velocities import thermal_velocities
@@ -44,26 +53,64 @@ def system_of(scene: Scene) -> System:
     data = scene.data
     thermostat, integrator = data["thermostat"], data["integrator"]
     return System(
-        box=scene.box,
+        box=period_of(scene),
         pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
-        friction=float(thermostat["gamma"]),
+        friction=scene.friction,
         gaussian=thermostat["noise"] == "gaussian",
         dt=float(integrator["dt"]),
         scheme=scheme_named(integrator["scheme"], float(integrator["lambda"])),
         seed=data["seed"],
-        members=scene.bonded if "bond" in data else None,
-        bond=_bond(data.get("bond")),
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
+        masses=scene.masses,
+        walls=_walls(scene),
+        wall_friction=float(data.get("walls", {}).get("gamma", 0)),
+        body_force=_body_force(scene),
+        shear=shear_of(scene),
+        pressure=_pressure(scene) if "pressure" in data else None,
+        **_bonding(scene, data),
     )
 
 
-def _bond(bond):
-    """The law of bonds, if there are any."""
-    if bond is None:
+def _pressure(scene):
+    """The law of constant pressure; without trials where the time step is yet to be chosen."""
+    given, every_axis = scene.data["pressure"], tuple(range(scene.dimension))
+    if "every" not in given:
         return None
-    return Bond(float(bond["stiffness"]), float(bond["length"]))
+    return Pressure(
+        target=float(given["target"]),
+        time=float(given["time"]),
+        compressibility=float(given["compressibility"]),
+        axes=every_axis if given["axes"] == "all" else ("xyz".index(given["axes"]),),
+        every=given["every"],
+    )
+
+
+def _bonding(scene, forces):
+    """Bonds and angles of a scene, as `System` has them, with the laws in ``forces``."""
+    found = dict.fromkeys(("bond", "members", "angle", "angle_members"))
+    if "bond" in forces:
+        stiffness, length = _values(forces["bond"], "stiffness", "length")
+        found["members"], number = scene.bonds
+        found["bond"] = (
+            Bond(stiffness, length) if number is None else BondTable(stiffness, length, number)
+        )
+    if "angle" in forces:
+        stiffness, angle = _values(forces["angle"], "stiffness", "angle")
+        found["angle_members"], number = scene.angles
+        angle = np.deg2rad(angle)
+        found["angle"] = (
+            Angle(stiffness, angle) if number is None else AngleTable(stiffness, angle, number)
+        )
+    return found
+
+
+def _values(given, *keys):
+    """Values of one law for all as numbers; of a table as arrays."""
+    laws = laws_of(given)
+    values = (np.array([float(law[key]) for law in laws]) for key in keys)
+    return values if is_table(given) else map(float, np.concatenate(list(values)))
 
 
 def _pair(scene, core):
@@ -74,21 +121,55 @@ def _pair(scene, core):
     return Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
 
 
+def _walls(scene):
+    """The planes at both ends of the axes with walls, if there are any."""
+    walls = walls_of(scene)
+    if walls is None:
+        return None
+    low = np.array(origin_of(scene))
+    ends = np.stack([low, low + scene.box], axis=1)[list(walls.axes)]
+    pairs = len(walls.axes)
+    return Walls(
+        repulsion=np.array(walls.repulsion),
+        axis=np.repeat(np.array(walls.axes, np.int64), 2),
+        place=ends.ravel(),
+        inward=np.tile([1.0, -1.0], pairs),
+        velocity=np.tile(np.array(walls.velocity), (pairs, 1)),
+        reach=walls.reach,
+    )
+
+
+def _body_force(scene):
+    """The body force, if there is one."""
+    body = body_force_of(scene)
+    if body is None:
+        return None
+    across, middle = body.axis, np.inf
+    if body.opposite is not None:
+        across, middle = body.opposite, 0.5 * scene.box[body.opposite]
+    return BodyForce(np.array(body.strength), body.axis, across, float(middle))
+
+
 def _start_system(scene, dt):
-    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs."""
+    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs.
+
+    It is at rest: neither a body force acts, nor a shear.
+    """
     forces = start_forces(scene)
     return replace(
         system_of(scene),
-        friction=float(forces["gamma"]),
+        friction=friction_table(scene, forces["gamma"]),
         gaussian=False,
         per_bead=False,
-        members=scene.bonded if "bond" in forces else None,
-        bond=_bond(forces.get("bond")),
         pair=_pair(scene, forces.get("core")),
         dt=float(dt),
         scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
+        body_force=None,
+        shear=None,
+        pressure=None,
+        **_bonding(scene, forces),
     )
 
 
@@ -145,7 +226,9 @@ def make_start_and_record(
             progress,
         )  # fmt: skip
     elif description["method"] == "file":
-        state, record = state_from_file(scene, species_of(scene), say or _be_silent), {}
+        species = species_of(scene)
+        mass = system_of(scene).mass_of(species)
+        state, record = state_from_file(scene, species, mass, say or _be_silent), {}
     else:
         state, record = _random(scene, description), {}
     if "relax" in description:
@@ -157,7 +240,8 @@ def make_start_and_record(
         # Chains that grow and spare monomers that vanish leave flows across the box, which
         # only viscosity would bring to rest.
         rng = np.random.default_rng([description["seed"], 1])
-        state.velocity = thermal_velocities(state.position.shape, description["kT"], rng)
+        mass = system.mass_of(state.species)
+        state.velocity = thermal_velocities(state.position.shape, description["kT"], rng, mass)
     return state, record
 
 
@@ -170,13 +254,18 @@ def _random(scene, description):
     rng = np.random.default_rng(description["seed"])
     flight = description.get("flight", FLIGHT)
     position = _positions(scene, description["method"], flight, rng)
-    velocity = thermal_velocities(position.shape, description["kT"], rng)
+    species = species_of(scene)
+    mass = system_of(scene).mass_of(species)
+    velocity = thermal_velocities(position.shape, description["kT"], rng, mass)
     identity = np.arange(position.shape[1], dtype=np.uint32)
-    return State(position, velocity, None, identity, species_of(scene), 0)
+    return State(position, velocity, None, identity, species, 0)
 
 
 def _positions(scene, method, flight, rng):
-    """Random flights, each kind of molecule in the whole box or in a slab of its own."""
+    """Random flights, each kind of molecule in the whole box or in a slab of its own.
+
+    Where they go through a wall they are reflected.
+    """
     box = np.array(scene.box)
     along = int(np.argmax(box))
     low, filled, parts = np.zeros_like(box), 0, []
@@ -187,19 +276,32 @@ def _positions(scene, method, flight, rng):
             low[along] = box[along] * filled / scene.beads
             slab[along] = box[along] * beads / scene.beads
         filled += beads
-        x = _flights(kind.count, len(kind.beads), slab, flight, rng)
+        x = _flights(kind, slab, _flight_of_bonds(kind, flight), rng)
         if method == "slabs":
             x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
         parts.append((x + low).reshape(-1, len(box)).T)
-    return wrapped(np.concatenate(parts, axis=1), scene.box)
+    x = np.concatenate(parts, axis=1)
+    walls = walls_of(scene)
+    for axis in () if walls is None else walls.axes:
+        x[axis] = np.abs((x[axis] + box[axis]) % (2 * box[axis]) - box[axis])
+    return wrapped(x + np.array(origin_of(scene))[:, None], period_of(scene))
 
 
-def _flights(count, length, size, flight, rng):
+def _flight_of_bonds(kind, flight):
+    """The length of each step of a random flight along a molecule, or of all."""
+    if not isinstance(flight, dict):
+        return flight
+    numbers = numbers_of(flight, species_along(kind, kind.bonds))
+    return np.array(list(flight.values()))[numbers][:, None]
+
+
+def _flights(kind, size, flight, rng):
     """(count, length, dimension) positions of random flights that begin in a box."""
-    first = rng.random((count, 1, len(size))) * size
-    steps = rng.normal(size=(count, length - 1, len(size)))
+    first = rng.random((kind.count, 1, len(size))) * size
+    steps = rng.normal(size=(kind.count, len(kind.beads) - 1, len(size)))
     steps *= flight / np.linalg.norm(steps, axis=2, keepdims=True)
-    return np.concatenate([first, steps], axis=1).cumsum(axis=1)
+    steps = np.concatenate([first, steps], axis=1)
+    return np.moveaxis(kind.summed(np.moveaxis(steps, 1, 2)), 2, 1)
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
@@ -255,6 +357,6 @@ def _relax(scene, state, relax, grown, begun, progress):
     species = None if done.species is None else done.by_identity(done.species)
     relaxed = State(
         done.by_identity(done.position), done.by_identity(done.velocity), None,
-        np.arange(len(done.identity), dtype=np.uint32), species, 0,
+        np.arange(len(done.identity), dtype=np.uint32), species, 0, box=done.box,
     )  # fmt: skip
     return relaxed, np.array(crossings)

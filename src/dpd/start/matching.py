@@ -11,8 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError, shown
+from dpd.scene.walls import period_of
+from dpd.start.trees import order_of_trees
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from dpd.particles.particles import Particles
     from dpd.scene.scene import Scene
 
@@ -43,6 +47,8 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     """
     _check_box(scene, particles, path)
     number = _numbers_of_species(scene, particles, path)
+    if not all(kind.is_chain for kind in scene.molecules):
+        return order_of_trees(scene, particles, number, path)
     chains = chains_of(particles.bonds, particles.position.shape[1], path)
     order = []
     for place, kind in enumerate(scene.molecules):
@@ -72,13 +78,34 @@ def _check_box(scene, particles, path):
             f"{path}: it has {len(particles.box)} dimensions, and {scene.where} has "
             f"{scene.dimension}; take another file, or change 'dimension'"
         )
-    if not np.allclose(particles.box, scene.box, rtol=SAME, atol=0):
+    if not same_box(wanted_box(scene, particles.box), particles.box):
         edges = ", ".join(f"{edge:.9g}" for edge in particles.box)
-        own = ", ".join(f"{edge:.9g}" for edge in scene.box)
+        own = ", ".join(f"{edge:.9g}" for edge in period_of(scene))
         raise UserError(
             f"{path}: its box is [{edges}], and that of {scene.where} [{own}]; they have to "
             f"agree: write 'box: [{edges}]' in the scene, or take another file"
         )
+
+
+def same_box(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two boxes of the same dimension have the same edges."""
+    return np.allclose(one, other, rtol=SAME, atol=0)
+
+
+def wanted_box(scene: Scene, found: Sequence[float]) -> tuple[float, ...]:
+    """Edges that a file must have: the scene's, but for those that constant pressure changes.
+
+    Parameters
+    ----------
+    scene : Scene
+    found : sequence of float
+        Edges of the file.
+    """
+    axes = scene.data.get("pressure", {}).get("axes", "")
+    return tuple(
+        there if axes in ("all", name) else own
+        for own, there, name in zip(period_of(scene), found, "xyz")
+    )
 
 
 def _numbers_of_species(scene, particles, path):
@@ -166,7 +193,8 @@ def chains_of(bonds: np.ndarray, beads: int, path: str) -> dict[int, np.ndarray]
     if lengths[once].sum() < beads:
         ring = np.setdiff1d(np.arange(beads), along)[0]
         raise UserError(
-            f"{path}: bead {ring} is of a molecule that is a ring; molecules are linear here"
+            f"{path}: bead {ring} is of a molecule that is a ring; molecules are chains or trees "
+            "here"
         )
     return {
         int(length): along[first[once & (lengths == length)][:, None] + np.arange(length)]
@@ -181,8 +209,8 @@ def _neighbours(bonds, beads, path):
     if count.max(initial=0) > 2:
         bead = np.argmax(count > 2)
         raise UserError(
-            f"{path}: bead {bead} has {count[bead]} bonds; allowed: 2, since molecules are linear "
-            "here"
+            f"{path}: bead {bead} has {count[bead]} bonds; allowed: 2, since all molecules of "
+            "the scene are linear"
         )
     order = np.argsort(one, kind="stable")
     one, other = one[order], other[order]

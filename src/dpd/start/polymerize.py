@@ -10,6 +10,7 @@ there are spare monomers and spare chains; what is left of them is removed at th
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,12 +21,15 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import Space, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.physics.bond import Bond
+from dpd.scene.bonding import is_table, numbers_of
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.engine.state import System
+    from dpd.physics.bond import BondTable
     from dpd.scene.scene import Scene
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
@@ -75,6 +79,7 @@ class Growth:
         for number, k in enumerate(kinds):
             row = [scene.species.index(name) for name in k.beads]
             self.wanted[self.kind == number, : len(row)] = row
+        self._laws = _laws_of_pairs(scene)
         needed = sum(
             k.count * np.bincount(
                 [scene.species.index(name) for name in k.beads], minlength=len(scene.species)
@@ -105,6 +110,13 @@ class Growth:
         chain, place = np.nonzero(places < self.length[:, None] - 1)
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
         return Grown(members.astype(np.uint32), chain, place)
+
+    def with_laws(self, bond: Bond | BondTable, members: np.ndarray) -> Bond | BondTable:
+        """The law of bonds, or the table with the law of each of these."""
+        if isinstance(bond, Bond):
+            return bond
+        one, other = self.species[members].T
+        return bond._replace(number=self._laws[one, other])
 
     def grow(
         self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest: bool, now: int,
@@ -137,14 +149,12 @@ class Growth:
             undone += self.length[c] - keep
             self.length[c] = keep
 
-    def mixed(
-        self, state: State, box: tuple[float, ...], share: float, rng: np.random.Generator
-    ) -> State:
+    def mixed(self, state: State, system: System, share: float, rng: np.random.Generator) -> State:
         """The state with a share of the free monomers put to random places."""
         free = self.chain[state.identity] == FREE
         move = free & (rng.random(len(free)) < share)
         position = state.position.copy()
-        position[:, move] = rng.random((2, int(move.sum()))) * np.array(box)[:, None]
+        position[:, move] = _random_places(system, int(move.sum()), rng)
         return replace(state, position=position)
 
     @property
@@ -158,6 +168,21 @@ class Growth:
         return np.concatenate(
             [np.flatnonzero(full & (self.kind == k))[:n] for k, n in enumerate(self.asked)]
         )
+
+
+def _laws_of_pairs(scene):
+    """(species, species) array of the numbers of the laws of bonds."""
+    if not is_table(scene.data["bond"]):
+        return np.zeros((len(scene.species),) * 2, np.uint16)
+    pairs = list(product(scene.species, repeat=2))
+    table = numbers_of(scene.data["bond"], pairs).reshape((len(scene.species),) * 2)
+    return np.maximum(table, 0).astype(np.uint16)  # pairs without a law are never bonded
+
+
+def _random_places(system, count, rng):
+    """(2, count) array: places anywhere in the box, or between its walls."""
+    edges, low = (np.array(each)[:, None] for each in (system.extent, system.origin))
+    return rng.random((2, count)) * edges + low
 
 
 def _cells(position, members, box, radius):
@@ -203,10 +228,10 @@ def polymerize(
     rng = np.random.default_rng(seed)
     growth = Growth(scene, settings["spare"], settings["initiators"], rng)
     n, box = len(growth.chain), system.box
-    position = rng.random((2, n)) * np.array(box)[:, None]
-    velocity = rng.normal(scale=np.sqrt(kT), size=position.shape)
-    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), None, 0)
-    state.species = growth.species if len(scene.species) > 1 else None
+    position = _random_places(system, n, rng)
+    species = growth.species if len(scene.species) > 1 else None
+    velocity = rng.normal(scale=np.sqrt(kT / system.mass_of(species)), size=position.shape)
+    state = State(position, velocity, None, np.arange(n, dtype=np.uint32), species, 0)
     stretch = max(1, round(settings["interval"] / system.dt))
     settle = max(1, round(SETTLE / system.dt))
 
@@ -220,7 +245,7 @@ def polymerize(
     sums = np.zeros(4, np.int64)
     undone = 0
     while True:
-        state = growth.mixed(state, box, settings["interval"] / settings["mixing"], rng)
+        state = growth.mixed(state, system, settings["interval"] / settings["mixing"], rng)
         place = state.by_identity(state.position)
         sums += growth.grow(
             place, box, settings["radius"], settings["partner"] == "nearest", state.step, rng
@@ -248,7 +273,8 @@ def polymerize(
 
 def _moved(state, system, growth, steps, look):
     """The state after some steps with the bonds that there are now."""
-    grown = replace(system, members=growth.bonds().members)
+    members = growth.bonds().members
+    grown = replace(system, members=members, bond=growth.with_laws(system.bond, members))
     state = replace(state, force=None, reference=None)
     simulation = Simulation(grown, state)
     advance_looking(simulation, steps, look)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
+from dpd.engine.slide import along_lattice, longest_cutoffs
 from dpd.engine.threads.blocks import Blocks, make_blocks
 from dpd.engine.threads.team import Share
 from dpd.engine.vectors.arrays import rows_of
@@ -74,7 +75,8 @@ class Cells(NamedTuple):
 def grid(space: Space, cutoff: float) -> Grid:
     """The `Grid` with as many cells as fit with edges not below the cutoff."""
     box = space.edges
-    shape = tuple(max(1, int(edge / cutoff)) for edge in box)
+    cutoffs = longest_cutoffs(space, cutoff)
+    shape = tuple(max(1, int(edge / longest)) for edge, longest in zip(box, cutoffs))
     across, edges = np.array(shape[:-1]), np.array(box[:-1])
     here = np.array(list(product(*map(range, across))))
     around = list(product((-1, 0, 1), repeat=len(across)))
@@ -112,7 +114,8 @@ def cell_of(position, i, space, shape):
     """
     cell, along = 0, 0
     for k in range(len(space.edges)):
-        along = min(int(position[i, k] * (shape[k] / space.edges[k])), shape[k] - 1)
+        place = along_lattice(position, i, k, space, space.slide)
+        along = min(int(place * (shape[k] / space.edges[k])), shape[k] - 1)
         cell = cell * shape[k] + along
     return cell, along
 

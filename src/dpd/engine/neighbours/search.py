@@ -12,6 +12,7 @@ import numpy as np
 from numba import int64, uint32, uint64
 
 from dpd.engine.neighbours.cells import SPARE, Cells, Grid
+from dpd.engine.slide import put_on_lattice, slide_level
 from dpd.engine.space import Space
 from dpd.engine.vectors.bits import LANES, lowest, near, popcount
 from dpd.engine.vectors.rows import sum_to_column
@@ -165,7 +166,11 @@ def merge_rows(row, position, search):
         first = base[row, r]
         for s in range(uint64(start[first]), uint64(start[first + levels])):
             place = uint64(to[r, level[s]]) + s
-            sum_to_column(target, place, position, s, shift, row * rows + r, search.space)
+            move = row * rows + r
+            sum_to_column(target, place, position, s, shift, move, search.space)
+            put_on_lattice(
+                target, place, position, s, shift, move, search.space, search.space.slide
+            )
             slot[place] = uint32(s)
     join_ends(search.line, search.space, levels)
 
@@ -221,6 +226,7 @@ def copy_level(line, first, end, to, boxes, space):
     for t in range(n):
         line.position[last, target + t] = line.position[last, source + t] + move
         line.slot[target + t] = line.slot[source + t]
+    slide_level(line.position, target, n, last, move, space.slide)
 
 
 @part()

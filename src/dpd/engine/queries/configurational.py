@@ -10,10 +10,11 @@ from dpd.engine.bond_forces import (
     add_bond_forces,
     batches,
     bond_curvature,
+    bonded_of,
     empty_slots,
     find_slots,
-    in_batches,
 )
+from dpd.engine.external import add_wall_curvature
 from dpd.engine.neighbours.cells import grid
 from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.pair_forces import CLOSEST, gather_repulsion, repulsion_of
@@ -49,12 +50,13 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
     rows = rows_of(state.position)
     beads = Beads(rows, rows, None, state.identity, state.species)
     space = space_of(system.box)
-    bonds = in_batches(system.bond, system.members)
-    return _sums(beads, system.forces.pair, bonds, space, grid(space, 1.0))
+    return _sums(
+        beads, system.forces.pair, bonded_of(system), system.walls, space, grid(space, 1.0)
+    )
 
 
 @kernel()
-def _sums(beads, pair, bonds, space, grid):
+def _sums(beads, pair, bonds, walls, space, grid):
     dimension, n_beads = len(space.edges), len(beads.identity)
     ordered, search = sorted_beads(beads, space, grid)
     pairs, species = search.pairs, ordered.species
@@ -81,4 +83,5 @@ def _sums(beads, pair, bonds, space, grid):
     for batch in range(batches(bonds)):
         add_bond_forces(total, ordered.position, slot, bonds, batch, space, sums, False)
     laplacian += bond_curvature(ordered.position, slot, bonds, space)
+    laplacian += add_wall_curvature(total, ordered.position, species, walls)
     return np.array([(total * total).sum(), laplacian])

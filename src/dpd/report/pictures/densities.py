@@ -42,7 +42,8 @@ if TYPE_CHECKING:
     from dpd.report.pictures.look import Look
 
 TWO_COLUMNS = 17.8  # cm, the usual width of several panels
-IN_A_ROW = 4  # panels at most
+IN_A_ROW = 4  # panels at most, but of slices
+MOST_FRAMES = 8  # in one picture
 PIXEL = 0.05  # r_c, of a slice
 MOST_PIXELS = 600  # of a slice along an axis
 COLOURS = "viridis"
@@ -63,8 +64,8 @@ class Panels(NamedTuple):
         Of a panel in inches.
     margins : Margins
         Around all of them.
-    gap : float
-        Between two of them, in inches.
+    beside, between : float
+        Room between two columns and between two rows, in inches.
     """
 
     columns: int
@@ -72,22 +73,23 @@ class Panels(NamedTuple):
     width: float
     height: float
     margins: Margins
-    gap: float
+    beside: float
+    between: float
 
     @property
     def size(self) -> tuple[float, float]:
         """Width and height of the figure in inches."""
         left, right, bottom, top = self.margins
         return (
-            left + right + self.columns * (self.width + self.gap) - self.gap,
-            bottom + top + self.rows * (self.height + self.gap) - self.gap,
+            left + right + self.columns * (self.width + self.beside) - self.beside,
+            bottom + top + self.rows * (self.height + self.between) - self.between,
         )
 
     def place(self, row: int, column: int) -> tuple[float, float, float, float]:
         """Left, bottom, width and height of a panel, as shares of the figure; row 0 is on top."""
         across, up = self.size
-        left = self.margins.left + column * (self.width + self.gap)
-        bottom = self.margins.bottom + (self.rows - 1 - row) * (self.height + self.gap)
+        left = self.margins.left + column * (self.width + self.beside)
+        bottom = self.margins.bottom + (self.rows - 1 - row) * (self.height + self.between)
         return left / across, bottom / up, self.width / across, self.height / up
 
 
@@ -111,15 +113,18 @@ def draw_fields(fields: Fields, frames: Sequence[int], look: Look, path: object)
     Raises
     ------
     UserError
-        If there is no such frame, species or place, or a surface is nowhere.
+        If there is no such frame, species or place, if there are too many frames, or a surface is
+        nowhere.
     """
+    if not 0 < len(frames) <= MOST_FRAMES:
+        raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
     numbers = [fields.number(frame, path) for frame in frames]
     _check(fields, look, path)
     look = look._replace(
         size=look.size or (COLUMN if len(numbers) == 1 else TWO_COLUMNS),
         smooth=SMOOTH if look.smooth is None else look.smooth,
     )
-    figure = Figure(dpi=look.dpi, layout="none", facecolor=ink_of(look)[0])
+    figure = _blank(look)
     if look.slice is not None:
         _draw_slices(figure, fields, numbers, look)
     elif fields.dimension == 2:
@@ -127,6 +132,12 @@ def draw_fields(fields: Fields, frames: Sequence[int], look: Look, path: object)
     else:
         _draw_bodies(figure, fields, numbers, look, path)
     return figure
+
+
+def _blank(look):
+    """A figure without panels."""
+    paper, _ = ink_of(look)
+    return Figure(dpi=look.dpi, layout="none", facecolor=paper)
 
 
 def _check(fields, look, path):
@@ -262,7 +273,7 @@ def _draw_bodies(figure, fields, numbers, look, path):
     title = LINE
     panels = Panels(
         columns, _rows(numbers), layout.width, layout.height + title,
-        Margins(0.0, 0.0, 0.0, LINE * lines), 0.0,
+        Margins(0.0, 0.0, 0.0, LINE * lines), 0.0, 0.0,
     )  # fmt: skip
     figure.set_size_inches(panels.size)
     levels = _levels(fields, numbers, look, path)
@@ -297,8 +308,9 @@ def _draw_bodies(figure, fields, numbers, look, path):
 def _panels(columns, rows, height, margins, look):
     """Panels as wide as the figure has room for; ``height`` is that of one over its width."""
     room = look.size / INCH - margins.left - margins.right - GAP * (columns - 1)
-    gap = GAP if rows == 1 or look.slice is not None else GAP + LINE
-    return Panels(columns, rows, room / columns, room / columns * height, margins, gap)
+    # In rows of several times each has a title, and the last one may be shorter than the others.
+    between = GAP if look.slice is not None else GAP + 2 * LINE
+    return Panels(columns, rows, room / columns, room / columns * height, margins, GAP, between)
 
 
 def _rows(numbers):
@@ -336,8 +348,7 @@ def _levels(fields, numbers, look, path):
 def _colours(fields, look):
     """Of the surfaces, by their species; a second one of a species is paler."""
     palette = species_colours(2 * len(fields.names))
-    seen: list[str] = []
-    colours = []
+    seen, colours = [], []
     for surface in look.surface:
         number = fields.names.index(surface.species)
         again = seen.count(surface.species)

@@ -84,7 +84,7 @@ class Look(NamedTuple):
     slice : Slice or None
         The plane in which density fields are drawn, in place of beads.
     surface : tuple of Surface
-        The surfaces in density fields that are drawn, in place of beads.
+        The surfaces in density fields that are drawn, in place of beads; by increasing value.
     smooth : float or None
         Standard deviation in r_c of the Gaussian over which a density field is averaged; `SMOOTH`
         without it. Half a cell at least.
@@ -253,7 +253,7 @@ def _surfaces_of(given: Any) -> tuple[Surface, ...]:
                 "A=0.4"
             )
         found.append(surface)
-    return tuple(found)
+    return tuple(sorted(found, key=lambda surface: surface.value))
 
 
 def _view_of(given: Any) -> View:

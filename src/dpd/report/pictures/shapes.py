@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.space import nearest
+from dpd.engine.space import nearest, wrapped
 
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles
@@ -97,9 +97,9 @@ def _between(particles, bonds, apart, low, high):
     """The part of each bond from one share of it to another, moved into the box."""
     there = high - low > 1e-9
     bonds, apart, low, high = bonds[there], apart[:, there], low[there], high[there]
-    begin, edges = particles.position[:, bonds[:, 0]], np.array(particles.box)[:, None]
-    middle = 0.5 * (low + high)
-    shift = -edges * np.floor((begin + middle * apart) / edges)
+    begin, middle = particles.position[:, bonds[:, 0]], 0.5 * (low + high)
+    place = begin + middle * apart
+    shift = wrapped(place, particles.box) - place
     bead = np.where(middle < 0.5, bonds[:, 0], bonds[:, 1])
     return Pieces(begin + low * apart + shift, begin + high * apart + shift, bead)
 

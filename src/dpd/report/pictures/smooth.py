@@ -14,7 +14,10 @@ LEAST = 0.5  # width of a Gaussian in cells, at which the grid does not show
 
 
 def smoothed(
-    density: np.ndarray, box: Sequence[float], places: Sequence[np.ndarray], width: float
+    density: np.ndarray,
+    box: Sequence[float] | np.ndarray,
+    places: Sequence[np.ndarray],
+    width: float,
 ) -> np.ndarray:
     """Means of the cells around some places, weighted by a Gaussian.
 

@@ -112,20 +112,25 @@ def surface_of(field: np.ndarray, box: np.ndarray, value: float) -> Triangles:
 
 def _downhill(field, spacing, places):
     """The direction in which a density falls, at (3, n) places in r_c."""
-    slopes = np.gradient(field, *spacing)
-    at = places / spacing[:, None]
+    repeated = np.pad(field[:-1, :-1, :-1], (1, 2), mode="wrap")  # a point beyond each face
+    slopes = np.gradient(repeated, *spacing)
+    at = 1 + places / spacing[:, None]
     return -np.array([map_coordinates(slope, at, order=1, mode="nearest") for slope in slopes])
 
 
 def draw_surfaces(
     axes: Axes, surfaces: list[Triangles], colours: np.ndarray, camera: Camera, depth: Depth
 ) -> None:
-    """Draw surfaces, of whatever is turned to the viewer the farthest first.
+    """Draw what of surfaces is turned to the viewer, the farthest first.
+
+    Faces of the box that are turned to the viewer have nothing before them. So what they cut is
+    drawn last, surface after surface.
 
     Parameters
     ----------
     axes : Axes
     surfaces : list of Triangles
+        Of one species those around what is denser later.
     colours : (n, 3) array
         One for each surface.
     camera : Camera
@@ -141,18 +146,19 @@ def draw_surfaces(
     middle = corners.mean(axis=1)
     towards = camera.centre + camera.distance * camera.axes[2][:, None] - middle
     front = np.flatnonzero((normal * towards).sum(axis=0) > 0)
-    order = front[np.argsort(nearness[front], kind="stable")]
+    order = front[np.lexsort((nearness[front], (cut * number)[front], cut[front]))]
     if not len(order):
         return
     shaded = _shaded(colours[number[order]], camera.axes @ normal[:, order], cut[order])
-    axes.add_collection(
-        PolyCollection(
-            place[:, :, order].transpose(2, 1, 0),
-            facecolors=(faded := depth.faded(shaded, nearness[order])), edgecolors=faded,
-            linewidths=0.25, zorder=1, clip_on=False,
-        ),
-        autolim=False,
-    )  # fmt: skip
+    colour = depth.faded(shaded, nearness[order])
+    axes.add_collection(_polygons(place[:, :, order].transpose(2, 1, 0), colour), autolim=False)
+
+
+def _polygons(places, colour):
+    """Triangles with edges of their own colour, without which the background shines through."""
+    return PolyCollection(
+        places, facecolors=colour, edgecolors=colour, linewidths=0.25, zorder=1, clip_on=False
+    )
 
 
 def _shaded(colour, normal, cut):

@@ -1,0 +1,152 @@
+"""How a system at constant pressure stretches its box, between calls of the compiled loop.
+
+`dpd.physics.pressure` says what volume is tried and whether it counts. Trials belong to steps,
+every so many of them, not to calls: however a run is cut into calls, it has the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.engine.space import wrapped
+from dpd.engine.state import CONSERVATIVE, Sums
+from dpd.errors import UserError
+from dpd.physics.pressure import Look, Pressure, draw
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import State, System
+
+    Box = tuple[float, ...]
+
+CUTOFF = 1.0
+MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may become
+
+
+def advance_rescaling(simulation: Simulation, law: Pressure, steps: int, measure: bool) -> Sums:
+    """Advance a system at constant pressure.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    law : Pressure
+    steps : int
+    measure : bool
+
+    Returns
+    -------
+    Sums
+        Of where the beads are in the end, in the box that they are in then.
+
+    Raises
+    ------
+    Unstable
+    UserError
+        If the box becomes too large or too small.
+    """
+    while True:
+        stretch = min(steps, law.every - simulation.state.step % law.every)
+        steps -= stretch
+        due = (simulation.state.step + stretch) % law.every == 0
+        sums = simulation.advance_in_box(stretch, due or (measure and steps == 0))
+        if due:
+            sums = rescale(simulation, law, sums)
+        if steps == 0:
+            return sums
+
+
+def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
+    """Try another volume.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        Its state is replaced if the volume counts.
+    law : Pressure
+    sums : Sums
+        Of where the beads are.
+
+    Returns
+    -------
+    Sums
+        Of where the beads are then.
+    """
+    system, before, box = simulation.system, simulation.state, simulation.box
+    kT, h = system.kT, law.every * system.dt
+    random = draw(system.seed, before.step)
+    here = look_at(system, law, before, box, sums)
+    volume = law.trial(here, kT, h, random.normal)
+    stretched = stretched_box(box, law.axes, volume / here.volume)
+    refuse_box(law, system, stretched, before.step)
+    moved = simulation.begin_at(stretched_state(before, box, stretched))
+    there = look_at(system, law, simulation.state, stretched, moved)
+    if math.log(random.chance) < -law.change(here, there, kT, h):
+        return moved
+    simulation.state = before
+    return sums
+
+
+def look_at(system: System, law: Pressure, state: State, box: Box, sums: Sums) -> Look:
+    """What the law of constant pressure asks of a state."""
+    axes, volume = list(law.axes), math.prod(box)
+    velocity = np.ascontiguousarray(state.velocity)  # how it lies in memory decides last bits
+    momenta = np.ascontiguousarray(system.momenta(state))
+    kinetic = (velocity * momenta).sum(axis=1)
+    virial = np.diagonal(sums.virial[CONSERVATIVE])
+    pressure = float((kinetic + virial)[axes].mean()) / volume
+    return Look(volume, pressure, 0.5 * float(kinetic.sum()) + float(sums.energy.sum()))
+
+
+def stretched_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
+    """A box of so many times the volume, stretched along some axes alike."""
+    factor = times ** (1 / len(axes))
+    return tuple(edge * factor if axis in axes else edge for axis, edge in enumerate(box))
+
+
+def stretched_state(state: State, box: Box, stretched: Box) -> State:
+    """Beads moved with the box, momenta the other way; forces are yet to be evaluated."""
+    factor = (np.array(stretched) / np.array(box))[:, None]
+    return replace(
+        state,
+        position=wrapped(state.position * factor, stretched),
+        velocity=state.velocity / factor,
+        force=None,
+        reference=None,
+        box=stretched,
+    )
+
+
+def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
+    """Refuse a box that no longer fits the forces, or that is far from that of the system.
+
+    Parameters
+    ----------
+    law : Pressure
+    system : System
+    box : tuple of float
+    step : int
+
+    Raises
+    ------
+    UserError
+    """
+    target = f"pressure.target {law.target:g}"
+    times = math.prod(box) / system.volume
+    if times > MOST_TIMES:
+        raise UserError(
+            f"at step {step} the volume is {times:.3g} times that of the scene's box (limit: "
+            f"{MOST_TIMES:g}): {target} empties the box. Take a higher pressure, or a larger box "
+            "to begin with"
+        )
+    least = 2 * (CUTOFF + system.skin)
+    if min(box) < least or times < 1 / MOST_TIMES:
+        edges = " x ".join(f"{edge:.4g}" for edge in box)
+        raise UserError(
+            f"at step {step} the box is {edges} r_c (limit: edges of {least:g}, and a volume "
+            f"of {system.volume / MOST_TIMES:.4g}): {target} is too high for it. Take a lower "
+            "pressure, more beads, or a smaller box to begin with"
+        )

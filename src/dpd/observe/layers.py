@@ -1,0 +1,65 @@
+"""Layers across an axis, for profiles."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.engine.state import System
+
+
+class Layers:
+    """Equal layers across an axis: of the box, or from behind one wall to behind the other.
+
+    At constant pressure they are stretched with the box.
+
+    Parameters
+    ----------
+    system : System
+    axis : int
+    thickness : float
+        Largest thickness of a layer in r_c.
+
+    Attributes
+    ----------
+    count : int
+    axis : int
+    volume : float
+        Of a layer of the system's box.
+    """
+
+    def __init__(self, system: System, axis: int, thickness: float) -> None:
+        walls = system.walls
+        reach = 0.0 if walls is None or axis not in walls.axis else walls.reach
+        extent = system.extent[axis]
+        self.axis, self._low, self._reach = axis, system.origin[axis] - reach, reach
+        self._length = extent + 2 * reach
+        self._edge, self._volume = system.box[axis], system.volume
+        self.count = int(np.ceil(self._length / thickness))
+        self.volume = system.volume * (self._length / extent) / self.count
+
+    def of(self, simulation: Simulation) -> np.ndarray:
+        """(n,) int64 array: the layer of each bead, in storage order."""
+        edge = simulation.box[self.axis]
+        length = self._length if edge == self._edge else edge  # stretched: no walls
+        place = simulation.state.position[self.axis] - self._low
+        layer = (place * (self.count / length)).astype(np.int64)
+        return np.minimum(layer, self.count - 1, out=layer)
+
+    def crowding(self, simulation: Simulation) -> float:
+        """Volume of the system's box over that of the box now, which densities go with."""
+        return self._volume / simulation.volume
+
+    def middle(self, edge: float | None = None) -> np.ndarray:
+        """(count,) array: middles of the layers, from the lower end of the box or the lower wall.
+
+        Parameters
+        ----------
+        edge : float or None
+            Edge of a stretched box in r_c.
+        """
+        length = self._length if edge is None else edge
+        return (np.arange(self.count) + 0.5) * (length / self.count) - self._reach

@@ -1,0 +1,65 @@
+"""Beads of a file in the periodic box of a scene with walls."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.errors import UserError
+from dpd.scene.walls import AXES, period_of, walls_of
+
+if TYPE_CHECKING:
+    from dpd.particles.particles import Particles
+    from dpd.scene.scene import Scene
+
+SAME = 1e-6  # relative difference of edges that counts for none: files have single precision
+
+
+def between_walls(scene: Scene, particles: Particles, path: str) -> Particles:
+    """The beads of a file between the walls of a scene; as they are for a scene without walls.
+
+    The middle of the file's box is taken for the middle between the planes. So a box may be as
+    long as the distance of the planes, or longer by some empty space, as this program writes it.
+
+    Parameters
+    ----------
+    scene : Scene
+    particles : Particles
+        Of the scene's dimension.
+    path : str
+        Of the file, for messages.
+
+    Returns
+    -------
+    Particles
+
+    Raises
+    ------
+    UserError
+        If the box of the file is shorter than the distance of the planes, or a bead is further
+        behind one of them than it could get.
+    """
+    walls = walls_of(scene)
+    if walls is None:
+        return particles
+    edges, position = list(particles.box), particles.position.copy()
+    for axis in walls.axes:
+        apart, period = scene.box[axis], period_of(scene)[axis]
+        if edges[axis] < apart * (1 - SAME):
+            raise UserError(
+                f"{path}: its box has an edge of {edges[axis]:.9g} along {AXES[axis]}, and the "
+                f"walls of {scene.where} are {apart:.9g} apart; they have to be nearer, or take "
+                "another file"
+            )
+        position[axis] += 0.5 * (period - edges[axis])
+        edges[axis] = period
+        depth = np.abs(position[axis] - 0.5 * period) - 0.5 * apart
+        bead = int(np.argmax(depth))
+        if depth[bead] > walls.reach:
+            raise UserError(
+                f"{path}: bead {bead} would be {depth[bead]:.3g} r_c behind a wall along "
+                f"{AXES[axis]}; allowed: {walls.reach:g}. The walls of {scene.where} are about the "
+                "middle of the file's box; make them further apart, or take another file"
+            )
+    return particles._replace(box=tuple(edges), position=position)

@@ -1,0 +1,160 @@
+"""Repulsion between unlike beads from the parameter chi of Flory-Huggins theory.
+
+Groot and Warren (1997) let beads or chains of A and B, of equal length N and with a_AA = a_BB,
+separate into two phases, and took chi from what was in each (Eq. 18). They found
+
+    chi = slope (a_AB - a_AA) / kT
+
+with a slope that depends on the density, and a little on whether A and B are single beads (Eq. 24)
+or chains (Eq. 27), but not on the length of the chains.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+WATER = 75.0  # a rho / kT that gives the compressibility of water, kappa^-1 = 16 (Sec. IV)
+SAME = 0.02  # relative difference of a density, or of a repulsion, that counts for none
+LEAST = 3.0  # chi N from which mean-field theory holds; the critical point is at 2 (Sec. V)
+
+
+class Relation(NamedTuple):
+    """A measured relation of chi and repulsion, and where it was measured.
+
+    Attributes
+    ----------
+    density : float
+        Beads per r_c^3.
+    shortest, longest : int
+        Beads of the molecules of A and of B.
+    slope, error : float
+        chi kT / (a_AB - a_AA), and its error.
+    most : float
+        Largest chi. For chains it follows from the paper's largest excess repulsion, 40 kT / r_c.
+        For single beads the paper gives none, and this is where our own runs of its Fig. 7 end.
+    equation : str
+        Where it stands in Groot and Warren 1997.
+    """
+
+    density: float
+    shortest: int
+    longest: int
+    slope: float
+    error: float
+    most: float
+    equation: str
+
+    def chi_range(self, length: int) -> tuple[float, float]:
+        """Lowest and highest chi for molecules of that many beads."""
+        return LEAST / length, self.most
+
+    def __str__(self) -> str:
+        beads = f"{self.shortest} to {self.longest} beads" if self.longest > 1 else "single beads"
+        return (
+            f"chi = ({self.slope:g} +- {self.error:g}) (a_AB - a_AA) / kT: {beads} at density "
+            f"{self.density:g} (Groot and Warren 1997, {self.equation})"
+        )
+
+
+RELATIONS = (
+    Relation(3.0, 1, 1, 0.286, 0.002, 6.0, "Eq. 24"),
+    Relation(5.0, 1, 1, 0.689, 0.002, 6.0, "Eq. 24"),
+    Relation(3.0, 2, 10, 0.306, 0.003, 12.2, "Eq. 27"),
+)
+
+
+def like_repulsion(density: float, kT: float = 1.0) -> float:
+    """a_AA = 75 kT / density, with which the fluid is as hard to compress as water.
+
+    Parameters
+    ----------
+    density : float
+        Beads per r_c^3.
+    kT : float
+
+    Returns
+    -------
+    float
+        In units of kT / r_c, with the kT of the unit of energy.
+    """
+    return WATER * kT / density
+
+
+def relation_at(density: float, length: int = 1) -> Relation:
+    """The relation that was measured at a density, for molecules of a length.
+
+    Parameters
+    ----------
+    density : float
+        Beads per r_c^3.
+    length : int
+        Beads of a molecule of A, and of one of B.
+
+    Raises
+    ------
+    ValueError
+        If none was; the message says where one was.
+    """
+    for relation in RELATIONS:
+        near = abs(density / relation.density - 1) <= SAME
+        if near and relation.shortest <= length <= relation.longest:
+            return relation
+    known = "; ".join(
+        f"density {relation.density:g} with "
+        + (f"{relation.shortest} to {relation.longest}" if relation.longest > 1 else "single")
+        + " beads"
+        for relation in RELATIONS
+    )
+    beads = f"molecules of {length} beads" if length > 1 else "single beads"
+    raise ValueError(
+        f"no relation of chi and repulsion was measured for {beads} at density {density:.4g}; "
+        f"allowed, within {SAME:.0%} of the density: {known}"
+    )
+
+
+def unlike_repulsion(
+    chi: float, density: float, length: int = 1, kT: float = 1.0, like: float | None = None
+) -> float:
+    """a_AB for which A and B have that chi.
+
+    Parameters
+    ----------
+    chi : float
+        Of two beads.
+    density : float
+        Beads per r_c^3.
+    length : int
+        Beads of a molecule of A, and of one of B.
+    kT : float
+    like : float or None
+        a_AA = a_BB, if not `like_repulsion`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        Outside of the range in which the relation was measured: in density, length, chi or a_AA.
+
+    Examples
+    --------
+    >>> round(unlike_repulsion(4, density=3), 2)
+    38.99
+    """
+    relation = relation_at(density, length)
+    lowest, highest = relation.chi_range(length)
+    if not lowest <= chi <= highest:
+        raise ValueError(
+            f"{chi:g} is outside of the range in which {relation.equation} of Groot and Warren "
+            f"1997 was measured; allowed: {lowest:.3g} (chi N = {LEAST:g}) to {highest:g}"
+        )
+    usual = like_repulsion(density, kT)
+    own = usual if like is None else like
+    if abs(own / usual - 1) > SAME:
+        raise ValueError(
+            f"a repulsion of {own:g} between like beads is not that at which chi was measured; "
+            f"allowed: 75 kT / density = {usual:.4g}, within {SAME:.0%}"
+        )
+    return own + chi * kT / relation.slope

@@ -1,0 +1,168 @@
+"""Constant pressure: the isothermal-isobaric ensemble, with stated confidence.
+
+The momentum of the ideal gas below is zero for good, as friction between pairs conserves it. So of
+N beads there are N - 1 free momenta along each axis, each of which puts a factor V^(1/d) into the
+density of volumes at fixed scaled places and momenta. The volume then has the density
+V^(N-1) exp(-P_0 V / kT), a Gamma distribution of shape N. With a Langevin thermostat, which does
+not conserve momentum, the shape is N + 1.
+"""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import CONSERVATIVE
+from dpd.observe.rdf import RadialDistribution
+from dpd.physics.pressure import Pressure
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+from tests.engine.build import make_simulation, make_system, random_beads
+
+# Dense enough for friction between pairs to forget a kinetic energy in 0.4 tau.
+BEADS = 40
+TARGET = 1.0
+SURE = 3.5  # standard errors: one test in two thousand fails without cause
+
+
+def ideal_gas(law, samples, apart, box=(3.5, 3.5, 3.5), beads=BEADS, **changes):
+    """Volumes of beads without repulsion, and their kinetic energies.
+
+    Parameters
+    ----------
+    law : Pressure
+    samples : int
+    apart : float
+        Time between them in tau.
+    """
+    position, velocity = random_beads(box, beads, seed=8)
+    changes = {"repulsion": np.zeros((1, 1)), "dt": 0.02, "seed": 5} | changes
+    system = make_system(box, "dpd-vv", pressure=law, **changes)
+    simulation = make_simulation(system, position, velocity)
+    volume, kinetic = np.empty(samples), np.empty(samples)
+    simulation.advance(round(5 * apart / system.dt))
+    for k in range(samples):
+        simulation.advance(round(apart / system.dt))
+        volume[k], kinetic[k] = simulation.volume, (simulation.state.velocity**2).sum()
+    return volume, kinetic
+
+
+# Relaxation time, steps between trials, and the estimate of the compressibility over 1 / P_0,
+# which would be right. Trials over as much as 0.4 of the relaxation time.
+TRIALS = {
+    "short steps": (0.5, 3, 1.0),
+    "long steps": (0.5, 10, 1.0),
+    "slow, too soft": (1.0, 10, 2.0),
+    "too stiff": (0.5, 5, 0.5),
+}
+
+
+@pytest.mark.parametrize("time, every, estimate", TRIALS.values(), ids=TRIALS)
+def test_volumes_of_an_ideal_gas(time, every, estimate):
+    """A Gamma distribution, whatever the trials: by Kolmogorov and Smirnov, 1 in 1000.
+
+    Samples lie 4 relaxation times apart, where e^-4 = 2 % of the memory is left.
+    """
+    law = Pressure(TARGET, time, estimate / TARGET, (0, 1, 2), every)
+    volume, kinetic = ideal_gas(law, 300, 4 * time / min(estimate, 1.0))
+    expected = stats.gamma(BEADS, scale=1 / TARGET)
+    assert stats.kstest(volume, expected.cdf).pvalue > 1e-3
+    assert abs(volume.mean() - expected.mean()) < SURE * expected.std() / np.sqrt(300)
+    free = 3 * (BEADS - 1)
+    assert abs(kinetic.mean() / free - 1) < SURE * np.sqrt(2 / free / 300) + 0.005
+
+
+def test_volumes_where_one_axis_alone_is_stretched():
+    """The same distribution, and of the normal pressure alone."""
+    law = Pressure(TARGET, 0.5, 1 / TARGET, (2,), 5)
+    volume, _ = ideal_gas(law, 300, 2.0, box=(2.5, 2.5, 6.4))
+    assert stats.kstest(volume, stats.gamma(BEADS, scale=1 / TARGET).cdf).pvalue > 1e-3
+
+
+def test_volumes_in_a_bath_that_takes_momentum():
+    """Shape N + 1: the mean of 15 beads is 7 % larger than that of shape N, which it has not.
+
+    900 samples give the mean to 0.8 %.
+    """
+    target = 0.25
+    law = Pressure(target, 0.5, 1 / target, (0, 1, 2), 5)
+    volume, _ = ideal_gas(law, 900, 1.5, box=(4.0, 4.0, 4.0), beads=15, per_bead=True)
+    expected = stats.gamma(16, scale=1 / target)
+    error = expected.std() / np.sqrt(900)
+    assert abs(volume.mean() - expected.mean()) < SURE * error
+    assert volume.mean() - 15 / target > SURE * error
+
+
+def series(system, steps, every):
+    """Volumes, pressures and temperatures of 192 beads of the standard fluid."""
+    position, velocity = random_beads(system.box, 192, seed=2)
+    simulation = make_simulation(system, position, velocity)
+    simulation.advance(400)
+    rows = []
+    for _ in range(steps // every):
+        sums = simulation.advance(every, measure=True)
+        kinetic = (simulation.state.velocity**2).sum()
+        virial = np.trace(sums.virial[CONSERVATIVE])
+        pressure = (kinetic + virial) / (3 * simulation.volume)
+        rows.append((simulation.volume, pressure, kinetic / (3 * 191)))
+    return np.array(rows).T
+
+
+def mean_in_parts(values, parts=20):
+    """Mean, and its standard error from the means of so many parts of a series."""
+    means = np.array([part.mean() for part in np.array_split(values, parts)])
+    return means.mean(), means.std(ddof=1) / np.sqrt(parts)
+
+
+def agree(one, other):
+    """Whether two means agree within their errors; 20 parts know theirs to 16 %."""
+    return abs(one[0] - other[0]) < 1.2 * SURE * np.hypot(one[1], other[1])
+
+
+def test_the_standard_fluid_at_its_own_pressure():
+    """rho 3, a 25: the pressure at constant volume gives back density and temperature.
+
+    The variance of the volume is kT <V> kappa, with kappa = 1 / (rho dp/drho) from the equation
+    of state p = rho kT + 0.101 a rho^2 of Groot and Warren (1997, Eq. 14); known to 12 % here.
+    """
+    box = (4.0, 4.0, 4.0)
+    fluid = {"scheme": "gw-vv", "prediction": 0.65, "dt": 0.04, "seed": 4}
+    _, pressure, kT = series(make_system(box, **fluid), 12_000, 5)
+    held = mean_in_parts(pressure)
+    assert abs(held[0] - 23.7) < 0.4
+    law = Pressure(held[0], 0.5, 0.02, (0, 1, 2), 3)
+    volume, found, kT_held = series(make_system(box, pressure=law, **fluid), 24_000, 5)
+    compressibility = 1 / (3 * (1 + 2 * 0.101 * 25 * 3))
+    mean, error = mean_in_parts(volume)
+    # The pressure that is held is itself known with an error, which moves the volume.
+    assert abs(mean - 64) < 1.2 * SURE * np.hypot(error, 64 * compressibility * held[1])
+    assert abs(mean_in_parts(found)[0] - held[0]) < 1.2 * SURE * mean_in_parts(found)[1]
+    assert agree(mean_in_parts(kT), mean_in_parts(kT_held))
+    spread, unsure = mean_in_parts((volume - volume.mean()) ** 2)
+    expected = 64 * compressibility
+    assert unsure < 0.12 * expected
+    assert abs(spread - expected) < 1.2 * SURE * unsure
+
+
+def test_g_of_an_ideal_gas_is_one():
+    """With the volume of each sample; with the mean volume it would be N / (N - 1), 5 % more.
+
+    About 20 of 190 pairs of 20 beads are within 1, so that 2000 samples know g to better than
+    1 %; the error is taken from 25 parts of them.
+    """
+    scene = Scene(
+        {
+            "dimension": 3, "box": 3.5, "molecules": [{"architecture": "A", "count": 20}],
+            "repulsion": {"A A": 0}, "pressure": {"target": 0.5, "time": 0.5, "every": 5},
+            "integrator": {"scheme": "dpd-vv", "dt": 0.02}, "steps": {"sample": 100_000},
+            "observe": [{"rdf": {"range": 1.0, "bin": 1.0, "every": 50}}],
+        }
+    )  # fmt: skip
+    system = system_of(scene)
+    observer = RadialDistribution(scene, system, 50, 1.0, 1.0)
+    simulation = Simulation(system, make_start(scene))
+    for _ in range(scene.steps.sample // 50):
+        observer.sample(simulation, simulation.advance(50))
+    mean, error = mean_in_parts(observer.variables()["rdf"][1][:, 0], 25)
+    assert error < 0.01
+    assert abs(mean - 1) < 1.2 * SURE * error

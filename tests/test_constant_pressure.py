@@ -1,0 +1,346 @@
+"""Scenes at constant pressure, from what they may say to what their runs leave."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from dpd import files
+from dpd.engine.checkpoint import Checkpoint, key_of
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.observe.displacement import Displacement
+from dpd.particles.formats import read, write
+from dpd.pipeline.beginning import starting_from
+from dpd.pipeline.sight import measured_in, sight_of
+from dpd.pipeline.simulate import RunSettings, pressure_warning, simulate
+from dpd.pipeline.sweep import merge
+from dpd.scene.scene import Scene
+from dpd.stages import terms_of
+from dpd.start.files import read_start, write_start
+from dpd.start.make import make_start, system_of
+from tests.engine.test_resume import PROGRAM
+
+FLUID = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "pressure": {"target": 23.7, "time": 0.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 100, "sample": 400},
+    "observe": [
+        {"thermo": {"every": 3}}, {"rdf": {"range": 1.5, "every": 10}}, {"profile": {"every": 3}},
+        "configuration",
+    ],
+}  # fmt: skip
+
+
+def run(data, path, **settings):
+    """A run that keeps its state."""
+    scene = Scene(data)
+    simulate(scene, path, make_start(scene), RunSettings(keep=True, **settings))
+    return files.read(path)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A finished run: its file, variables, attributes."""
+    path = tmp_path_factory.mktemp("done") / "run.nc"
+    return SimpleNamespace(path=path, found=run(FLUID, path))
+
+
+def test_what_a_scene_leaves_to_us():
+    """The compressibility is that of p = rho kT + alpha a rho^2, alpha = pi / 30 in mean field."""
+    scene = Scene(FLUID)
+    law = scene.data["pressure"]
+    expected = 1 / (3 + 2 * np.pi / 30 * 25 * 9)
+    assert law["compressibility"] == pytest.approx(expected, rel=1e-3)
+    assert law["every"] == round(0.5 / 5 / 0.04)
+    assert system_of(scene).pressure == (23.7, 0.5, law["compressibility"], (0, 1, 2), law["every"])
+    assert terms_of(scene) >= {"pressure", "rescaling"}
+    again = Scene(scene.data)
+    assert again.data == scene.data and again.digest == scene.digest
+
+
+def test_compressibility_of_a_mixture_of_chains_in_two_dimensions():
+    """18 beads in 6 molecules in an area of 9: <a> of 6 A and 12 B; alpha = pi / 24."""
+    data = FLUID | {
+        "dimension": 2, "box": 3, "molecules": [{"architecture": "A B 2", "count": 6}],
+        "repulsion": {"A A": 10, "A B": 40, "B B": 30}, "bond": {"stiffness": 50, "length": 0.3},
+        "pressure": {"target": 30, "axes": "y"}, "observe": ["thermo"],
+    }  # fmt: skip
+    scene = Scene(data)
+    mean = (10 + 4 * 40 + 4 * 30) / 9
+    expected = 1 / (6 / 9 + 2 * np.pi / 24 * mean * 4)
+    assert scene.data["pressure"]["compressibility"] == pytest.approx(expected, rel=1e-3)
+    assert system_of(scene).pressure.axes == (1,)
+
+
+def test_a_scene_without_pressure_has_none_of_it():
+    data = {key: value for key, value in FLUID.items() if key != "pressure"}
+    scene = Scene(data)
+    assert system_of(scene).pressure is None
+    assert not terms_of(scene) & {"pressure", "rescaling"}
+    simulation = Simulation(system_of(scene), make_start(scene))
+    simulation.advance(3)
+    assert simulation.state.box is None and simulation.box == scene.box
+    for observer in observables(scene, system_of(scene)):
+        assert not {"volume", "edges", "length"} & observer.arrays.keys()
+
+
+BAD = {
+    "no target": ({"pressure": {}}, "pressure: the key 'target' is missing"),
+    "target 0": ({"pressure": {"target": 0}}, "pressure.target: 0 is out of range"),
+    "negative": ({"pressure": {"target": -1}}, "pressure.target: -1 is out of range"),
+    "infinite": ({"pressure": {"target": float("inf")}}, "is not a finite number"),
+    "text": ({"pressure": {"target": "23"}}, "pressure.target: '23' is text where a number"),
+    "empties the box": (
+        {"pressure": {"target": 0.2}},
+        "pressure.target: 0.2 empties the box: 192 molecules would fill at least 15 times its "
+        "volume of 64, and it may come to 10 times that; allowed: >= 0.3",
+    ),
+    "unknown key": ({"pressure": {"target": 9, "tau": 2}}, "pressure: unknown key 'tau'"),
+    "unknown axis": ({"pressure": {"target": 9, "axes": "w"}}, "'w' is not known; allowed: all, x"),
+    "no such axis": (
+        {"dimension": 2, "pressure": {"target": 90, "axes": "z"}},
+        "pressure.axes: there is no z in 2 dimensions; allowed: all, x, y",
+    ),
+    "every": (
+        {"pressure": {"target": 9, "time": 0.4, "every": 11}},
+        "pressure.every: 11 steps are longer than the relaxation time; allowed: <= 10",
+    ),
+    "time": (
+        {"pressure": {"target": 9, "time": 0.02}},
+        "pressure.time: 0.02 is less than a step; allowed: >= 0.04",
+    ),
+    "trace": ({"observe": ["trace"]}, "observe: 'trace' cannot follow a molecule in a box that"),
+}
+
+
+@pytest.mark.parametrize("change, sentence", BAD.values(), ids=BAD)
+def test_bad_input(change, sentence):
+    """File, key, value, and what is allowed."""
+    with pytest.raises(UserError) as problem:
+        Scene(FLUID | change, "bad.yaml")
+    assert str(problem.value).startswith("bad.yaml: ")
+    assert sentence in str(problem.value)
+
+
+def test_box_that_becomes_too_small(tmp_path):
+    """One sentence with the file, the step and the remedy."""
+    data = merge(FLUID, {"box": 2.2, "pressure": {"target": 500}, "observe": ["thermo"]})
+    data["observe"] = ["thermo"]
+    with pytest.raises(UserError) as problem:
+        run(data, tmp_path / "run.nc")
+    assert "pressure.target 500 is too high for it" in str(problem.value)
+    assert not (tmp_path / "run.nc").exists()
+
+
+def test_range_of_g_that_no_longer_fits(tmp_path):
+    data = merge(FLUID, {"pressure": {"target": 60}})
+    data["observe"] = [{"rdf": {"range": 2, "every": 5}}]
+    with pytest.raises(UserError, match=r"observe\.rdf\.range: 2 is more than half the smallest"):
+        run(data, tmp_path / "run.nc")
+
+
+def test_what_a_run_leaves(done):
+    """Volumes over time, pressures with the volume of each sample, densities in that volume."""
+    variables, attributes = done.found
+    scene = Scene(FLUID)
+    volume = variables["volume"]
+    assert len(volume) == 400 // 3 and np.ptp(volume) > 1
+    assert attributes["number_density"] == pytest.approx(np.mean(192 / volume), rel=1e-12)
+    assert attributes["last_box"] == pytest.approx(variables["box_edges"], rel=0)
+    trace = np.trace(variables["pressure_tensor"], axis1=1, axis2=2) / 3
+    np.testing.assert_allclose(trace, variables["pressure"], rtol=1e-12)
+    ideal = 192 * variables["kT"] / volume
+    np.testing.assert_allclose(
+        variables["pressure"], ideal + variables["excess_conservative"], rtol=1e-12
+    )
+    # Both look at the same steps: the mean over all slices is N / V of each block.
+    assert variables["density_profile"].shape[0] == 50
+    blocks = np.minimum(np.arange(133) * 50 // 133, 49)
+    means = [np.mean(192 / volume[blocks == block]) for block in range(50)]
+    np.testing.assert_allclose(variables["density_profile"].mean(axis=(1, 2)), means, rtol=1e-12)
+    width = np.diff(variables["z"])[0]
+    edges = volume ** (1 / 3)
+    assert width * variables["z"].size == pytest.approx(edges.mean(), rel=1e-12)
+    assert measured_in(done.path).pressure == pytest.approx(variables["pressure"].mean())
+    assert scene.volume not in volume
+
+
+def test_a_run_far_from_its_pressure_says_so():
+    """By 5 % and 4 standard errors, in the second half; along the axis that is held."""
+    rng = np.random.default_rng(1)
+    noise = rng.normal(size=400)
+    held = Scene(FLUID | {"pressure": {"target": 23.7, "axes": "z"}})
+    tensor = np.zeros((400, 3, 3))
+    tensor[:, 2, 2] = 23.7 + noise
+    assert pressure_warning(Scene(FLUID), {"pressure": 23.7 + noise}) == ""
+    assert "the pressure is 25.9" in pressure_warning(Scene(FLUID), {"pressure": 26 + noise})
+    assert pressure_warning(held, {"pressure": 26 + noise, "pressure_tensor": tensor}) == ""
+    fixed = Scene({key: value for key, value in FLUID.items() if key != "pressure"})
+    assert pressure_warning(fixed, {"pressure": 26 + noise}) == ""
+
+
+class Interrupted(Exception):
+    """What stops a run from outside."""
+
+
+def test_interrupted_run_goes_on_to_the_same_bits(done, tmp_path):
+    """From a checkpoint between two trials, which holds the box."""
+    path, checkpoint = tmp_path / "run.nc", tmp_path / "run.checkpoint"
+
+    def stop(step):
+        if step >= 313:
+            raise Interrupted
+
+    with pytest.raises(Interrupted):
+        run(FLUID, path, checkpoint=checkpoint, every_seconds=0.0, progress=stop)
+    assert key_of(checkpoint)["scene"] == Scene(FLUID).digest
+    with np.load(checkpoint) as stored:
+        box = stored["box"]
+    assert (box != 4.0).all()
+    assert read(checkpoint).box == tuple(box)
+    assert 5 < sight_of(checkpoint).measured.pressure < 50
+    variables, _ = run(FLUID, path, checkpoint=checkpoint)
+    expected, _ = done.found
+    assert variables.keys() == expected.keys()
+    for name, array in expected.items():
+        np.testing.assert_array_equal(variables[name], array, err_msg=name)
+
+
+def test_checkpoint_with_another_box_is_refused(tmp_path):
+    """Whoever wrote it: a box without room for two cutoffs."""
+    scene = Scene(FLUID)
+    simulation = Simulation(system_of(scene), make_start(scene))
+    simulation.advance(scene.steps.equilibrate + 3)
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", {})
+    simulation.state.box = (4.0, 4.0, 1.0)
+    checkpoint.save(simulation, [])
+    other = Simulation(system_of(scene), make_start(scene))
+    assert "a box that is too small" in checkpoint.resume(other, [], (0, 103))
+    assert other.box == (4.0, 4.0, 4.0)
+
+
+def process(data, result):
+    """A Python of its own that runs a scene; each line that it prints is a step."""
+    arguments = [json.dumps(data), str(result), str(result.with_suffix(".checkpoint"))]
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, *arguments], stdout=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+
+
+def test_killed_process_resumes_to_the_same_bits(tmp_path):
+    """SIGKILL in the middle, a new process, and the file of a run that was never killed."""
+    data = merge(FLUID, {"steps": {"sample": 4000}})
+    killed, whole = tmp_path / "killed.nc", tmp_path / "whole.nc"
+    with process(data, killed) as first:
+        for line in first.stdout:
+            if int(line) >= 600:
+                break
+        first.send_signal(signal.SIGKILL)
+    assert killed.with_suffix(".checkpoint").exists() and not killed.exists()
+    for path in (killed, whole):
+        with process(data, path) as again:
+            again.communicate()
+        assert again.returncode == 0
+    found, expected = files.read(killed)[0], files.read(whole)[0]
+    assert found.keys() == expected.keys()
+    for name, array in expected.items():
+        np.testing.assert_array_equal(found[name], array, err_msg=name)
+
+
+@pytest.mark.parametrize("kind", ["run.nc", "gsd", "data"])
+def test_start_from_a_run_whose_box_has_changed(done, tmp_path, kind):
+    """Its box is that of the start, which is said; the scene's own still sets the limits."""
+    path = done.path
+    last = read(path)
+    if kind != "run.nc":
+        path = tmp_path / f"last.{kind}"
+        write(last, path)
+    said = []
+    scene = starting_from(Scene(FLUID), path)
+    state = make_start(scene, say=said.append)
+    np.testing.assert_allclose(state.box, last.box, rtol=1e-7)
+    assert any("is that of the start, instead of the scene's" in sentence for sentence in said)
+    simulation = Simulation(system_of(scene), state)
+    assert simulation.box == state.box
+    simulation.advance(5)
+    # Kept in a file of its own, and read again.
+    write_start(scene, tmp_path / "start.nc")
+    again = read_start(scene, tmp_path / "start.nc")
+    assert again.box == state.box
+    np.testing.assert_array_equal(again.position, make_start(scene).position)
+    assert read(tmp_path / "start.nc").box == state.box
+
+
+@pytest.mark.parametrize(
+    "change", [{"pressure": None}, {"pressure": {"target": 23.7, "axes": "z"}}],
+    ids=["constant volume", "one axis"],
+)  # fmt: skip
+def test_start_whose_box_may_not_be_other(done, change):
+    """Without pressure all edges have to agree, with one axis the others."""
+    data = {key: value for key, value in (FLUID | change).items() if value is not None}
+    scene = starting_from(Scene(data), done.path)
+    with pytest.raises(UserError, match="they have to agree"):
+        make_start(scene)
+
+
+def test_start_relaxes_in_the_box_of_the_file(done, tmp_path):
+    """At constant volume."""
+    scene = starting_from(Scene(FLUID), done.path)
+    relaxed = Scene(merge(scene.data, {"start": {"relax": {"steps": 30, "dt": 0.01}}}))
+    state = make_start(relaxed)
+    assert state.box == read(done.path).box
+    assert (state.position < np.array(state.box)[:, None]).all()
+
+
+def test_to_be_moved_with_the_box_is_no_displacement():
+    """Beads at rest in a box that breathes by 30 %, while one goes its way across all faces.
+
+    It moves by 0.1 of an edge from sample to sample; edges are 4 + sin t.
+    """
+    data = FLUID | {"molecules": [{"architecture": "A", "count": 20}]}
+    data |= {"pressure": {"target": 1}, "steps": {"sample": 200}}
+    data["observe"] = [{"displacement": {"every": 1}}]
+    scene = Scene(data)
+    observer = Displacement(scene, system_of(scene), 1)
+    scaled = np.random.default_rng(3).random((3, 20))
+    identity = np.arange(20, dtype=np.uint32)
+    way = 0.0
+    for t in range(200):
+        edge = 4 + np.sin(t)
+        if t:
+            scaled[0, 7] = (scaled[0, 7] + 0.1) % 1
+            way += 0.1 * edge
+        box = (edge,) * 3
+        state = State(scaled * edge, np.zeros((3, 20)), None, identity, None, t, box=box)
+        observer.sample(SimpleNamespace(state=state, box=box), None)
+    expected = np.zeros((3, 20))
+    expected[0, 7] = way
+    np.testing.assert_allclose(observer.arrays["moved"], expected, atol=1e-11)
+
+
+def test_a_trajectory_has_the_box_of_each_frame(tmp_path):
+    """And its beads in it; unwrapped they move by less than an edge from frame to frame."""
+    data = FLUID | {"observe": [{"trajectory": {"every": 5}}, {"thermo": {"every": 5}}]}
+    variables, _ = run(data, tmp_path / "run.nc")
+    frames = [read(tmp_path / "run.gsd", frame) for frame in range(80)]
+    volumes = [np.prod(frame.box) for frame in frames]
+    np.testing.assert_allclose(volumes, variables["volume"], rtol=1e-6)
+    for frame in frames:
+        edges = np.array(frame.box)[:, None]
+        assert (frame.position >= -1e-5).all() and (frame.position <= edges + 1e-5).all()
+    scaled = [frame.position / np.array(frame.box)[:, None] + frame.image for frame in frames]
+    assert np.abs(np.diff(scaled, axis=0)).max() < 1 / 3
+    assert np.abs(scaled[-1] - scaled[0]).max() > 0.5

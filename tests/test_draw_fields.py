@@ -1,0 +1,297 @@
+"""Pictures of density fields: what is where in them, and what is refused."""
+
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import rgb_to_hsv, to_rgb
+from matplotlib.text import Text
+
+import dpd
+from dpd import files
+from dpd.commands.main import main
+from dpd.errors import UserError
+from dpd.report.colours import BLUE, ORANGE
+from dpd.report.pictures.smooth import smoothed
+from dpd.report.pictures.surfaces import field_at_points, surface_of
+
+BOX = np.array([6.0, 8.0, 10.0])
+CELLS = (24, 32, 40)
+
+
+def middles(box=BOX, cells=CELLS):
+    """Coordinates of the middles of cells, an array for each axis, to be broadcast."""
+    axes = [(np.arange(n) + 0.5) * edge / n for n, edge in zip(cells, box)]
+    return np.meshgrid(*axes, indexing="ij", sparse=True)
+
+
+def ball(centre, radius, box=BOX, cells=CELLS):
+    """A density that falls from 2 to 0 at a distance from a point, over images."""
+    square = 0
+    for along, at, edge in zip(middles(box, cells), centre, box):
+        apart = along - at
+        square = square + (apart - edge * np.round(apart / edge)) ** 2
+    return 1 + np.tanh(2 * (radius - np.sqrt(square)))
+
+
+def run_of(*frames, box=BOX, names="AB"):
+    """A run's dataset with these densities, (species, ...) each."""
+    axes = [f"field_{axis}" for axis in "xyz"[: len(box)]]
+    return xr.Dataset({
+        "density_field": (("frame", "species", *axes), np.array(frames, np.float32)),
+        "field_time": ("frame", 2.5 + 10 * np.arange(len(frames))),
+        "field_box": (("frame", "axis"), np.tile(box, (len(frames), 1))),
+        "species": ("species", list(names)),
+    })  # fmt: skip
+
+
+def kept(run, path):
+    """The same in a file."""
+    variables = {
+        name: (found.dims, found.values.astype(object) if name == "species" else found.values, "1",
+               name)
+        for name, found in run.variables.items()
+    }  # fmt: skip
+    files.write(path, variables, {})
+    return path
+
+
+class Picture:
+    """The pixels of a figure, by panels."""
+
+    def __init__(self, figure):
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        self.figure = figure
+        self.pixels = np.asarray(canvas.buffer_rgba())[..., :3] / 255
+        self.texts = [text.get_text() for text in figure.findobj(Text)]
+
+    def at(self, x, y, panel=0):
+        """The colour at a place in the coordinates of a panel."""
+        column, up = self.figure.axes[panel].transData.transform((x, y))
+        return self.pixels[len(self.pixels) - 1 - int(up), int(column)]
+
+
+def hue(colour):
+    return rgb_to_hsv(to_rgb(colour))[0]
+
+
+def has_hue(found, colour):
+    """Whether a pixel has the hue of a colour, however pale or dark."""
+    return abs(rgb_to_hsv(found)[0] - hue(colour)) < 0.03 and rgb_to_hsv(found)[1] > 0.1
+
+
+def brightness(pixel):
+    """Of the colour map: its green rises with the density."""
+    return pixel[1]
+
+
+# Between the cells.
+
+
+def test_smoothing_is_a_mean_with_gaussian_weights():
+    """A constant stays, the mean over the box too; a wave shrinks as a Gaussian makes it, also at
+    the faces."""
+    x, _, _ = middles()
+    wave = 1 + 0.5 * np.cos(2 * np.pi * x / 6) + 0 * ball((1, 1, 1), 1)
+    places = [np.array([0.0, 1.3, 5.99, 6.0]), np.array([0.0, 4.0]), np.array([7.7])]
+    found = smoothed(wave, BOX, places, 0.6)
+    assert found.shape == (4, 2, 1)
+    shrunk = 0.5 * np.exp(-0.5 * (2 * np.pi / 6 * 0.6) ** 2)
+    expected = 1 + shrunk * np.cos(2 * np.pi * places[0] / 6)
+    np.testing.assert_allclose(found, np.broadcast_to(expected[:, None, None], (4, 2, 1)), 1e-4)
+    random = np.random.default_rng(0).random(CELLS)
+    own = [axis.ravel() for axis in middles()]
+    assert smoothed(random, BOX, own, 0.4).mean() == pytest.approx(random.mean(), rel=1e-3)
+    assert smoothed(random, BOX, own, 0).min() > 0
+
+
+# Surfaces.
+
+
+def volume_and_area(triangles):
+    """By the theorem of Gauss; of each triangle; and the sum of all, 0 if the body is closed."""
+    one, two, three = np.moveaxis(triangles.corners, 1, 0)
+    across = 0.5 * np.cross(two - one, three - one, axis=0)
+    return (one * across).sum() / 3, np.linalg.norm(across, axis=0), np.abs(across.sum(axis=1))
+
+
+@pytest.mark.parametrize("centre", [(3, 4, 5), (0, 4, 5), (0, 8, 10), (5.5, 0.5, 3)])
+def test_a_ball_is_a_closed_body(centre):
+    """Its volume is that of a ball, and its round part has that area, also where faces cut it."""
+    field = field_at_points(ball(centre, 2.0), BOX, 0.1)
+    triangles = surface_of(field, BOX, 1.0)
+    volume, area, closed = volume_and_area(triangles)
+    assert volume == pytest.approx(4 / 3 * np.pi * 2**3, rel=0.02)
+    assert area[~triangles.cut].sum() == pytest.approx(4 * np.pi * 2**2, rel=0.02)
+    assert closed.max() < 1e-3
+    assert triangles.corners.min() >= 0 and (triangles.corners.max(axis=(1, 2)) <= BOX).all()
+    near_faces = any(min(c, edge - c) < 2 for c, edge in zip(centre, BOX))
+    assert triangles.cut.any() == near_faces
+    middle = triangles.corners.mean(axis=1)[:, ~triangles.cut]
+    apart = middle - np.array(centre, float)[:, None]
+    apart -= BOX[:, None] * np.round(apart / BOX[:, None])
+    outwards = (triangles.normal[:, ~triangles.cut] * apart).sum(axis=0)
+    assert outwards.min() > 1.8  # of a radius of 2
+    assert surface_of(field, BOX, 2.5).normal.shape == (3, 0)
+
+
+def test_bodies_are_where_they_must_be():
+    """A ball of A before one of B, seen from the front, from behind and from above."""
+    run = run_of([ball((3, 2, 5), 1.5), ball((3, 6, 5), 1.8)])
+    surface = {"A": 1, "B": 1}
+    # The camera looks along y at (0, 0): coordinates are x - 3 and z - 5.
+    front = Picture(dpd.draw(run, surface=surface, view=(0, 0)))
+    assert has_hue(front.at(0, 0), BLUE) and np.allclose(front.at(2.5, 4), 1)
+    assert has_hue(front.at(0, 1.5), ORANGE) or has_hue(front.at(0, 1.6), BLUE)
+    behind = Picture(dpd.draw(run, surface=surface, view=(180, 0)))
+    assert has_hue(behind.at(0, 0), ORANGE)
+    above = Picture(dpd.draw(run, surface=["A=1", "B=1"], view=(0, 90)))
+    assert has_hue(above.at(0, -2), BLUE) and has_hue(above.at(0, 2), ORANGE)
+    assert {"A > 1", "B > 1", r"$t$ = 2.5 $\tau$"} <= set(front.texts)
+
+
+def test_what_a_face_cuts_is_pale():
+    """A ball at the front face shows its inside there; of two surfaces the denser lies on top."""
+    run = run_of([ball((3, 0, 5), 2.5), ball((0, 0, 0), 0.5)])
+    whole = Picture(dpd.draw(run, surface="A=0.5", view=(0, 0)))
+    cut = whole.at(0, 0)
+    assert has_hue(cut, BLUE) and rgb_to_hsv(cut)[1] < 0.7
+    assert np.allclose(whole.at(0.5, -0.6), cut, atol=0.03)  # flat
+    both = Picture(dpd.draw(run, surface=["A=1.8", "A=0.5"], view=(0, 0)))
+    assert both.at(0, 0).sum() > cut.sum() + 0.2
+    assert np.allclose(both.at(0, 2.6), whole.at(0, 2.6), atol=0.03)
+
+
+def test_lines_in_two_dimensions():
+    """What is denser is filled; the box repeats."""
+    box, cells = BOX[:2], CELLS[:2]
+    disc = ball((3, 8), 2, box, cells)
+    picture = Picture(dpd.draw(run_of([disc, 2 - disc], box=box), surface=["A=1.2", "B=1.2"]))
+    for x, y in ((3, 0.5), (3, 7.5), (2.2, 7)):
+        assert has_hue(picture.at(x, y), BLUE)
+    assert has_hue(picture.at(3, 4), ORANGE) and has_hue(picture.at(0.5, 7.5), ORANGE)
+
+
+# Slices.
+
+
+@pytest.mark.parametrize(
+    ("plane", "inside", "outside"),
+    [("z=9", (1, 6), (4, 2)), ("y=6.2", (1, 9), (4, 4)), ("x=0.9", (6, 9), (2, 4))],
+)
+def test_slices_show_what_is_in_a_plane(plane, inside, outside):
+    """Bright where a ball at (1, 6, 9) is; nothing half a box away."""
+    run = run_of([ball((1, 6, 9), 1.5), ball((1, 6, 9), 0.2)])
+    picture = Picture(dpd.draw(run, slice=plane, species="A"))
+    assert brightness(picture.at(*inside)) > 0.75 and brightness(picture.at(*outside)) < 0.1
+    axis, place = plane.split("=")
+    far = (float(place) + BOX["xyz".index(axis)] / 2) % BOX["xyz".index(axis)]
+    away = Picture(dpd.draw(run, slice=(axis, far), species="A"))
+    bar = away.figure.axes[-1]
+    assert bar.get_ylim()[1] < 0.05
+    names = [f"${one}$ / $r_c$" for one in "xyz" if one != axis]
+    assert set(names) <= set(picture.texts) and "density of A / $r_c^{-3}$" in picture.texts
+
+
+def test_times_stand_side_by_side():
+    """A column for each, a row for each species, with one scale of colours in a row."""
+    weak, strong = 0.5 * ball((3, 4, 5), 2), ball((3, 4, 5), 2)
+    run = run_of([weak, strong], [strong, weak], [strong, strong])
+    picture = Picture(dpd.draw(run, [0, -2], slice="z=5"))
+    panels = [axes for axes in picture.figure.axes if axes.get_images()]
+    assert len(panels) == 4
+    assert [axes.get_title() for axes in panels[:2]] == [r"$t$ = 2.5 $\tau$", r"$t$ = 12.5 $\tau$"]
+    at = {k: brightness(picture.at(3, 4, k)) for k in (0, 1, 3, 4)}  # 2 and 5 are colour bars
+    assert at[0] < at[1] - 0.2 and at[4] < at[3] - 0.2
+    assert picture.figure.get_figwidth() == pytest.approx(17.8 / 2.54)
+    alone = dpd.draw(run, slice="z=5", size=12)
+    assert alone.get_figwidth() == pytest.approx(12 / 2.54)
+    left, right = (axes.get_position().x0 for axes in panels[:2])
+    assert right > left + 0.2
+
+
+def test_a_field_of_two_dimensions_is_one_plane():
+    """z=0, and no other."""
+    box, cells = BOX[:2], CELLS[:2]
+    run = run_of([ball((2, 6), 1, box, cells)] * 2, box=box)
+    picture = Picture(dpd.draw(run, slice="z=0", species=["B"], dark=True))
+    assert brightness(picture.at(2, 6)) > 0.75 and brightness(picture.at(5, 2)) < 0.1
+    for plane in ("z=1", "x=0"):
+        with pytest.raises(UserError, match=r"two dimensions lie in the plane z=0"):
+            dpd.draw(run, slice=plane)
+
+
+# From the command line, and what is refused.
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A file with three frames."""
+    frames = [[ball((3, 4, 5), r), ball((0, 0, 0), r)] for r in (1.0, 1.5, 2.0)]
+    return kept(run_of(*frames), tmp_path_factory.mktemp("fields") / "run.nc")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
+def test_a_picture_is_made(path, suffix, tmp_path, capsys):
+    """The same bytes each time."""
+    made = []
+    for name in ("one", "other"):
+        picture = tmp_path / f"{name}{suffix}"
+        options = ["--surface", "A=0.4", "B=1", "--frame", "0", "2", "--dpi", "60"]
+        assert main(["draw", str(path), "-o", str(picture), *options]) == 0
+        made.append(picture.read_bytes())
+    assert made[0] == made[1] and len(made[0]) > 3000
+    assert "densities of A, B in 24 x 32 x 40 cells, 3 frames" in capsys.readouterr().out
+
+
+REFUSED = {
+    "no plane": (["--slice", "w=3"], "slice: 'w=3' is no plane"),
+    "no number": (["--slice", "z=up"], "as in z=5"),
+    "outside": (["--slice", "x=7"], "outside of the box; allowed: x=0 to x=6"),
+    "no surface": (["--surface", "A"], "surface: 'A' is none"),
+    "below zero": (["--surface", "A=-1"], "density above 0"),
+    "nowhere": (["--surface", "A=9"], "has no such value; allowed: between"),
+    "species": (["--surface", "C=1"], "no species is called 'C'; allowed: A, B"),
+    "species of a slice": (["--slice", "z=1", "--species", "W"], "allowed: A, B"),
+    "both": (["--slice", "z=1", "--surface", "A=1"], "not both"),
+    "species and surfaces": (["--surface", "A=1", "--species", "A"], "leave it out"),
+    "view of a slice": (["--slice", "z=1", "--view", "0", "0"], "leave the view out"),
+    "radius": (["--slice", "z=1", "--radius", "1"], "radius: has no effect"),
+    "smooth": (["--smooth", "-1", "--slice", "z=1"], "smooth: -1.0 is out of range"),
+    "smooth beads": (["--smooth", "1"], "smooth: has no effect on a picture of beads"),
+    "frame": (["--slice", "z=1", "--frame", "0", "3"], "no frame 3"),
+    "frames": (["--slice", "z=1", "--frame", *"012012012"], "frame: 9 of them"),
+    "frames of beads": (["--frame", "0", "1"], "a picture of beads shows one"),
+    "movie": (["--slice", "z=1", "--movie", "m.gif"], "movie: shows beads"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_refused(path, name, tmp_path, capsys, monkeypatch):
+    """One sentence, and no picture."""
+    monkeypatch.chdir(tmp_path)
+    options, said = REFUSED[name]
+    picture = [] if name == "movie" else ["-o", "picture.png"]
+    assert main(["draw", str(path), *picture, *options]) == 1
+    assert said in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_without_a_field(tmp_path, capsys):
+    """What to write into the scene."""
+    path = tmp_path / "run.nc"
+    files.write(path, {"kT": (("sample",), np.ones(3), "kT", "kT")}, {})
+    assert main(["draw", str(path), "--slice", "z=1"]) == 1
+    assert "observe: [{density_field" in capsys.readouterr().err
+
+
+def test_a_library_that_is_missing(path, capsys, monkeypatch, tmp_path):
+    """The extra that brings it; slices do without."""
+    monkeypatch.setitem(sys.modules, "skimage.measure", None)
+    picture = ["-o", str(tmp_path / "picture.png"), "--dpi", "50"]
+    assert main(["draw", str(path), "--surface", "A=1", *picture]) == 1
+    assert "pip install 'dpd-papers[draw]'" in capsys.readouterr().err
+    assert main(["draw", str(path), "--slice", "z=1", *picture]) == 0

@@ -1,0 +1,213 @@
+"""Friction of pairs of species and masses, as scenes, starts, files and pages have them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from dpd.engine.state import State
+from dpd.errors import UserError
+from dpd.observe.displacement import Displacement
+from dpd.particles.formats import read, write
+from dpd.pipeline.kept import last_configuration
+from dpd.pipeline.probing import thermostat_time
+from dpd.pipeline.sight import _temperature_of
+from dpd.report.captions import sweep_line
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+from tests.test_captions import swept
+
+BLEND = {
+    "dimension": 3,
+    "box": 8,
+    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
+    "repulsion": {"A A": 25, "B B": 25, "A B": 30},
+    "thermostat": {"gamma": {"A A": 4.5, "B A": 9, "B B": 2}},
+    "mass": {"B": 4},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 10, "sample": 20},
+}
+LANGEVIN = {"thermostat": {"kind": "langevin", "gamma": {"A": 4.5, "B": 9}}}
+
+
+def test_tables_of_a_scene():
+    """By the order of the species' names; a mass that is not given is 1."""
+    scene = Scene(BLEND)
+    np.testing.assert_array_equal(scene.friction, [[4.5, 9], [9, 2]])
+    assert scene.masses.tolist() == [1, 4] and scene.lightest == 1
+    np.testing.assert_array_equal(Scene(BLEND | LANGEVIN).friction, [4.5, 9])
+    one = BLEND | {"thermostat": {"gamma": 3}}
+    del one["mass"]
+    assert Scene(one).friction == 3.0 and Scene(one).masses is None
+    assert system_of(Scene(one)).masses is None
+
+
+BAD = [
+    ({"thermostat": {"gamma": {"A A": 4.5, "B B": 2}}}, "gamma: no value for the pair 'A B'; add"),
+    ({"thermostat": {"gamma": {"A A": 4, "A B": 2, "B A": 3, "B B": 1}}}, "2, but 3 in the other"),
+    ({"thermostat": {"gamma": {"A A": 4, "A C": 2}}}, "gamma.A C: no molecule has the species 'C'"),
+    ({"thermostat": {"gamma": {"A A": -4}}}, "gamma.A A: -4 is out of range; allowed: >= 0"),
+    ({"thermostat": {"gamma": -4}}, "gamma: -4 is out of range; allowed: >= 0"),
+    ({"thermostat": {"gamma": "4.5"}}, "thermostat.gamma: '4.5' is text where a number"),
+    ({"thermostat": {"gamma": {}}}, "thermostat.gamma"),
+    ({"thermostat": {"gamma": {"A": 4.5, "B": 4.5}}}, "gamma.A: .* pair of species: write 'A A'"),
+    ({"thermostat": {"kind": "langevin", "gamma": {"A": 4.5}}}, "no value for 'B'; add 'B: 4.5'"),
+    (
+        {"thermostat": {"kind": "langevin", "gamma": {"A A": 4.5}}},
+        "for each species, not for pairs",
+    ),
+    (LANGEVIN | {"start": {"relax": {"steps": 10, "dt": 0.01}}}, "add start.forces.gamma"),
+    ({"mass": {"C": 2}}, "mass.C: no molecule has the species 'C'; allowed: A, B"),
+    ({"mass": {"A": 0}}, "mass.A: 0 is out of range; allowed: >= 0.001"),
+    ({"mass": {"A B": 1}}, "mass"),
+    ({"mass": {"A": "1"}}, "write 1 without quotes"),
+    ({"mass": 2}, "mass: 2 is not of type object"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), BAD)
+def test_bad_tables_are_one_message(change, message):
+    with pytest.raises(UserError, match=message) as problem:
+        Scene(BLEND | change, "my.yaml")
+    assert str(problem.value).startswith("my.yaml: ") and "\n" not in str(problem.value)
+
+
+def test_langevin_by_species_relaxes_with_a_friction_of_its_own():
+    start = {"relax": {"steps": 10, "dt": 0.01}, "forces": {"gamma": 4.5}}
+    assert Scene(BLEND | LANGEVIN | {"start": start}).friction.tolist() == [4.5, 9]
+
+
+def test_starts_have_velocities_of_their_masses():
+    """No momentum; <m v^2> / 3 is kT for each species within 5 standard errors of 5 %."""
+    scene = Scene(BLEND | {"start": {"kT": 2}})
+    state = make_start(scene)
+    momenta = system_of(scene).momenta(state)
+    assert np.abs(momenta.sum(axis=1)).max() < 1e-10
+    energies = np.mean(momenta * state.velocity, axis=0)
+    for kind in (0, 1):
+        own = energies[state.species == kind]
+        assert abs(own.mean() / 2 - 1) < 5 * np.sqrt(2 / (3 * own.size))
+
+
+def test_chains_grow_with_masses():
+    """In two dimensions; the melt is at rest, at its temperature within 5 standard errors."""
+    scene = Scene({
+        "dimension": 2,
+        "box": 10,
+        "molecules": [{"architecture": "A 3 B 2", "count": 40}],
+        "repulsion": {"A A": 25, "A B": 25, "B B": 25},
+        "core": {"radius": 0.15, "force": 100},
+        "bond": {"stiffness": 300, "length": 0.25},
+        "mass": {"A": 10},
+        "integrator": {"scheme": "gw-vv", "dt": 0.002},
+        "steps": {"sample": 20},
+        "start": {"method": "polymerize", "polymerize": {"spare": 0.5}},
+    })  # fmt: skip
+    state = make_start(scene)
+    momenta = system_of(scene).momenta(state)
+    assert np.abs(momenta.sum(axis=1)).max() < 1e-10
+    assert abs(np.mean(momenta * state.velocity) - 1) < 5 * np.sqrt(2 / momenta.size)
+
+
+def test_auto_looks_at_the_lightest_and_at_the_highest_friction():
+    """A quarter of the mass halves the step at least; a friction of 100 was not measured."""
+    auto = BLEND | {"integrator": {"scheme": "auto"}, "thermostat": {"gamma": 0.5}}
+    heavy, light = (Scene(auto | {"mass": {"B": mass}}) for mass in (4, 0.25))
+    assert light.data["integrator"]["dt"] < 0.55 * heavy.data["integrator"]["dt"]
+    with pytest.raises(UserError, match="gamma: 100 "):
+        Scene(auto | {"thermostat": {"gamma": {"A A": 1, "A B": 100, "B B": 1}}})
+    with pytest.raises(UserError, match="without friction"):
+        Scene(auto | {"thermostat": {"gamma": {"A A": 0, "A B": 0, "B B": 0}}})
+
+
+def test_the_time_of_the_thermostat():
+    """The mean of gamma / (2 mu) over pairs: for equal halves that of four pairs."""
+    rates = [4.5, 9 * (1 + 1 / 4) / 2, 9 * (1 + 1 / 4) / 2, 2 / 4]
+    assert thermostat_time(Scene(BLEND), 0.2) == pytest.approx(3 / (4 * np.mean(rates) * 0.2))
+    plain = BLEND | {"thermostat": {"gamma": 4.5}}
+    del plain["mass"]
+    assert thermostat_time(Scene(plain), 0.2) == pytest.approx(3 / (4 * 4.5 * 0.2))
+
+
+@pytest.mark.parametrize("suffix", ["gsd", "data", "nc"])
+def test_files_keep_masses(tmp_path, suffix):
+    """Those of each species, also one that single precision does not have."""
+    scene = Scene(BLEND | {"mass": {"A": 1.1, "B": 4}})
+    particles = last_configuration(scene, make_start(scene))
+    write(particles, tmp_path / f"beads.{suffix}")
+    found = read(tmp_path / f"beads.{suffix}")
+    assert found.masses_by_name() == {"A": 1.1, "B": 4} and "mass" not in str(found.left_out)
+    np.testing.assert_allclose(found.velocity, particles.velocity, rtol=1e-15)
+    write(particles._replace(masses=None), tmp_path / f"plain.{suffix}")
+    assert read(tmp_path / f"plain.{suffix}").masses is None
+
+
+def test_a_start_from_beads_of_other_masses_says_so(tmp_path):
+    """The velocities stay as they are. Velocities that a file lacks fit the scene's masses."""
+    scene, path = Scene(BLEND), tmp_path / "beads.data"
+    particles = last_configuration(scene, make_start(scene))
+    start = {"start": {"method": "file", "path": str(path)}}
+    said = []
+    write(particles._replace(masses=None), path)
+    state = make_start(Scene(BLEND | start), say=said.append)
+    assert any("other masses than the scene (B 1)" in sentence for sentence in said)
+    np.testing.assert_array_equal(state.velocity, particles.velocity)
+    said.clear()
+    write(particles._replace(velocity=None), path)
+    scene = Scene(BLEND | start)
+    state = make_start(scene, say=said.append)
+    assert not any("masses" in sentence for sentence in said if "types" not in sentence)
+    assert np.abs(system_of(scene).momenta(state).sum(axis=1)).max() < 1e-10
+    heavy = state.velocity[:, state.species == 1]
+    assert abs(4 * np.mean(heavy**2) - 1) < 5 * np.sqrt(2 / heavy.size)
+
+
+def test_masses_of_a_state():
+    """In the order of storage; without masses the momenta are the velocities themselves."""
+    system = system_of(Scene(BLEND))
+    species = np.array([1, 0, 1], np.uint8)
+    velocity = np.ones((3, 3))
+    state = State(velocity, velocity, None, np.arange(3, dtype=np.uint32), species, 0)
+    np.testing.assert_array_equal(system.momenta(state)[0], [4, 1, 4])
+    plain = dict(BLEND)
+    del plain["mass"]
+    assert system_of(Scene(plain)).momenta(state) is velocity
+
+
+def test_a_caption_names_frictions_and_masses():
+    line = sweep_line(swept(BLEND, set=["one"]))
+    assert "gamma_AA = 4.5, gamma_AB = 9, gamma_BB = 2, uniform noise" in line.dynamics
+    assert "masses m_A = 1, m_B = 4" in line.forces
+    bath = sweep_line(swept(BLEND | LANGEVIN, set=["one"]))
+    assert "Langevin thermostat, gamma_A = 4.5, gamma_B = 9" in bath.dynamics
+
+
+def test_displacements_are_those_of_centres_of_mass():
+    """A bead of mass 1 moves by 0.8. Its molecule has a mass of 4, all beads have 8."""
+    scene = Scene({
+        "dimension": 2,
+        "box": 10,
+        "molecules": [{"architecture": "A B", "count": 1}, {"architecture": "A", "count": 4}],
+        "repulsion": {"A A": 25, "A B": 25, "B B": 25},
+        "bond": {"stiffness": 50},
+        "mass": {"B": 3},
+        "integrator": {"scheme": "gw-vv", "dt": 0.02},
+        "steps": {"sample": 2},
+        "observe": [{"displacement": {"every": 1}}],
+    })  # fmt: skip
+    observer = Displacement(scene, system_of(scene), 1)
+    place = np.full((2, 6), 5.0)
+    for _ in range(2):
+        state = State(place.copy(), place, None, np.arange(6, dtype=np.uint32), scene.kinds, 0)
+        observer.sample(SimpleNamespace(state=state), None)
+        place[0, 0] += 0.8
+    found = observer.variables()["msd_centre"][1][0]
+    np.testing.assert_allclose(found[0], (0.8 / 4 - 0.8 / 8) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(found[1:], (0.8 / 8) ** 2, rtol=1e-12)
+
+
+def test_a_checkpoint_shows_the_temperature_with_masses():
+    """<m v^2> / dimension of the beads in it."""
+    stored = {"velocity": np.array([[1.0, 2.0]]), "species": np.array([1, 0], np.uint8)}
+    assert _temperature_of(stored, Scene(BLEND)) == (4 * 1 + 1 * 4) / 2
+    assert _temperature_of(stored, None) == 2.5

@@ -1,0 +1,520 @@
+"""Branched molecules: how they are written, measured, begun and kept in files."""
+
+from itertools import combinations, permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.observe.chains import ends_square, in_one_piece, sizes, unwrapped
+from dpd.observe.end_to_end import along_chain
+from dpd.particles.formats import read, write
+from dpd.pipeline.kept import last_configuration
+from dpd.scene.architecture import MOST_BEADS, length_of, tree_of
+from dpd.scene.molecules import Molecule
+from dpd.scene.scene import Scene
+from dpd.scene.start import start_description
+from dpd.stages import terms_of
+from dpd.start.make import make_start, system_of
+from dpd.start.matching import order_of
+from dpd.start.trees import Trees
+
+
+def molecule(architecture, count=1):
+    return Molecule(*tree_of(architecture), count)
+
+
+@pytest.mark.parametrize(
+    ("architecture", "beads", "parents"),
+    [
+        ("A", "A", [-1]),
+        ("A 3 B 2", "AAABB", [-1, 0, 1, 2, 3]),
+        ("A 3 (B 2) (C 4 (D)) A 3", "AAABBCCCCDAAA", [-1, 0, 1, 2, 3, 2, 5, 6, 7, 8, 2, 10, 11]),
+        ("(A 2 B 1) 4", "AABAABAABAAB", range(-1, 11)),
+        ("(A (B 2)) 3", "ABBABBABB", [-1, 0, 1, 0, 3, 4, 3, 6, 7]),
+        ("A ((B 2) 2 C (D)) A", "ABBBBCDA", [-1, 0, 1, 2, 3, 4, 5, 0]),
+        ("A (B) 1 C", "ABC", [-1, 0, 1]),
+        ("A (B) C", "ABC", [-1, 0, 0]),
+        ("A(B)(C)2 D", "ABCCD", [-1, 0, 0, 2, 3]),
+    ],
+)
+def test_architectures(architecture, beads, parents):
+    """A bracket without a number hangs on the bead before it; one with a number is repeated."""
+    found = tree_of(architecture)
+    assert "".join(found.beads) == beads
+    assert found.parents == tuple(parents)
+    assert length_of(architecture) == len(beads)
+
+
+def test_names_of_several_letters():
+    assert tree_of("Head 2 Tail (Arm)").beads == ("Head", "Head", "Tail", "Arm")
+
+
+# Text of some parts, species of the beads, bonds, and the last bead along the chain.
+RUNS = st.tuples(st.sampled_from("ABC"), st.integers(1, 4))
+
+
+@st.composite
+def written(draw, depth=3):
+    """An architecture with beads and bonds that are drawn together with it."""
+    text, beads, bonds, last = [], [], set(), None
+
+    def append(other, repeats=1):
+        nonlocal last
+        inside, inner, along = other
+        for _ in range(repeats):
+            first = len(beads)
+            beads.extend(inside)
+            bonds.update((one + first, two + first) for one, two in inner)
+            if last is not None:
+                bonds.add((last, first))
+            last = along + first
+
+    for number in range(draw(st.integers(1, 3))):
+        kind = draw(st.sampled_from(["run", "group", "branch"])) if depth else "run"
+        if kind == "run" or (kind == "branch" and number == 0):
+            species, times = draw(RUNS)
+            text.append(f"{species} {times}" if times > 1 else species)
+            append((species, set(), 0), times)
+            continue
+        inner_text, *inner = draw(written(depth - 1))
+        if kind == "group":
+            times = draw(st.integers(1, 3))
+            text.append(f"({inner_text}) {times}")
+            append(inner, times)
+        else:
+            text.append(f"({inner_text})")
+            here = last
+            append(inner)
+            last = here
+    return " ".join(text), "".join(beads), bonds, last
+
+
+@given(written())
+@settings(max_examples=150, deadline=None)
+def test_architectures_are_trees(drawn):
+    """Beads and bonds are those drawn with the text; each bead hangs on one before it."""
+    text, beads, bonds, _ = drawn
+    found = molecule(text)
+    assert "".join(found.beads) == beads
+    assert set(map(tuple, found.bonds.tolist())) == bonds
+    assert all(parent < bead for bead, parent in enumerate(found.parents))
+
+
+@pytest.mark.parametrize(
+    ("architecture", "named"),
+    [
+        ("A (B", [">>>(<<<B", "not closed"]),
+        ("A (B (C)", ["A >>>(<<<B", "not closed"]),
+        ("A B)", ["A B>>>)<<<", "no bracket is open"]),
+        ("(B) A", [">>>(<<<B) A", "no bead before this branch"]),
+        ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
+        ("A ()", ["A >>>(<<<)", "empty"]),
+        ("A 3 (B 0)", ["A 3 (B >>>0<<<)", "at least 1"]),
+        ("(A B) 0", ["(A B) >>>0<<<", "at least 1"]),
+        ("3 A", [">>>3<<< A", "behind a species"]),
+        ("A 3 5", ["A 3 >>>5<<<"]),
+        ("A (3)", ["A (>>>3<<<)"]),
+        ("A1 B A1", [">>>A1<<< B A1", "no rings"]),
+        ("A=B", [">>>A=B<<<"]),
+        ("a", [">>>a<<<", "capital"]),
+        ("A 2.5", [">>>2.5<<<"]),
+        ("A -1", [">>>-1<<<"]),
+        ("A [B]", [">>>[B]<<<"]),
+        ("", ["no beads"]),
+        ("  ", ["no beads"]),
+        ("A 10000000", [">>>10000000<<<", f"<= {MOST_BEADS}"]),
+        ("A 9999999", ["1e+07 beads", f"<= {MOST_BEADS}"]),
+        ("((((A 999) 999) 999) 999) 999", ["9.9501e+14 beads", f"<= {MOST_BEADS}"]),
+        ("A " + "(" * 60, ["nested deeper than 50"]),
+        ("A " * 100 + "(B 0)", ["...", ">>>0<<<"]),
+    ],
+)
+def test_what_is_no_molecule(architecture, named):
+    """One message with the key, the place in the text, and the rules."""
+    data = SCENE | {"molecules": [{"architecture": architecture, "count": 1}]}
+    with pytest.raises(UserError) as refusal:
+        Scene(data, "my.yaml")
+    message = str(refusal.value)
+    assert message.startswith("my.yaml: molecules.0.architecture: ")
+    assert "\n" not in message
+    assert len(message) < 500
+    for part in named:
+        assert part in message, message
+
+
+COMB = "A 3 (B 2) (C 4 (D)) A 3"
+
+
+def test_what_a_tree_has():
+    """Ends, bonds that share a bead, the middle of the longest way: counted by hand."""
+    found = molecule(COMB)
+    assert found.ends.tolist() == [0, 4, 9, 12]
+    assert not found.is_chain
+    assert not found.is_linear
+    assert found.middle == (5, 5)  # of D C C C C A A A A
+    centres = [j for _, j, _ in found.triples.tolist()]
+    assert centres.count(2) == 6  # pairs of four bonds
+    assert len(centres) == 6 + 8  # and of beads with two
+    assert molecule("A 4").middle == (1, 2)
+    assert molecule("A (B) C").is_linear
+    assert molecule("A (B) C").ends.tolist() == [1, 2]
+    assert molecule("A").ends.tolist() == [0]
+    assert molecule("A").triples.shape == (0, 3)
+
+
+@given(written())
+@settings(max_examples=100, deadline=None)
+def test_places_are_sums_of_steps(drawn):
+    """Bead by bead, in whatever tree."""
+    found = molecule(drawn[0])
+    steps = np.random.default_rng(1).normal(size=(2, 3, len(found.beads)))
+    place = steps.copy()
+    for bead, parent in enumerate(found.parents[1:], start=1):
+        place[..., bead] += place[..., parent]
+    np.testing.assert_allclose(found.summed(steps), place, atol=1e-12)
+
+
+@given(written())
+@settings(max_examples=100, deadline=None)
+def test_the_middle_is_as_far_from_both_ends(drawn):
+    """By brute force over all pairs of beads."""
+    found = molecule(drawn[0])
+    n = len(found.beads)
+    apart = np.full((n, n), n)
+    np.fill_diagonal(apart, 0)
+    apart[tuple(found.bonds.T)] = apart[tuple(found.bonds.T[::-1])] = 1
+    for bead in range(n):
+        apart = np.minimum(apart, apart[:, [bead]] + apart[[bead]])
+    assert apart[list(found.middle)].max() == -(-apart.max() // 2) + (
+        apart.max() % 2 == 0 and found.middle[0] != found.middle[1]
+    )
+    assert apart[found.middle] == apart.max() % 2
+
+
+SCENE = {
+    "dimension": 3,
+    "box": [5.0, 6.0, 7.0],
+    "molecules": [
+        {"architecture": COMB, "count": 4}, {"architecture": "A B A", "count": 3},
+        {"architecture": "B (A) C", "count": 2}, {"architecture": "D", "count": 5},
+    ],
+    "repulsion": {f"{one} {other}": 25 for one in "ABCD" for other in "ABCD" if one <= other},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"sample": 40},
+}  # fmt: skip
+PAIRS = {
+    "A A": {"stiffness": 50, "length": 0.5}, "B A": {"stiffness": 60},
+    "B B": {"stiffness": 40, "length": 0.3}, "A C": {"stiffness": 55, "length": 0.7},
+    "C C": {"stiffness": 65}, "D C": {"stiffness": 20, "length": 0.9}, "B C": {"stiffness": 30},
+}  # fmt: skip
+
+
+def only(architecture):
+    """A change to nine molecules of A alone."""
+    return {
+        "molecules": [{"architecture": architecture, "count": 9}], "repulsion": {"A A": 25}
+    }  # fmt: skip
+
+
+def test_bonds_of_a_scene():
+    """Molecule after molecule; linear ones bead after bead."""
+    bonds = Scene(SCENE).bonded
+    kinds = [(COMB, 4), ("A B A", 3), ("B (A) C", 2), ("D", 5)]
+    expected, first = [], 0
+    for architecture, count in kinds:
+        tree = tree_of(architecture)
+        for _ in range(count):
+            expected += [(p + first, b + first) for b, p in enumerate(tree.parents) if p >= 0]
+            first += len(tree.beads)
+    assert [tuple(bond) for bond in bonds.tolist()] == expected
+
+
+def test_tables_give_each_bond_its_law():
+    """Whichever way round the pair is written; defaults go into each law."""
+    scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A B A": {"stiffness": 3, "angle": 120}}})
+    assert scene.data["bond"]["B A"] == {"stiffness": 60, "length": 0}
+    system = system_of(scene)
+    names = np.array(scene.species)[scene.kinds]
+    for (one, other), number in zip(names[system.members], system.bond.number):
+        law = PAIRS.get(f"{one} {other}") or PAIRS[f"{other} {one}"]
+        assert system.bond.stiffness[number] == law["stiffness"]
+        assert system.bond.length[number] == law.get("length", 0)
+    assert ["".join(triple) for triple in names[system.angle_members]] == ["ABA"] * 3
+    assert system.angle.angle[0] == pytest.approx(np.deg2rad(120))
+    assert terms_of(scene) == {"bond", "angle"}
+
+
+def test_one_angle_for_all():
+    """Every pair of bonds that share a bead, in branched molecules too."""
+    scene = Scene(SCENE | {"angle": {"stiffness": 3}})
+    assert len(scene.angled) == 4 * 14 + 3 + 2
+    assert scene.data["angle"]["angle"] == 180
+    assert system_of(scene).angle == (3.0, np.pi)
+    assert system_of(Scene(SCENE)).angle is None
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"bond": {k: v for k, v in PAIRS.items() if k != "D C"}}, ["bond", "'C D'", "no law"]),
+        ({"bond": PAIRS | {"A B": {"stiffness": 1}}}, ["bond.B A", "other order"]),
+        ({"bond": PAIRS | {"A D": {"stiffness": 1}}}, ["bond.A D", "bonded", "'A A'"]),
+        ({"bond": PAIRS | {"A X": {"stiffness": 1}}}, ["bond.A X", "bonded"]),
+        ({"bond": PAIRS | {"stiffness": 3}}, ["bond", "'stiffness'", "not both"]),
+        ({"bond": {"length": 3}}, ["bond", "'stiffness' is missing"]),
+        ({"bond": {}}, ["bond"]),
+        ({"bond": {"stifness": 3}}, ["bond", "stifness", "stiffness and length"]),
+        ({"bond": {1: {"stiffness": 3}}}, ["bond", "1"]),
+        ({"bond": PAIRS | {"A A": 3}}, ["bond.A A", "3"]),
+        ({"bond": PAIRS | {"A A": {"length": 3}}}, ["bond.A A", "'stiffness' is missing"]),
+        ({"bond": PAIRS | {"A A": {"stiffness": -3}}}, ["bond.A A.stiffness", ">= 0"]),
+        ({"bond": PAIRS | {"A A": {"stiffness": 1e-9}}}, ["bond.A A", "box of 5 x 6 x 7"]),
+        ({"angle": {"D A D": {"stiffness": 3}}}, ["angle.D A D", "bonded", "'A A A'"]),
+        ({"angle": {"A A": {"stiffness": 3}}}, ["angle", "'A A'", "triples"]),
+        ({"angle": {"stiffness": 3, "angle": 200}}, ["angle.angle", "<= 180"]),
+        ({"angle": {"angle": 100}}, ["angle", "'stiffness' is missing"]),
+        ({"angle": {"stiffness": 3, "A A A": {"stiffness": 3}}}, ["angle", "not both"]),
+        ({"angle": {"stiffness": 3}} | only("A 2"), ["angle", "three beads"]),
+        ({"angle": {"stiffness": 3}, "integrator": {"scheme": "auto"}}, ["auto", "angles"]),
+        ({"observe": ["end_to_end"]} | only("A (A) (A) A"), ["observe", "'end_to_end'", "linear"]),
+        ({"observe": ["end_points"], "bond": None} | only("A"), ["'end_points'", "single bead"]),
+        ({"observe": ["end_points"]} | only("A " + "(A) " * 2999),
+         ["observe", "'end_points'", "pairs of ends", "<= 10000000"]),
+        ({"dimension": 2, "box": 9, "start": {"method": "polymerize"}},
+         ["start.method", "polymerize", COMB, "branches"]),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_together(change, named):
+    """One message with the key, the value, and what is allowed."""
+    data = SCENE | change
+    if data["bond"] is None:
+        del data["bond"]
+    with pytest.raises(UserError) as refusal:
+        Scene(data, "my.yaml")
+    message = str(refusal.value)
+    assert message.startswith("my.yaml: ")
+    assert "\n" not in message
+    for part in named:
+        assert part in message, message
+
+
+@pytest.mark.parametrize("method", ["random", "slabs"])
+def test_first_places_are_flights_along_bonds(method):
+    """Each bond has the length of its law, or that of a flight where it has none."""
+    scene = Scene(SCENE | {"bond": PAIRS, "start": {"method": method}, "box": [5.0, 6.0, 30.0]})
+    start = make_start(scene)
+    box = np.array(scene.box)[:, None]
+    one, other = scene.bonded.T
+    apart = start.position[:, other] - start.position[:, one]
+    apart -= box * np.round(apart / box)
+    names = np.array(scene.species)[scene.kinds]
+    wanted = [
+        (PAIRS.get(f"{a} {b}") or PAIRS[f"{b} {a}"]).get("length", 0) or 0.8
+        for a, b in zip(names[one], names[other])
+    ]
+    length = np.sqrt((apart**2).sum(axis=0))
+    within = length < np.array(wanted) + 1e-12  # a face of a slab folds some back
+    assert within.all()
+    assert np.isclose(length, wanted).mean() > (0.7 if method == "slabs" else 1 - 1e-9)
+    assert start_description(scene)["flight"]["D C"] == 0.9
+
+
+def test_trees_come_in_one_piece():
+    """Across the boundary, bead by bead along bonds."""
+    scene = Scene(SCENE)
+    rng = np.random.default_rng(4)
+    whole, place = [], []
+    for kind in scene.molecules:
+        steps = rng.normal(size=(3, kind.count, len(kind.beads))) * 0.4
+        steps[:, :, 0] = rng.random((3, kind.count)) * 5
+        x = kind.summed(steps)
+        whole.append(x - x[:, :, :1])
+        place.append(x.reshape(3, -1))
+    position = np.concatenate(place, axis=1) % np.array(scene.box)[:, None]
+    for kind, found, expected in zip(
+        scene.molecules, in_one_piece(scene.molecules, position, scene.box), whole
+    ):
+        np.testing.assert_allclose(found - found[:, :, :1], expected, atol=1e-12)
+        np.testing.assert_allclose(
+            unwrapped(found % np.array(scene.box)[:, None, None], scene.box, kind)
+            - found[:, :, :1],
+            expected + np.floor(0 * expected), atol=30,
+        )  # fmt: skip
+
+
+def test_sizes_of_a_cross():
+    """Four arms of length 1 about a centre: distances of ends 2 (two pairs) and sqrt 2 (four)."""
+    cross = molecule("A (A) (A) (A) (A)")
+    x = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1.0]]).T[:, None]
+    gyration, across = sizes(x, cross.ends)
+    assert gyration == pytest.approx(4 / 5)
+    assert across == pytest.approx(2)  # of the first and the last end
+    assert ends_square(x[:, :, cross.ends]) == pytest.approx((2 * 4 + 4 * 2) / 6)
+    pairs = combinations(x[:, 0, 1:].T, 2)
+    assert ends_square(x[:, :, cross.ends]) == pytest.approx(
+        np.mean([((a - b) ** 2).sum() for a, b in pairs])
+    )
+
+
+@pytest.mark.parametrize("architecture", ["A B C", "A (B) C", "A (B 3) C 2", "A (B 4)"])
+def test_end_to_end_vectors_go_from_end_to_end(architecture):
+    """Whatever the numbering of a linear molecule."""
+    kind = molecule(architecture)
+    place = np.random.default_rng(2).normal(size=(3, len(kind.beads)))
+    bonds = place[:, kind.bonds[:, 1]] - place[:, kind.bonds[:, 0]]
+    vector = (along_chain(kind) * bonds).sum(axis=1)
+    np.testing.assert_allclose(vector, place[:, kind.ends[-1]] - place[:, kind.ends[0]])
+
+
+class Still:
+    """What an observer sees: one configuration."""
+
+    def __init__(self, scene):
+        self.state = make_start(scene)
+
+
+def test_distributions_have_the_area_one():
+    """Of ends and of bonds; kinds of single beads have none; the share beyond is kept."""
+    observe = [
+        {"end_points": {"every": 1, "range": 3, "bin": 0.07}},
+        {"bond_lengths": {"every": 1, "range": 2, "bin": 0.03}}, {"chains": {"every": 1}},
+        {"end_to_end": {"every": 1}}, {"displacement": {"every": 1}},
+    ]  # fmt: skip
+    scene = Scene(SCENE | {"bond": PAIRS, "observe": observe})
+    still = Still(scene)
+    ends, bonds, chains, vectors, moved, _ = observables(scene, system_of(scene))
+    for observer in (ends, bonds, chains, vectors, moved):
+        for _ in range(scene.steps.sample):
+            observer.sample(still, None)
+    found = {name: variable[1] for name, variable in ends.variables().items()}
+    width = 3 / 43
+    assert found["end_distance"][0] == pytest.approx(width / 2)
+    area = found["end_density"].sum(axis=2) * width + found["end_beyond"]
+    np.testing.assert_allclose(area[:, :3], 1, rtol=1e-12)
+    assert np.isnan(area[:, 3]).all()
+    assert (found["end_beyond"][:, 0] > 0).all()
+    # The mean square of the distribution is that of the observable of sizes, to its bins.
+    sizes_found = {name: variable[1] for name, variable in chains.variables().items()}
+    square = (found["end_density"] * found["end_distance"] ** 2).sum(axis=2) * width
+    np.testing.assert_allclose(square[:, 1], sizes_found["ends_square"][:, 1], rtol=0.1)
+    assert np.isnan(sizes_found["end_to_end_square"][:, 0]).all()
+    np.testing.assert_allclose(
+        sizes_found["end_to_end_square"][:, 1], sizes_found["ends_square"][:, 1]
+    )
+    assert all(np.isfinite(array).all() for array in chains.arrays.values())  # for checkpoints
+    found = {name: variable[1] for name, variable in bonds.variables().items()}
+    assert found["bond_pair"].tolist() == ["A A", "A B", "A C", "B B", "B C", "C C", "C D"]
+    area = found["pair_bond_density"].sum(axis=2) * 2 / 67
+    np.testing.assert_allclose(area, 1, rtol=1e-12)
+    np.testing.assert_allclose(found["pair_bond_mean"][0], [0.5, 0.8, 0.7, 0.3, 0.8, 0.8, 0.9])
+    assert len(vectors.variables()["end_square"][1]) == 3 + 2
+
+
+def test_the_same_trees_have_the_same_code():
+    """In any numbering, by brute force over all of them; others have another one."""
+    trees, codes = Trees(), {}
+    for parents in [(0, 1, 2), (0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 0, 2)]:
+        for species in [(0, 0, 0, 0), (0, 1, 0, 0), (1, 0, 0, 0)]:
+            bonds = [(bead, parent) for bead, parent in enumerate(parents, start=1)]
+            same = min(
+                (tuple(sorted(tuple(sorted((to[a], to[b]))) for a, b in bonds)),
+                 tuple(species[to.index(k)] for k in range(4)))
+                for to in permutations(range(4))
+            )  # fmt: skip
+            near = [[b for bond in bonds for b in bond if k in bond and b != k] for k in range(4)]
+            codes.setdefault(same, set()).add(trees.hung(near, species, 0).code)
+    assert all(len(found) == 1 for found in codes.values())
+    assert len({code for found in codes.values() for code in found}) == len(codes) > 5
+
+
+def shuffled(particles, order):
+    """The same particles, bead ``order[k]`` of which is now bead k."""
+    number = np.empty(len(order), np.uint32)
+    number[order] = np.arange(len(order))
+    rng = np.random.default_rng(5)
+    return particles._replace(
+        position=particles.position[:, order], velocity=particles.velocity[:, order],
+        image=particles.image[:, order], species=particles.species[order],
+        bonds=rng.permuted(number[particles.bonds][rng.permutation(len(particles.bonds))], axis=1),
+        angles=number[particles.angles],
+    )  # fmt: skip
+
+
+@pytest.fixture
+def trees():
+    """A scene with angles, and a start of it."""
+    scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A A A": {"stiffness": 3}}})
+    return scene, last_configuration(scene, make_start(scene))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_trees_in_another_order(trees, seed):
+    """Each bead of a file gets a place that its molecule has: species and bonds agree."""
+    scene, particles = trees
+    order = np.random.default_rng(seed).permutation(scene.beads)
+    found = order_of(scene, shuffled(particles, order), "trees.nc")
+    was = order[found]
+    assert np.array_equal(np.sort(was), np.arange(scene.beads))
+    np.testing.assert_array_equal(scene.kinds[was], scene.kinds)
+    bonds = {frozenset(bond) for bond in scene.bonded.tolist()}
+    assert {frozenset(bond) for bond in was[scene.bonded].tolist()} == bonds
+
+
+def test_trees_in_the_same_order_stay(trees):
+    """Whole, and molecule by molecule where others have changed places."""
+    scene, particles = trees
+    assert np.array_equal(order_of(scene, particles, "trees.nc"), np.arange(scene.beads))
+    order = np.arange(scene.beads)
+    order[-5:] = order[-5:][::-1].copy()  # single beads
+    found = order_of(scene, shuffled(particles, order), "trees.nc")
+    np.testing.assert_array_equal(found, np.arange(scene.beads))
+    order[:13], order[13:26] = order[13:26].copy(), order[:13].copy()  # two whole combs
+    found = order_of(scene, shuffled(particles, order), "trees.nc")
+    np.testing.assert_array_equal(found, np.arange(scene.beads))
+
+
+def test_files_without_the_trees_of_the_scene(trees):
+    """Too few, too many, or a ring."""
+    scene, particles = trees
+    last = len(particles.bonds) - 1
+    ring = particles._replace(bonds=np.concatenate([particles.bonds, [[0, 12]]]).astype(np.uint32))
+    with pytest.raises(UserError, match="bead 0 is of a molecule with a ring"):
+        order_of(scene, ring, "x.nc")
+    fewer = particles._replace(bonds=np.delete(particles.bonds, last, axis=0))
+    with pytest.raises(UserError, match=r"lacks 1 of the 2 molecules B \(A\) C"):
+        order_of(scene, fewer, "x.nc")
+    data = SCENE | {"molecules": [*SCENE["molecules"][:3], {"architecture": "D", "count": 4}]}
+    with pytest.raises(UserError, match="1 molecules more"):
+        order_of(Scene(data), particles, "x.nc")
+
+
+@pytest.mark.parametrize("suffix", ["nc", "gsd", "data"])
+def test_angles_stay_in_files(trees, tmp_path, suffix):
+    """Bonds and angles of trees go through each format; a second way gives the same."""
+    _, particles = trees
+    assert len(particles.angles) == 16
+    path, again = tmp_path / f"one.{suffix}", tmp_path / f"two.{suffix}"
+    write(particles, path)
+    found = read(path)
+    write(found, again)
+    for one in (found, read(again)):
+        np.testing.assert_array_equal(one.bonds, particles.bonds)
+        np.testing.assert_array_equal(one.angles, particles.angles)
+        np.testing.assert_allclose(one.position, particles.position, atol=1e-14)
+        assert one.left_out == ()
+
+
+@pytest.mark.parametrize(
+    ("angle", "named"), [([0, 1, 999], "has bead 999"), ([0, 1, 0], "has a bead twice")]
+)
+def test_angles_that_cannot_be(trees, tmp_path, angle, named):
+    _, particles = trees
+    path = tmp_path / "bad.gsd"
+    write(particles._replace(angles=np.array([angle], np.uint32)), path)
+    with pytest.raises(UserError, match=named):
+        read(path)

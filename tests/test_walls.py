@@ -1,0 +1,269 @@
+"""Scenes with walls and body forces: what they may say, where beads begin, what is observed."""
+
+from types import SimpleNamespace
+
+import gsd.hoomd
+import numpy as np
+import pytest
+
+from dpd import files
+from dpd.engine.state import Sums
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.particles.formats import read, write
+from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.scene.scene import Scene
+from dpd.scene.walls import origin_of, period_of
+from dpd.start.make import make_start, system_of
+
+CHANNEL = {
+    "dimension": 3,
+    "box": [3, 4, 5],
+    "molecules": [{"architecture": "A 3 B", "density": 2}, {"architecture": "B", "density": 1}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "bond": {"stiffness": 20, "length": 0.5},
+    "walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 9},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 20, "sample": 100},
+    "observe": ["thermo", {"walls": {"every": 10}}, {"velocity_profile": {"every": 10}},
+                {"profile": {"every": 10}}, {"trajectory": {"every": 10}}],
+}  # fmt: skip
+FLUID = {
+    "dimension": 3,
+    "box": 5,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 100},
+}
+WALLS = {"axis": "z", "repulsion": 25}
+ROUGH = WALLS | {"gamma": 9}
+
+
+# What a scene says beside FLUID, and what the message has to name.
+REFUSED = [
+    ({"walls": WALLS | {"axis": "w"}}, ["walls.axis", "'w'"]),
+    ({"walls": WALLS | {"axis": []}}, ["walls.axis"]),
+    ({"walls": WALLS, "dimension": 2}, ["walls.axis", "'z' is no axis", "x, y"]),
+    ({"walls": WALLS, "box": [5, 5, 1.9]}, ["box", "1.9"]),
+    ({"walls": {"axis": "z"}}, ["walls", "'repulsion' is missing"]),
+    ({"walls": WALLS | {"repulsion": 0}}, ["walls.repulsion", "> 0"]),
+    ({"walls": WALLS | {"repulsion": 0.1}}, ["walls.repulsion", "0.1 is too soft", ">= 0.75"]),
+    ({"walls": WALLS | {"repulsion": {"A": 25, "C": 1}}}, ["walls.repulsion.C", "allowed: A"]),
+    ({"walls": ROUGH, "integrator": {"scheme": "shardlow", "dt": 0.04}},
+     ["walls.gamma", "'shardlow'", "gw-vv"]),
+    ({"walls": WALLS, "integrator": {"scheme": "auto"}}, ["integrator.scheme", "walls"]),
+    ({"walls": WALLS, "observe": [{"rdf": {"range": 2}}]}, ["observe", "'rdf'", "'profile'"]),
+    ({"observe": ["walls"]}, ["observe", "'walls' has nothing to measure"]),
+    ({"walls": WALLS | {"velocity": [[1, 0, 0], [0, 0, 0]]}}, ["walls.velocity", "walls.gamma"]),
+    ({"walls": ROUGH | {"velocity": [[0, 0, 1], [0, 0, 0]]}}, ["walls.velocity", "lower", "z"]),
+    ({"walls": ROUGH | {"velocity": [[0, 0], [0, 0]]}}, ["walls.velocity", "2 components", "3"]),
+    ({"walls": ROUGH | {"axis": ["x", "z"], "velocity": [[0, 1, 0], [0, 0, 0]]}},
+     ["walls.velocity", "several axes"]),
+    ({"body_force": {"axis": "x", "strength": 0.1}}, ["body_force", "faster", "'opposite'"]),
+    ({"body_force": {"axis": "x", "strength": 0.1}, "walls": WALLS}, ["body_force", "gamma"]),
+    ({"body_force": {"axis": "x", "strength": 0.1, "opposite": "x"}}, ["body_force.opposite"]),
+    ({"body_force": {"axis": "x", "strength": 0.1, "opposite": "z"}, "walls": ROUGH},
+     ["body_force.opposite", "walls along z"]),
+    ({"body_force": {"axis": "x", "strength": {"B": 0.1}}}, ["body_force.strength.B"]),
+    ({"body_force": {"axis": "x", "strength": 0.1}, "walls": ROUGH, "observe": ["configurational"]},
+     ["observe", "'configurational'"]),
+    ({"observe": [{"velocity_profile": {"axis": "z"}}], "dimension": 2}, ["'z' is no axis"]),
+    ({"observe": [{"velocity_profile": {"bin": 6}}]}, ["observe.velocity_profile.bin", "<= 5"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "named"), REFUSED, ids=lambda part: str(part)[:40])
+def test_what_cannot_be_is_refused(change, named):
+    """In one sentence, with the key, the value and what is allowed."""
+    with pytest.raises(UserError) as caught:
+        Scene(FLUID | change)
+    message = str(caught.value)
+    assert "\n" not in message and len(message) < 800
+    for part in ("scene: ", *named):
+        assert part in message, message
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"walls": WALLS, "body_force": {"axis": "z", "strength": -0.5}},
+        {"thermostat": {"kind": "langevin"}, "body_force": {"axis": "x", "strength": 0.1}},
+        {"molecules": [{"architecture": "A", "count": 100}, {"architecture": "B", "count": 50}],
+         "repulsion": {"A A": 25, "A B": 25, "B B": 25},
+         "body_force": {"axis": "x", "strength": {"A": 0.1, "B": -0.2}}},
+        {"walls": WALLS, "integrator": {"scheme": "shardlow", "dt": 0.04}},
+        {"walls": WALLS | {"axis": ["x", "y", "z"]}, "dimension": 3, "box": 2},
+    ],
+    ids=["settling", "langevin", "no net force", "smooth walls, shardlow", "a closed box"],
+)  # fmt: skip
+def test_what_can_be(change):
+    """Forces that something balances, and walls that have no friction."""
+    system_of(Scene(FLUID | change))
+
+
+def test_the_period_is_longer_where_there_are_walls():
+    """And by nothing elsewhere; density and volume are those between the planes."""
+    scene = Scene(CHANNEL)
+    system = system_of(scene)
+    assert (period_of(scene), origin_of(scene)) == ((3.0, 4.0, 9.0), (0.0, 0.0, 2.0))
+    assert (system.box, system.extent, system.origin) == ((3, 4, 9), (3, 4, 5), (0, 0, 2))
+    assert system.volume == scene.volume == 60.0
+    softer = Scene(FLUID | {"walls": WALLS | {"repulsion": 3}})
+    assert system_of(softer).walls.reach > system.walls.reach
+    assert "walls" in repr(scene) and "gamma 9" in repr(scene)
+
+
+@pytest.mark.parametrize("method", ["random", "slabs"])
+@pytest.mark.parametrize("axis", ["z", ["x", "z"]])
+def test_beads_begin_between_the_planes(method, axis):
+    """Also those of chains, whose bonds keep their lengths or are folded back."""
+    scene = Scene(CHANNEL | {
+        "start": {"method": method}, "walls": CHANNEL["walls"] | {"axis": axis}
+    })  # fmt: skip
+    state, system = make_start(scene), system_of(scene)
+    for k in range(3):
+        place = state.position[k] - system.origin[k]
+        assert place.min() >= 0 and place.max() <= scene.box[k]
+    one, other = scene.bonded.T
+    apart = state.position[:, one] - state.position[:, other]
+    apart -= np.array(system.box)[:, None] * np.round(apart / np.array(system.box)[:, None])
+    assert np.linalg.norm(apart, axis=0).max() < 0.5 + 1e-9
+
+
+def test_chains_grow_between_the_planes():
+    """In two dimensions, without crossing, and relaxed there."""
+    scene = Scene({
+        "dimension": 2, "box": [6, 5], "molecules": [{"architecture": "A 5", "count": 12}],
+        "repulsion": {"A A": 25}, "core": {"radius": 0.15, "force": 100},
+        "bond": {"stiffness": 400, "length": 0.4}, "walls": {"axis": "y", "repulsion": 50},
+        "start": {"method": "polymerize", "relax": {"steps": 50, "dt": 0.002}},
+        "integrator": {"scheme": "gw-vv", "dt": 0.002}, "steps": {"sample": 10},
+    })  # fmt: skip
+    place = make_start(scene).position[1] - system_of(scene).origin[1]
+    assert place.min() > -1 and place.max() < 6
+
+
+@pytest.fixture(scope="module")
+def channel(tmp_path_factory):
+    """A run between walls, with a trajectory."""
+    path = tmp_path_factory.mktemp("channel") / "run.nc"
+    scene = Scene(CHANNEL)
+    simulate(scene, path, make_start(scene), RunSettings(keep=True))
+    return path
+
+
+def test_files_have_the_longer_box(channel):
+    """So no bead behind a plane appears at the other end: in the result and in GSD."""
+    last = read(channel)
+    assert last.box == (3.0, 4.0, 9.0)
+    place = last.position[2] - 2.0
+    assert -1 < place.min() < 1 and 4 < place.max() < 6
+    with gsd.hoomd.open(channel.with_suffix(".gsd")) as frames:
+        for frame in frames:
+            np.testing.assert_allclose(frame.configuration.box[:3], [3, 4, 9])
+            assert np.abs(frame.particles.position[:, 2]).max() < 3.5
+            assert not frame.particles.image[:, 2].any()
+
+
+def test_a_run_goes_on_from_another(channel, tmp_path):
+    """From its own file beads are where they were; so from one whose box ends at the planes."""
+    scene = Scene(CHANNEL | {"start": {"method": "file", "path": str(channel)}})
+    last = read(channel)
+    np.testing.assert_array_equal(make_start(scene).position, last.position)
+    place = np.clip(last.position[2] - 2.0, 0, 5 - 1e-9)
+    tight = last._replace(
+        box=(3.0, 4.0, 5.0), position=np.stack([*last.position[:2], place]),
+        image=np.zeros_like(last.image),
+    )  # fmt: skip
+    write(tight, tmp_path / "tight.nc")
+    scene = Scene(CHANNEL | {"start": {"method": "file", "path": str(tmp_path / "tight.nc")}})
+    np.testing.assert_allclose(make_start(scene).position[2], place + 2.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("box", "words"),
+    [((3.0, 4.0, 4.9), "walls of .* are 5 apart"), ((3.0, 4.5, 9.0), "4.5"),
+     ((3.0, 4.0, 14.0), "behind a wall along z")],
+)  # fmt: skip
+def test_a_file_of_another_box(channel, tmp_path, box, words):
+    """Refused, with what does not fit."""
+    last = read(channel)
+    position = np.random.default_rng(1).random(last.position.shape) * np.array(box)[:, None]
+    position[2] = position[2] / 2 + box[2] / 4 if box[2] < 10 else position[2]
+    write(last._replace(box=box, position=position, image=0 * last.image), tmp_path / "other.nc")
+    scene = Scene(CHANNEL | {"start": {"method": "file", "path": str(tmp_path / "other.nc")}})
+    with pytest.raises(UserError, match=words):
+        make_start(scene)
+
+
+def test_what_a_run_between_walls_holds(channel):
+    """All beads are in both profiles; energies add up; a series for each wall."""
+    values, _ = files.read(channel)
+    scene = Scene(CHANNEL)
+    assert list(values["wall"]) == ["z lower", "z upper"]
+    assert values["wall_pressure"].shape == (10, 2) and (values["wall_pressure"] > 0).all()
+    assert values["wall_friction"].shape == (10, 2, 3)
+    for name in ("z", "layer"):
+        assert values[name][0] < -0.5 and values[name][-1] > 5.5
+    layer = 12.0 * (values["layer"][1] - values["layer"][0])
+    beads = np.nansum(values["bead_profile"], axis=1) * layer
+    np.testing.assert_allclose(beads, scene.beads)
+    np.testing.assert_allclose(values["density_profile"].sum(axis=(1, 2)) * layer, scene.beads)
+    kinetic = 1.5 * scene.beads * values["kT"]
+    parts = values["pair_energy"] + values["bond_energy"] + values["wall_energy"]
+    np.testing.assert_allclose(values["total_energy"], kinetic + parts)
+
+
+def seen(scene, samples):
+    """Variables of a scene's one observable, after samples of (position, velocity, sums)."""
+    (observable,) = observables(Scene(scene), system_of(Scene(scene)))
+    for position, velocity, sums in samples:
+        state = SimpleNamespace(position=position, velocity=velocity, species=None)
+        observable.sample(SimpleNamespace(state=state), sums)
+    return {name: variable[1] for name, variable in observable.variables().items()}
+
+
+def test_temperature_is_measured_about_the_flow():
+    """Of beads with u = z / 2 and a scatter of 0.9 about it: 0.81 in every layer."""
+    rng, samples = np.random.default_rng(3), []
+    for _ in range(100):
+        position = rng.random((3, 4000)) * 5
+        velocity = 0.9 * rng.normal(size=(3, 4000))
+        velocity[0] += 0.5 * np.floor(position[2])
+        samples.append((position, velocity, None))
+    scene = FLUID | {"observe": [{"velocity_profile": {"axis": "z", "bin": 1, "every": 1}}]}
+    found = seen(scene, samples)
+    np.testing.assert_allclose(found["layer"], [0.5, 1.5, 2.5, 3.5, 4.5])
+    flow = found["velocity_profile"].mean(axis=0)
+    np.testing.assert_allclose(flow[0], [0, 0.5, 1, 1.5, 2], atol=0.02)
+    np.testing.assert_allclose(flow[1:], 0, atol=0.02)
+    np.testing.assert_allclose(found["temperature_profile"].mean(axis=0), 0.81, atol=0.01)
+    np.testing.assert_allclose(found["bead_profile"].mean(axis=0), 4000 / 125, rtol=0.02)
+
+
+def test_a_wall_feels_the_opposite_of_what_it_does():
+    """Per area: pressure outwards, and the friction of the beads with it."""
+    scene = FLUID | {"walls": ROUGH, "observe": [{"walls": {"every": 1}}]}
+    on_beads = np.array([[1.0, 50.0, 2.5, 0.0, 5.0], [1.0, 75.0, -2.5, 1.0, 0.0]])
+    found = seen(scene, [(None, None, Sums(None, None, on_beads))])
+    np.testing.assert_allclose(found["wall_pressure"][0], [2, 3])
+    np.testing.assert_allclose(
+        found["wall_friction"][0], [[-0.1, 0, -0.2], [0.1, -0.04, 0]], atol=1e-15
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "axis"),
+    [({"walls": WALLS | {"axis": "x"}}, 0), ({}, 1),
+     ({"body_force": {"axis": "x", "strength": 1, "opposite": "z"}}, 2)],
+)  # fmt: skip
+def test_a_profile_is_across_what_changes_most(change, axis):
+    """Walls, a force that turns round, the longest edge."""
+    scene = FLUID | {"box": [5, 6, 5], "observe": [{"velocity_profile": {"every": 1}}]} | change
+    place = np.full((3, 1), 2.4)
+    place[axis] = 4.4
+    found = seen(scene, [(place, place, None)])
+    layer = np.nanargmax(found["bead_profile"][0])
+    low = system_of(Scene(scene)).origin[axis]
+    assert found["layer"][layer] == pytest.approx(4.4 - low, abs=0.11)
