@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from paper_figures.cerius2_1998 import copolymer_melts, distributions, morphology
+from paper_figures.cerius2_1998 import copolymer_melts, distributions, morphology, viscosity
 
 EDGE, CELLS = 10.0, 16
 
@@ -90,3 +90,74 @@ def test_the_mean_bond_counts_bonds():
     value, error = distributions.mean_bond(data)
     assert value == pytest.approx((8 * 0.9 + 4 * 0.7 + 2 * 0.8) / 14)
     assert error == pytest.approx(0.002)
+
+
+ETA, FORCE, BLOCKS = 0.8, 0.02, 30
+
+
+def scene_of(box, **more):
+    """Of the standard fluid, as JSON."""
+    return json.dumps({
+        "dimension": 3, "box": box, "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+        "steps": {"sample": 10}, **more,
+    })  # fmt: skip
+
+
+def flow(z, profile, scene):
+    """A run with this velocity along x, up to noise, at density 3."""
+    rng = np.random.default_rng(3)
+    velocity = rng.normal(scale=0.002, size=(1, BLOCKS, 3, len(z)))
+    velocity[:, :, 0] += profile
+    return xr.Dataset(
+        {
+            "velocity_profile": (("replica", "block", "axis", "layer"), velocity),
+            "bead_profile": (("replica", "block", "layer"), np.full((1, BLOCKS, len(z)), 3.0)),
+            "scene": ("replica", [scene]),
+        },
+        {"layer": z},
+    )
+
+
+@pytest.fixture
+def flows():
+    """Shear, two opposite flows, and channels with slip lengths of 0.5 and 0.1."""
+    rates = np.array([0.2, 0.4])
+    stress = {"units": "kT / r_c^3"}
+    shear = xr.Dataset(
+        {
+            "shear_stress": (("rate", "replica"), ETA * rates[:, None], stress),
+            "shear_stress_error": (("rate", "replica"), np.full((2, 1), 0.004), stress),
+            "kT": (("rate", "replica"), np.ones((2, 1))),
+            "scene": (("rate", "replica"), [[scene_of(10, shear={"rate": r})] for r in rates]),
+        },
+        {"rate": rates},
+    )
+    z = (np.arange(40) + 0.5) / 2
+    bend = 3 * FORCE / (2 * ETA)
+    up = np.where(z < 10, z * (10 - z), -(z - 10) * (20 - z))
+    body = {"axis": "x", "strength": FORCE}
+    two = flow(z, bend * up, scene_of([7, 7, 20], body_force=body | {"opposite": "z"}))
+    z = np.arange(-0.375, 10.4, 0.25)
+    walls = {"axis": "z", "repulsion": 25, "gamma": 5}
+    channel = [
+        flow(
+            z, bend * (z * (10 - z) + 10 * slip), scene_of([8, 8, 10], body_force=body, walls=walls)
+        )
+        for slip in (0.5, 0.1)
+    ]
+    channels = xr.concat(channel, xr.DataArray([2.0, 15.0], dims="gamma", name="gamma"))
+    return {"shear": shear, "two_flows": two, "channel": channels}
+
+
+def test_viscosity_and_slip_of_known_flows(flows):
+    """All ways give the viscosity that the profiles were made with, and the slip lengths."""
+    data = viscosity.compute(flows)
+    found = viscosity.measured(data)
+    for name in ("viscosity_shear", "viscosity_two_flows", "viscosity_walls"):
+        assert found[name].value == pytest.approx(ETA, abs=4 * found[name].error + 1e-3)
+        assert 0 < found[name].error < 0.05
+    assert found["newtonian"].value == pytest.approx(1)
+    assert data.slip.values == pytest.approx([0.5, 0.1], abs=0.1)
+    assert data.two_curve.values == pytest.approx(data.two_u.values, abs=0.01)
+    assert data.wall_curve.values == pytest.approx(data.wall_u.values, abs=0.02)
