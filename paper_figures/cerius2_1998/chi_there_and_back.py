@@ -47,9 +47,8 @@ def compute(sweeps):
     """chi asked for and found, and chi over Delta a of each group."""
     parts = []
     for group in GROUPS:
-        found = sweep_chi(sweeps[group.sweep], "chi").rename(chi="found", chi_error="error")
-        return_to = found.rename({"chi": "asked"}) if "chi" in found.dims else found
-        parts.append(_with_slope(return_to).expand_dims(group=[group.sweep]))
+        found = sweep_chi(sweeps[group.sweep], "asked").rename(chi="found", chi_error="error")
+        parts.append(_with_slope(found).expand_dims(group=[group.sweep]))
     return xr.concat(parts, "group", join="outer")
 
 
