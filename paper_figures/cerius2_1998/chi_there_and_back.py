@@ -105,12 +105,13 @@ def draw(data):
     published_line(axes, [0, top], [0, top], "the same")
     for group in GROUPS:
         at = data.sel(group=group.sweep).dropna("asked", subset=["found"])
+        label = group.label
         for settled in (1, 0):
             part = at.where(at.settled == settled, drop=True)
             if part.sizes["asked"]:
-                label = group.label if settled else None
                 points(axes, part.asked, part.found, part.error, label, group.color, group.marker,
                        bool(settled))  # fmt: skip
+                label = None
     axes.set(xlim=(0, top), ylim=(0, top), xlabel=r"$\chi$ asked for", ylabel=r"$\chi$ found")
     axes.legend(loc="upper left")
     return figure
