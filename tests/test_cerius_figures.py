@@ -81,6 +81,19 @@ def test_melts_that_order_and_that_do_not():
     assert found["asymmetric"].value == 0 and not found["asymmetric"].undecided
 
 
+def test_vectors_of_a_lattice():
+    """Multiples of one vector; sums of three at 60 degrees; none without a lattice."""
+    vectors = np.array([[1, 0, 0], [3, 0, 0], [0, 2, 0], [1, 1, 0], [1, -2, 0], [0.5, 0, 0]])
+    along = copolymer_melts.on_lattice(vectors, vectors[:1])
+    assert along.tolist() == [True, True, False, False, False, False]
+    root = np.sqrt(3) / 2
+    first = np.array([[1, 0, 0], [0.5, root, 0], [0.5, -root, 0]])
+    others = np.array([[0, 2 * root, 0], [2, 0, 0], [2.5, root, 0], [0, root, 0], [1, 0, 1]])
+    found = copolymer_melts.on_lattice(others, first)
+    assert found.tolist() == [True, True, True, False, False]
+    assert not copolymer_melts.on_lattice(others, np.empty((0, 0))).any()
+
+
 def test_the_mean_bond_counts_bonds():
     """4 of A A, 2 of A B and 8 of B B, whatever their order."""
     data = xr.Dataset(

@@ -12,6 +12,7 @@ from paper_figures.cerius2_1998.shared import draw_isodensity
 
 SHOWN = 4.5  # chi of the melts that are drawn: chi N is 45
 SETTLED = 0.5  # share of a run that is left out at its beginning
+CLOSE = 1e-6  # 1 / r_c by which equal wave vectors differ by rounding
 
 
 class Melt:
@@ -36,8 +37,9 @@ PAPER_SHOWS = (
     "beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. Groot and Madden (1998) "
     "found layers in A 5 B 5 and hexagonal cylinders in A 3 B 7 at a_AB = 40. Drawn is chi N = 45. "
     "Top: bodies in which the density of A is more than half of all. Bottom: S_AA / N_A of each "
-    "wave vector of the box, over the length of the strongest; lines are the peaks of layers, 1 : "
-    "2 : 3, and of cylinders, 1 : sqrt(3) : 2 : sqrt(7). Layers of equal thickness have no peak at "
+    "wave vector of the box, over the length of the strongest; in color those that are sums of the "
+    "strongest, in gray all others. Lines are the peaks of layers, 1 : 2 : 3, and of cylinders, "
+    "1 : sqrt(3) : 2 : sqrt(7). Layers of equal thickness have no peak at "
     "2, and cylinders that fill 0.3 of the box have weak ones at sqrt(3) and 2. The table names "
     "the phase of each run."
 )
@@ -58,6 +60,7 @@ def compute(sweeps):
         scene = first_scene(at)
         found = strengths_of(at.isel(replica=[0]), "A", SETTLED)
         length = np.linalg.norm(found.vectors, axis=1)
+        first = phase_of(found).first
         field = at.density_field.isel(replica=0, frame=-1).values[scene.species.index("A")]
         name = melt.sweep
         parts |= {
@@ -69,6 +72,7 @@ def compute(sweeps):
             f"{name}_repulsion": ("chi", [_unlike(runs, c) for c in chis], {"units": "kT / r_c"}),
             f"{name}_length": (f"{name}_wave", length, {"units": "1 / r_c"}),
             f"{name}_strength": (f"{name}_wave", found.strength, {"units": "1"}),
+            f"{name}_peak": (f"{name}_wave", on_lattice(found.vectors, first).astype(np.int8)),
             f"{name}_field": (
                 tuple(f"{name}_{axis}" for axis in "xyz"), field, {"units": "1 / r_c^3"},
             ),
@@ -76,6 +80,26 @@ def compute(sweeps):
             f"{name}_drawn": ((), float(at.chi) * len(scene.molecules[0].beads), {"units": "1"}),
         }  # fmt: skip
     return xr.Dataset(parts, {"chi": ("chi", chis, {"units": "1"})})
+
+
+def on_lattice(vectors, first):
+    """Which wave vectors are whole-numbered sums of the strongest ones.
+
+    Parameters
+    ----------
+    vectors : (n, 3) array
+    first : (m, 3) array
+        The strongest ones: of layers one, of cylinders three, whose third is a sum of the others.
+
+    Returns
+    -------
+    (n,) array of bool
+    """
+    if len(first) not in (1, 3):
+        return np.zeros(len(vectors), bool)
+    basis = first[: 1 if len(first) == 1 else 2]
+    numbers = np.round(vectors @ np.linalg.pinv(basis))
+    return np.abs(numbers @ basis - vectors).max(axis=1) < CLOSE
 
 
 def _phase(runs, chi, replica):
@@ -154,7 +178,12 @@ def _strengths(axes, data, melt, color):
     length = data[f"{melt.sweep}_length"].values
     strength = data[f"{melt.sweep}_strength"].values
     first = length[strength.argmax()]
-    axes.plot(length / first, strength, color=color, marker="o", markersize=2, linestyle="none")
+    peak = data[f"{melt.sweep}_peak"].values == 1
+    for which, shade, size in ((~peak, "0.6", 2), (peak, color, 3.5)):
+        axes.plot(
+            length[which] / first, strength[which], color=shade, marker="o", markersize=size,
+            linestyle="none",
+        )  # fmt: skip
     axes.set(yscale="log", xlim=(0.4, 3.4), xlabel="$q$ / $q_1$", ylabel=r"$S_{AA}(q)$ / $N_A$")
     axes.set_ylim(0.5 * strength[length < 3.4 * first].min(), 3)
     for order, label in zip(melt.orders, melt.labels):

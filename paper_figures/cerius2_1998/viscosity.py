@@ -2,11 +2,11 @@
 
 import numpy as np
 import xarray as xr
-from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
-from dpd.analysis.shear import viscosities
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
 from dpd.analysis.published import shown_by
+from dpd.analysis.shear import viscosities
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
@@ -120,7 +120,8 @@ def measured(data):
             f"rate {rates[-1]} over rate {rates[0]}",
         ),
         "viscosity_same": Measured(
-            same, same * float(np.hypot(data.two_eta_error / data.two_eta, error[-1] / eta[-1])),
+            float(same),
+            float(same * np.hypot(data.two_eta_error / data.two_eta, error[-1] / eta[-1])),
         ),
         "slip": Measured(
             float(data.slip[-1]), float(data.slip_error[-1]), f"slip lengths: {slips}"
@@ -132,8 +133,8 @@ def describe(data):
     """What is seen."""
     return (
         "Parabolic profiles of two opposite flows and of flows between walls, which fit their "
-        "parabolas; the flow near a wall is slower the larger its friction. Viscosities by all "
-        "ways lie in a row near the gray band of the literature."
+        "parabolas; the larger the friction of a wall, the slower the flow beside it. Viscosities "
+        "by all ways lie in a row, in the gray band of the literature or near it."
     )
 
 
