@@ -30,7 +30,7 @@ GROUPS = (
     Group("dimers", "chi_slope_chains", r"dimers, $\rho$ = 3", GREEN, "^"),
 )
 ALPHA, ALPHA_ERROR = 0.101, 0.001  # of the equation of state, Eq. 31
-LIKE = 75.0  # a rho / kT, so that the fluid is as hard to compress as water
+LIKE = PUBLISHED["like_repulsion"].value  # a rho / kT, for a fluid that compresses as water does
 WATER = PUBLISHED["compressibility"].value
 
 TITLE = "chi found against chi asked for, in two coexisting phases of A and B."

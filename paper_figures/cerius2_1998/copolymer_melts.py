@@ -6,10 +6,12 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.morphology import CYLINDERS, LAMELLAE, phase_of, strengths_of
+from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, DOUBLE, RED, plt
 from paper_figures.cerius2_1998.shared import draw_isodensity
 
+SLOPE = shown_by(__file__)["chi_slope_chains"].value
 SHOWN = 4.5  # chi of the melts that are drawn: chi N is 45
 SETTLED = 0.5  # share of a run that is left out at its beginning
 CLOSE = 1e-6  # 1 / r_c by which equal wave vectors differ by rounding
@@ -33,8 +35,8 @@ MELTS = (
 
 TITLE = "Melts of A 5 B 5 and A 3 B 7: domains of A and strengths of the wave vectors."
 PAPER_SHOWS = (
-    "Not in the manual, whose chi N kT / Delta a = 0.306 N gives the repulsions: of chains of 10 "
-    "beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. Groot and Madden (1998) "
+    f"Not in the manual, whose chi N kT / Delta a = {SLOPE:g} N gives the repulsions: of chains of "
+    "10 beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. Groot and Madden (1998) "
     "found layers in A 5 B 5 and hexagonal cylinders in A 3 B 7 at a_AB = 40. Drawn is chi N = 45. "
     "Top: bodies in which the density of A is more than half of all. Bottom: S_AA / N_A of each "
     "wave vector of the box, over the length of the strongest; in color those that are sums of the "
