@@ -119,11 +119,15 @@ def test_a_result_is_described(fluid):
 
 def test_results_of_all_observables_can_be_kept(folder):
     """A dataset goes into a file of xarray's and back; load reads that too."""
-    plane = CHAINS | {"dimension": 2, "box": 8}
-    walled = CHAINS | {"walls": {"axis": ["z"], "repulsion": {"A": 25}, "gamma": 4.5}}
+    chains = CHAINS | {
+        "molecules": [{"architecture": "A 2 B 2", "density": 3}],
+        "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    }
+    plane = chains | {"dimension": 2, "box": 8}
+    walled = chains | {"walls": {"axis": ["z"], "repulsion": 25, "gamma": 4.5}}
     for scene, missing in (
-        (CHAINS, {"crossings", "walls"}), (plane, {"passes", "walls"}),
-        (walled, {"crossings", "rdf"}),
+        (chains, {"crossings", "walls"}), (plane, {"passes", "walls"}),
+        (walled, {"crossings", "rdf", "structure_factor"}),
     ):  # fmt: skip
         names = sorted(set(OBSERVABLES) - missing - {"trajectory"})  # a file of its own
         run = dpd.run(scene | {"observe": names}, progress=False)

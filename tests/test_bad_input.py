@@ -259,15 +259,25 @@ WHOLE = FLUID | {
 # The same between walls, where there is no radial distribution function.
 WALLED = WHOLE | {
     "walls": {
-        "axis": ["z"], "repulsion": {"A": 25, "B": 30}, "gamma": 4.5,
+        "axis": ["z"], "repulsion": {"A": 25, "B": 30, "C": 25}, "gamma": 4.5,
         "velocity": [[0, 1, 0], [0, -1, 0]],
     },
-    "body_force": {"axis": "x", "strength": {"A": 0.1, "B": 0}, "opposite": "y"},
+    "body_force": {"axis": "x", "strength": {"A": 0.1, "B": 0, "C": 0}, "opposite": "y"},
     "observe": [
         {"walls": {"every": 5}}, {"velocity_profile": {"every": 5, "bin": 0.5, "axis": "y"}},
         {"profile": {"every": 5, "bin": 0.5, "axis": "x"}},
     ],
 }  # fmt: skip
+SHEARED = WHOLE | {
+    "shear": {"rate": 0.1, "flow": "x", "gradient": "y"},
+    "observe": [{"thermo": {"every": 5}}],
+}  # fmt: skip
+# The same at constant pressure, where no chain can be traced.
+PRESSED = WHOLE | {
+    "pressure": {"target": 24, "axes": "z", "time": 1, "compressibility": 0.02, "every": 5},
+    "observe": [{"thermo": {"every": 5}}],
+}
+WHOLES = WHOLE, WALLED, SHEARED, PRESSED
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
@@ -299,16 +309,19 @@ def key_of(place):
 
 def test_the_whole_scenes_have_every_key():
     """So that a key that comes in is tried out too."""
-    Scene(WHOLE)
-    Scene(WALLED)
-    rules = schema("scene")["properties"]
-    assert set(WALLED) == set(rules)
+    rules, keys, observed = schema("scene")["properties"], {}, set()
+    for whole in WHOLES:
+        Scene(whole)
+        keys |= whole
+        observed |= {
+            item if isinstance(item, str) else next(iter(item)) for item in whole["observe"]
+        }
+    assert set(keys) == set(rules)
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle", "walls",
-                 "body_force"):  # fmt: skip
-        assert set(rules[name]["properties"]) - set(WALLED[name]) <= not_here, name
+                 "body_force", "shear", "pressure"):  # fmt: skip
+        assert set(rules[name]["properties"]) - set(keys[name]) <= not_here, name
     observables = rules["observe"]["items"]["oneOf"][0]["enum"]
-    observed = {next(iter(item)) for item in [*WHOLE["observe"], *WALLED["observe"]]}
     assert set(observables) - observed == {
         "crossings",  # in two dimensions
         "configurational",  # without a core
@@ -319,11 +332,11 @@ def test_the_whole_scenes_have_every_key():
 @pytest.mark.parametrize(
     ("whole", "place"),
     [
-        *((WHOLE, place) for place in places(WHOLE)),
-        *((WALLED, place) for place in places(WALLED) if WALLED[place[0]] != WHOLE.get(place[0])),
+        (whole, place) for whole in WHOLES for place in places(whole)
+        if whole is WHOLE or whole[place[0]] != WHOLE.get(place[0])
     ],
     ids=lambda part: key_of(part) if isinstance(part, tuple) else "",
-)
+)  # fmt: skip
 def test_any_value_at_any_key(whole, place):
     """Either a scene, or one sentence with the file and the key or what it belongs to."""
     for value in WRONG:

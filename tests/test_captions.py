@@ -105,6 +105,14 @@ def swept(scene, replicas=1, **axes):
     )
 
 
+def test_a_sweep_at_constant_pressure():
+    """The pressures that are held, and the axis if it is one alone."""
+    blends = BLENDS | {"pressure": {"target": 23.7}}
+    assert "; constant pressure 23.7 kT/r_c^3" in str(sweep_line(swept(blends)))
+    along = BLENDS | {"pressure": {"target": 23.7, "axes": "z"}}
+    assert "kT/r_c^3, stretched along z" in str(sweep_line(swept(along)))
+
+
 def test_a_line_for_a_sweep():
     """System, forces, dynamics and samples; a swept radius as a range, once."""
     line = str(sweep_line(swept(CHAINS, replicas=3, radius=[0.0, 0.15, 0.2])))
@@ -134,6 +142,17 @@ def test_a_line_on_a_run_without_friction_or_equilibration():
     line = sweep_line(swept(BLENDS | {"thermostat": {"gamma": 0}}))
     assert line.dynamics.startswith("no thermostat, scheme dpd-vv")
     assert line.sampling == "400 steps without equilibration, one replica"
+
+
+def test_a_line_on_a_flow_between_walls():
+    """Their repulsions, their friction, and what drives the flow."""
+    walls = {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 4.5}
+    flow = {"axis": "x", "strength": 0.02}
+    line = sweep_line(swept(BLENDS | {"walls": walls, "body_force": flow}))
+    assert "walls along z, a_w = 25 and 40 kT/r_c, friction gamma = 4.5" in line.forces
+    assert line.forces.endswith("body force of 0.02 kT/r_c along x")
+    line = sweep_line(swept(BLENDS | {"body_force": flow | {"opposite": "z"}}))
+    assert line.forces.endswith("along x, turned round across z")
 
 
 def figure_file(**more):

@@ -344,3 +344,13 @@ def test_a_trajectory_has_the_box_of_each_frame(tmp_path):
     scaled = [frame.position / np.array(frame.box)[:, None] + frame.image for frame in frames]
     assert np.abs(np.diff(scaled, axis=0)).max() < 1 / 3
     assert np.abs(scaled[-1] - scaled[0]).max() > 0.5
+
+
+def test_a_scene_whose_time_step_is_yet_to_be_chosen():
+    """How often the box changes follows from the step; until then nothing changes it."""
+    auto = FLUID | {"integrator": {"scheme": "auto"}}
+    scene = Scene(auto)
+    assert "every" not in scene.data["pressure"]
+    assert system_of(scene).pressure is None
+    settled = Scene(scene.data | {"integrator": {"scheme": "gw-vv", "dt": 0.02}})
+    assert settled.data["pressure"]["every"] == system_of(settled).pressure.every == 5

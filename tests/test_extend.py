@@ -42,7 +42,9 @@ CHAINS = {
         "configuration", {"thermo": {"every": 4}}, {"rdf": {"range": 2, "every": 3}},
         {"profile": {"every": 11}}, {"bonds": {"every": 7}}, {"chains": {"every": 5}},
         {"displacement": {"every": 2}}, {"end_to_end": {"every": 3}}, {"trace": {"every": 10}},
-        {"configurational": {"every": 50}},
+        {"configurational": {"every": 50}}, {"density_field": {"every": 13, "average": 7}},
+        {"structure_factor": {"every": 17, "max": 3}}, {"mixing": {"every": 9}},
+        {"diffusion": {"every": 6}},
     ],
 }  # fmt: skip
 IN_PLANE = CHAINS | {

@@ -106,7 +106,7 @@ def test_metadata(wheel):
     assert needed and all(">=" in line and "==" not in line for line in needed)
     pinned = (ROOT / "requirements.txt").read_text().lower()
     assert all(f"\n{line.split('>=')[0].lower()}==" in pinned for line in needed)
-    assert set(found.get_all("Provides-Extra")) == {"pipeline", "test"}
+    assert set(found.get_all("Provides-Extra")) == {"draw", "pipeline", "test"}
     assert any(name.endswith("licenses/LICENSE") for name in archive.namelist())
 
 

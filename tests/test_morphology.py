@@ -154,6 +154,13 @@ def test_phases_without_a_rule_have_no_name():
     assert phase.name == "none" and "without a peak at 2 or 3 times" in phase.reason
 
 
+def test_a_run_that_was_lost_has_no_phase():
+    """Before it had a sample."""
+    numbers = wave_numbers(CUBE, 1.0)
+    phase = phase_of(Strengths(UNIT * numbers, np.full(len(numbers), np.nan)))
+    assert phase.name == "none" and phase.reason == "there are no samples"
+
+
 def test_three_vectors_that_do_not_close_are_no_cylinders():
     """Strong along x, y and z: a cubic crystal."""
     numbers = wave_numbers(CUBE, 4.0)

@@ -10,6 +10,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.observe import observables
+from dpd.pipeline.plan import sizes_of
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.scene.grids import grid_shape, wave_numbers
 from dpd.scene.scene import Scene
@@ -295,6 +296,13 @@ def same(one, other):
         np.array_equal(one[name], other[name], equal_nan=one[name].dtype.kind == "f")
         for name in one
     )
+
+
+def test_a_plan_knows_how_large_fields_are():
+    """Four bytes for each cell, species and frame, and little else."""
+    observe = [{"density_field": {"every": 1, "average": 2, "spacing": 0.1}}]
+    sizes = sizes_of(Scene(SOLID | {"observe": observe}))
+    assert sizes.kept == pytest.approx(4 * 30 * 3 * 60 * 50 * 40 / 2**20, rel=1e-3)
 
 
 # What is refused.

@@ -109,6 +109,8 @@ def test_a_file_of_another_program(tmp_path, dimension):
             frame.particles.position[:, :dimension] = place.T
             frame.angles.N = 1
             frame.angles.group = [[0, 1, 2]]
+            frame.dihedrals.N = 1
+            frame.dihedrals.group = [[0, 1, 2, 3]]
             file.append(frame)
     for number, shift in ((0, 0), (1, 1), (-1, 2), (-3, 0)):
         found = read(tmp_path / "other.gsd", number)
@@ -119,7 +121,9 @@ def test_a_file_of_another_program(tmp_path, dimension):
         assert found.position[0, 0] == 0 and found.image[0, 0] == 1  # 5 is exact, 6.3 is not
         assert (found.step, found.velocity, found.names) == (10 * shift, None, ("B", "A"))
         assert found.box == expected.box  # not 6.300000191
-        assert ["charge" in said or "angles" in said for said in found.left_out] == [True, True]
+        assert found.angles.tolist() == [[0, 1, 2]]
+        left = ["charge" in said or "dihedrals" in said for said in found.left_out]
+        assert left == [True, True]
     for number in (3, -4):
         with pytest.raises(UserError, match=r"there is no frame -?\d; allowed: 0 to 2, or -1"):
             read(tmp_path / "other.gsd", number)

@@ -148,6 +148,7 @@ def test_what_a_scene_does_without():
 
     assert unused("thermo") == names - {"thermo"}
     assert unused("trace") == names - {"trace", "chains"}  # it unwraps as chains do
+    assert unused("end_points") == names - {"end_points", "chains"}
     assert unused_modules(frozenset(TERMS), frozenset(names), frozenset(METHODS)) == set()
 
 
@@ -160,7 +161,9 @@ def test_who_imports_what_a_scene_may_lack():
                 yield str(path.relative_to(PACKAGE))
 
     registry = str(file_of(OBSERVE).relative_to(PACKAGE))
-    assert set(users(observable_modules().values())) == {registry, "observe/trace.py"}
+    assert set(users(observable_modules().values())) == {
+        registry, "observe/trace.py", "observe/end_points.py",
+    }  # fmt: skip
     rooms = {user.split("/")[0] for user in users(TERMS.values())}
     assert rooms <= {"engine", "physics", "start", "scene"}
 

@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 
 from dpd import files
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation
 from dpd.engine.state import Sums
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.particles.formats import read, write
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.pipeline.simulate import RunSettings, simulate, temperature_warning
 from dpd.scene.scene import Scene
 from dpd.scene.walls import origin_of, period_of
 from dpd.start.make import make_start, system_of
+from tests.engine.build import assert_same_state
 
 CHANNEL = {
     "dimension": 3,
@@ -215,6 +219,51 @@ def test_what_a_run_between_walls_holds(channel):
     np.testing.assert_allclose(values["total_energy"], kinetic + parts)
 
 
+def parts(threads=1):
+    """A simulation of the channel at its start, its observers, and its steps."""
+    scene = Scene(CHANNEL | {"observe": CHANNEL["observe"][:-1]})
+    system = system_of(scene)
+    return Simulation(system, make_start(scene), threads), observables(scene, system), scene.steps
+
+
+def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
+    """With another number of threads, through a checkpoint; all that was observed too."""
+    whole, seen_by_all, steps = parts()
+    run(whole, steps, seen_by_all)
+    keeper = Checkpoint(tmp_path / "run.checkpoint", {"scene": "this"})
+    killed, observers, _ = parts()
+
+    def kill(step):
+        if step >= 77:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(killed, steps, observers, keeper, kill, every_seconds=0.0)
+    again, observers, _ = parts(threads=2)
+    said = []
+    assert run(again, steps, observers, keeper, say=said.append) == 120 - 75
+    assert not any(said)
+    assert_same_state(again.state, whole.state)
+    for one, other in zip(observers, seen_by_all):
+        for name, array in one.arrays.items():
+            np.testing.assert_array_equal(array, other.arrays[name], err_msg=name)
+
+
+def test_a_run_that_gets_behind_a_wall(tmp_path):
+    """It fails with bead, step and remedy, or its result records where it was lost."""
+    hot = FLUID | {
+        "walls": WALLS, "start": {"kT": 200}, "thermostat": {"gamma": 0},
+        "integrator": {"scheme": "gw-vv", "dt": 0.005},
+    }  # fmt: skip
+    scene = Scene(hot, "hot.yaml")
+    with pytest.raises(UserError, match=r"hot.yaml: bead \d+ got .* behind a wall at step") as said:
+        simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert "raise walls.repulsion" in str(said.value)
+    scene = Scene(hot | {"unstable": "record"})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert 0 < files.attributes(tmp_path / "run.nc")["lost_step"] < 100
+
+
 def seen(scene, samples):
     """Variables of a scene's one observable, after samples of (position, velocity, sums)."""
     (observable,) = observables(Scene(scene), system_of(Scene(scene)))
@@ -251,6 +300,17 @@ def test_a_wall_feels_the_opposite_of_what_it_does():
     np.testing.assert_allclose(
         found["wall_friction"][0], [[-0.1, 0, -0.2], [0.1, -0.04, 0]], atol=1e-15
     )
+
+
+def test_a_flow_is_no_heat():
+    """A run with a flow is not warned of a kT that holds the flow; one without is."""
+    hot = {"kT": np.full(200, 1.5) + 0.01 * np.random.default_rng(1).normal(size=200)}
+    assert "instead of 1 " in temperature_warning(Scene(FLUID | {"walls": ROUGH}), hot)
+    for change in (
+        {"walls": ROUGH, "body_force": {"axis": "x", "strength": 0.1}},
+        {"walls": ROUGH | {"velocity": [[0, 1, 0], [0, 0, 0]]}},
+    ):
+        assert not temperature_warning(Scene(FLUID | change), hot)
 
 
 @pytest.mark.parametrize(

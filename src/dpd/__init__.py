@@ -14,7 +14,7 @@ True
 
 - `dpd.run`: simulate a scene; what it measured, as an `xarray.Dataset`.
 - `dpd.Scene`: a scene that was checked and knows its beads, density and bonds.
-- `dpd.draw`: a picture of beads and bonds, as a matplotlib figure.
+- `dpd.draw`: a picture of beads and bonds, or of density fields, as a matplotlib figure.
 - `dpd.load`: the result of an earlier run or sweep.
 - `dpd.sweep`: all combinations of some values of a scene, on several cores.
 - `dpd.UserError`: what they raise over anything that the user can mend, with a sentence on it.

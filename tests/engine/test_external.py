@@ -133,6 +133,21 @@ def test_threads_and_calls_change_no_bit(scheme, skin):
             np.testing.assert_array_equal(getattr(found, name), getattr(sums[0], name))
 
 
+@pytest.mark.parametrize(
+    "scheme", ["euler", "gw-vv", "dpd-vv", "shardlow", "lowe-andersen", "aboba"]
+)
+def test_a_body_force_adds_its_momentum(scheme):
+    """In a periodic box with friction between pairs: force times time, in every scheme."""
+    box = (5.1, 4.4)
+    position, velocity = random_beads(box, 60)
+    body = BodyForce(np.array([0.3]), 1, 1, np.inf)
+    system = make_system(box, scheme, body_force=body, dt=0.01)
+    simulation = make_simulation(system, position, velocity)
+    simulation.advance(50)
+    gained = simulation.state.velocity.sum(axis=1)
+    np.testing.assert_allclose(gained, [0, 60 * 0.3 * 0.5], atol=1e-10)
+
+
 def energy_at(system, position, species):
     """Pair, bond and wall energy."""
     simulation = make_simulation(system, position, np.zeros_like(position), species)

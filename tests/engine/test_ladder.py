@@ -102,7 +102,7 @@ def test_beads_at_the_same_place_stay_finite():
     place = np.full((3, 2), 1.5)
     simulation = make_simulation(system, place, np.zeros((3, 2)), np.array([0, 1], np.uint8))
     sums = simulation.advance(10, measure=True)
-    for array in (simulation.state.position, simulation.state.velocity, *sums):
+    for array in (simulation.state.position, simulation.state.velocity, sums.virial, sums.energy):
         assert np.isfinite(array).all()
     np.testing.assert_array_equal(simulation.state.position, place)
     assert sums.energy == pytest.approx([25 / 2, 100 * 0.95**2 / 2])

@@ -149,7 +149,9 @@ def test_pressure_is_minus_the_derivative_of_the_energy(law, core):
         edges = stretched_box(box, system.pressure.axes, times)
         assert np.prod(edges) == pytest.approx(times * volume, rel=1e-14)
         there = Simulation(system, stretched_state(simulation.state, box, edges))
-        looks.append(rescaling.look_at(system.pressure, there.state, edges, there.measure()))
+        looks.append(
+            rescaling.look_at(system, system.pressure, there.state, edges, there.measure())
+        )
     slope = (looks[2].energy - looks[0].energy) / (looks[2].volume - looks[0].volume)
     assert looks[1].pressure == pytest.approx(-slope, rel=1e-6, abs=1e-6)
 

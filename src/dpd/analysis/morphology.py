@@ -133,13 +133,17 @@ def phase_of(found: Strengths) -> Phase:
     Parameters
     ----------
     found : Strengths
-        Of the species that makes the domains, averaged over a time in which they stood still.
+        Of the species that makes the domains, averaged over a time in which they stood still, and
+        over ten independent looks or more: in a single one some wave vector may by chance stand
+        above all others of its length.
 
     Returns
     -------
     Phase
     """
     strongest = found.strength.max()
+    if not np.isfinite(strongest):
+        return _unordered(NONE, "there are no samples")
     if strongest < ORDERED:
         return _unordered(
             DISORDERED, f"the strongest wave vector has {strongest:.2g}, below {ORDERED:g}"

@@ -145,6 +145,7 @@ def empty_parts() -> dict[str, Callable[..., Any]]:
         "add_bonds", "find_slots",  # bonds
         "gather_repulsion", "copy_species",  # species
         "add_langevin",  # a thermostat on single beads
+        "add_external",  # walls and body forces
         "gaussian_noise",
         "empty_list", "renewed_list", "add_listed",  # lists
         "empty_touching", "emptied", "with_pairs", "close_phase",  # pairs that are needed again

@@ -73,7 +73,7 @@ class DensityField:
     def variables(self) -> Variables:
         """Fields for the file; NaN where a run that was lost did not come to."""
         frames = len(self.arrays["field"])
-        looks = self._looks_in_frames(int(self.arrays["taken"][0]))
+        looks = self._looks_in_frames(int(self.arrays["taken"][0])).astype(np.float32)
         with np.errstate(invalid="ignore"):
             field = self.arrays["field"] / looks.reshape(-1, *[1] * len(self._shape))
             box = self.arrays["box"] / looks[:, None]
@@ -95,7 +95,7 @@ class DensityField:
             "field_box": (("frame", "axis"), box, "r_c", "edges of the box, mean of a frame"),
             "species": (("species",), np.array(self._names), "1", "species"),
             "density_field": (
-                ("frame", "species", *axes), field.astype(np.float32), "1 / r_c^dimension",
+                ("frame", "species", *axes), field, "1 / r_c^dimension",
                 "number density in cells, mean over the looks of a frame",
             ),
         }  # fmt: skip

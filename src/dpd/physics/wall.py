@@ -1,7 +1,7 @@
 """Soft walls: planes that push beads away, and the friction of beads with them.
 
-A bead at the distance z from a plane feels, for z < 1 (the wall of Groot and Warren's pair force
-for one bead, with the plane in the place of the other):
+A bead at the distance z < 1 from a plane feels the pair force of Groot and Warren 1997 (Eq. 4),
+with the plane in the place of the other bead:
 
     u(z)   =  a_w (1 - z)^2 / 2        energy
     F(z)   =  a_w (1 - z)              force along the normal into the box, -u'

@@ -13,7 +13,9 @@ from markupsafe import Markup
 
 from dpd.report.notation import typeset
 from dpd.scene.bonding import laws_of
+from dpd.scene.flow import body_force_of
 from dpd.scene.scene import Scene
+from dpd.scene.walls import AXES, walls_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -48,7 +50,7 @@ class SweepLine:
     system : str
         Beads, molecules, box, density.
     forces : str
-        Repulsion, core, bonds, angles.
+        Repulsion, core, bonds, angles, masses, walls, body force.
     dynamics : str
         Thermostat, scheme, time step.
     sampling : str
@@ -257,10 +259,11 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds, angles, masses."""
-    parts = (
-        _repulsion(scenes), _core(scenes), _bond(scenes), _angle(scenes), _masses(scenes),
+    """Repulsion, core, bonds, angles, masses, walls, body force, pressure that is held."""
+    terms = (
+        _repulsion, _core, _bond, _angle, _masses, _walls, _body_force, _pressure,
     )  # fmt: skip
+    parts = (part(scenes) for part in terms)
     return "; ".join(part for part in parts if part)
 
 
@@ -319,6 +322,41 @@ def _angle(scenes):
         return ""
     stiffness, angle = (span([law[key] for law in laws]) for key in ("stiffness", "angle"))
     return f"angles of stiffness k = {stiffness} kT/rad^2, at rest at {angle} degrees"
+
+
+def _walls(scenes):
+    """walls along z of repulsion a_w = 25: species with the same values together."""
+    walls = [found for found in map(walls_of, scenes) if found is not None]
+    if not walls:
+        return ""
+    axes = span([" and ".join(AXES[axis] for axis in each.axes) for each in walls])
+    repulsion = span([value for each in walls for value in each.repulsion])
+    gamma = span([each.gamma for each in walls], counted=False)
+    rough = "smooth" if gamma == "0" else f"friction gamma = {gamma}"
+    return f"walls along {axes}, a_w = {repulsion} kT/r_c, {rough}"
+
+
+def _body_force(scenes):
+    """body force of 0.02 along x, turned round across z."""
+    bodies = [found for found in map(body_force_of, scenes) if found is not None]
+    if not bodies:
+        return ""
+    strength = span([value for each in bodies for value in each.strength])
+    axes = span([AXES[each.axis] for each in bodies])
+    across = [AXES[each.opposite] for each in bodies if each.opposite is not None]
+    turned = f", turned round across {span(across)}" if across else ""
+    return f"body force of {strength} kT/r_c along {axes}{turned}"
+
+
+def _pressure(scenes):
+    """constant pressure 23.7 kT/r_c^3, along z alone."""
+    held = [scene.data["pressure"] for scene in scenes if "pressure" in scene.data]
+    if not held:
+        return ""
+    alone = span(sorted({law["axes"] for law in held}))
+    along = "" if alone == "all" else f", stretched along {alone}"
+    target = span([law["target"] for law in held])
+    return f"constant pressure {target} kT/r_c^{scenes[0].dimension}{along}"
 
 
 def _dynamics(scenes):

@@ -153,6 +153,35 @@ Shear heats the fluid by viscosity times rate^2 per volume, which the thermostat
 of its images is tilted, and files say by how much: `last_tilt`, `box_tilt`, and the tilt factors of
 the box in GSD and LAMMPS data.
 
+## Density fields and phases
+
+`density_field` counts beads in the cells of a grid, in frames over time. One look has few beads in
+a cell, so a frame is the average of some looks. To see how a mixture orders, let the scene sample
+from the beginning, as `config/scenes/triblock.yaml` does with `equilibrate: 0`. Then
+
+```
+python -m dpd draw run.nc --slice z=5 --frame 0 3 -1      # three times side by side
+python -m dpd draw run.nc --surface A=0.4 B=1 --frame -1  # around what is denser than that
+python -m dpd convert run.nc field.vti --frame -1         # for ParaView
+```
+
+Surfaces and files for ParaView need `pip install 'dpd-papers[draw]'`. For a picture, the field is
+averaged with a Gaussian of width 0.5 (`--smooth`). A surface is closed where the box ends, and what
+a face of the box cuts is pale. The values of a file for ParaView belong to cells: use its filter
+*Cell Data to Point Data* before *Contour*.
+
+The phase of a block copolymer is named by the peaks of its structure factor, 1 : 2 : 3 for lamellae
+and 1 : sqrt(3) : 2 for cylinders:
+
+```python
+import dpd
+from dpd.analysis.morphology import phase_of, strengths_of
+
+run = dpd.load("run.nc")  # of a scene that observes structure_factor
+phase = phase_of(strengths_of(run, "A"))
+print(phase.name, phase.reason, phase.spacing)
+```
+
 ## First configurations
 
 `start` of a scene says where beads begin. `method: file` reads that from a file: GSD, LAMMPS data,

@@ -12,8 +12,10 @@ if TYPE_CHECKING:
 
     from dpd.scene.scene import Scene
 
-MOST_CELLS = 10**8  # numbers of a field over time: 0.4 GB
-MOST_WAVES = 10**6  # wave vectors within max
+# What a run may keep: with copies for checkpoint and result it fits into the memory that a cluster
+# is asked for, `dpd.pipeline.resources`.
+MOST_CELLS = 5 * 10**7  # numbers of a field over time, of 4 bytes
+MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
 MOST_SUMS = 10**11  # terms of a structure factor: minutes for each look
 
 
@@ -104,10 +106,10 @@ def _check_structure(scene, refuse):
         )
     # Their number, before they are all written down.
     around = math.prod(2 * _farthest(edge, most) + 1 for edge in scene.box) // 2
-    if around > MOST_WAVES or around * scene.beads > MOST_SUMS:
+    pairs = len(scene.species) * (len(scene.species) + 1) // 2
+    if around * pairs > MOST_WAVES or around * scene.beads > MOST_SUMS:
         refuse(
             "observe.structure_factor.max",
-            f"{most:g} makes about {around:.3g} wave vectors for {scene.beads} beads; allowed: <= "
-            f"{MOST_WAVES} vectors, and <= {MOST_SUMS:.0e} for vectors times beads. Take a smaller "
-            "max",
+            f"{most:g} makes up to {around:.3g} wave vectors for {scene.beads} beads; allowed: "
+            f"<= {min(MOST_WAVES // pairs, MOST_SUMS // scene.beads)} vectors. Take a smaller max",
         )

@@ -76,6 +76,11 @@ def state_from_file(
         say(f"{path}: its molecules are in another order, so beads are numbered as in the scene")
     if sentence := _other_masses(scene, particles):
         say(f"{path}: {sentence}")
+    if len(particles.angles) not in (0, len(scene.angled)):
+        say(
+            f"{path}: it has {len(particles.angles)} angles, and the scene {len(scene.angled)}; "
+            "those of the scene act"
+        )
     velocity = particles.velocity
     if velocity is None:
         description = start_description(scene)

@@ -144,16 +144,15 @@ def _fields(source):
 
 
 def _several(frame):
-    return [frame] if isinstance(frame, int) else list(frame)
+    """The frames of a picture of density fields."""
+    return [int(number) for number in np.atleast_1d(frame)]
 
 
 def _single(frame):
     """The one frame of a picture of beads."""
-    if isinstance(frame, int):
-        return frame
-    if len(frame) != 1:
+    if np.size(frame) != 1:
         raise UserError("frame: a picture of beads shows one; several are for a slice or surfaces")
-    return frame[0]
+    return _several(frame)[0]
 
 
 def _figure(particles, look, path):
