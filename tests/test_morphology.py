@@ -112,7 +112,7 @@ def test_cylinders(name):
     assert phase.name == "cylinders", phase
     assert len(phase.first) == 3
     ratios = [order.ratio for order in phase.orders]
-    assert ratios == pytest.approx([1, np.sqrt(3), 2], rel=0.01)
+    assert ratios == pytest.approx([1, np.sqrt(3), 2, np.sqrt(7)], rel=0.02)
     spacing = np.mean([np.linalg.norm(vector) for vector in phase.first])
     assert phase.spacing == pytest.approx(4 * np.pi / np.sqrt(3) / spacing)
 

@@ -8,7 +8,11 @@ and its higher orders stand at whole-numbered sums of them:
 
 - lamellae have one vector q1, and peaks at 1 : 2 : 3 (of layers of equal thickness at 1 : 3);
 - hexagonally packed cylinders (in two dimensions, discs) have three, at 60 degrees to each other
-  in a plane, and peaks at 1 : sqrt(3) : 2.
+  in a plane, and peaks at 1 : sqrt(3) : 2 : sqrt(7). Those at sqrt(3) and 2 are weak where
+  cylinders fill 0.3 of the volume: the form factor of a cylinder is 0 between them.
+
+A peak of higher order may be far weaker than the first, and in a small box little above the noise
+of the beads. So it counts where it stands above every other wave vector of about its length.
 
 This is how Groot and Madden, J. Chem. Phys. 108, 8713 (1998), name the phases of A_m B_n. The
 limits below are ours. For sharp interfaces q1 has the strength 0.41 in symmetric lamellae and 0.30
@@ -19,7 +23,7 @@ phase is called "none": it may be another one, as spheres or a gyroid, or not ha
 from __future__ import annotations
 
 import json
-from itertools import product
+from itertools import permutations, product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -33,8 +37,8 @@ if TYPE_CHECKING:
 
 ORDERED = 0.05  # strength of the strongest wave vector, from which on there is order
 ALIKE = 0.25  # of the strongest one's strength, from which on another is of first order too
-RISES = 2.0  # factor by which a peak of higher order stands above its surroundings
-AROUND = 0.15  # share of |q| within which wave vectors are its surroundings
+RISES = 1.2  # factor by which a peak of higher order stands above the others of its length
+AROUND = 0.05  # share of |q| within which wave vectors are about as long
 STRAINED = 0.15  # share by which first-order vectors may differ in length, as a box is no crystal
 LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "none"
 
@@ -48,18 +52,18 @@ class Order(NamedTuple):
         Of the mean length of its wave vectors to that of the first order.
     strength : float
         Mean over them.
-    surroundings : float
-        Median strength of the wave vectors about as long that belong to no order; NaN if there is
+    others : float
+        Largest strength of the wave vectors about as long that belong to no order; NaN if there is
         none.
     """
 
     ratio: float
     strength: float
-    surroundings: float
+    others: float
 
     @property
     def is_peak(self) -> bool:
-        return bool(self.strength > RISES * self.surroundings)
+        return bool(self.strength > RISES * self.others)
 
 
 class Phase(NamedTuple):
@@ -130,8 +134,8 @@ def phase_of(found: Strengths) -> Phase:
     ----------
     found : Strengths
         Of the species that makes the domains, averaged over a time in which they stood still, and
-        over ten independent looks or more: of a single one, a wave vector in four is by chance
-        `RISES` times as strong as the median, of ten one in 140.
+        over ten independent looks or more: in a single one some wave vector may by chance stand
+        above all others of its length.
 
     Returns
     -------
@@ -190,12 +194,12 @@ def _cylinders(found, first):
         return _unordered(NONE, "three wave vectors are strong, which are not at 60 degrees", first)
     one, two, three = np.array([1, *signs])[:, None] * np.eye(3)  # whose sum is zero
     apart = [one - two, two - three, three - one]
-    orders = _orders(found, first, [np.eye(3), apart, 2 * np.eye(3)])
+    far = [2 * a - b for a, b in permutations((one, two, three), 2)]
+    orders = _orders(found, first, [np.eye(3), apart, 2 * np.eye(3), far])
     higher = [order for order in orders[1:] if order.is_peak]
     if not higher:
-        return _unordered(
-            NONE, "three vectors at 60 degrees are strong, without peaks at sqrt(3) or 2", first
-        )
+        why = "three vectors at 60 degrees are strong, without peaks at sqrt(3), 2 or sqrt(7)"
+        return _unordered(NONE, why, first)
     seen = " : ".join(f"{order.ratio:.3g}" for order in (orders[0], *higher))
     spacing = 4 * np.pi / (np.sqrt(3) * lengths.mean())
     return Phase(CYLINDERS, f"hexagonal peaks at {seen}", first, orders, float(spacing))
@@ -226,9 +230,9 @@ def _order(found, places, own, first):
     length = np.linalg.norm(found.vectors, axis=1)
     mean = length[places].mean()
     others = np.setdiff1d(np.flatnonzero(np.abs(length / mean - 1) < AROUND), list(own))
-    background = float(np.median(found.strength[others])) if len(others) else np.nan
+    highest = float(found.strength[others].max()) if len(others) else np.nan
     ratio = float(mean / np.linalg.norm(first, axis=1).mean())
-    return Order(ratio, float(found.strength[places].mean()), background)
+    return Order(ratio, float(found.strength[places].mean()), highest)
 
 
 def _place(found, vector):

@@ -15,7 +15,7 @@ from dpd.report.notation import typeset
 
 HEAD = """# {title}
 
-{reference}, [doi:{doi}](https://doi.org/{doi})
+{reference}{doi}
 
 `python -m dpd readme` writes this page from the verdict tables in `results/archive`, from the
 captions in the figure files and from [findings.md](findings.md). Edit those.
@@ -117,12 +117,14 @@ def _findings(name):
 @cache
 def _references():
     entries = yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]
-    return {entry["title"]: entry["doi"] for entry in entries}
+    return {entry["title"]: entry.get("doi") for entry in entries}
 
 
 def _doi(title):
+    """A link to the paper, to be put behind its reference; nothing if it has none."""
     if title not in _references():
         raise UserError(
             f"CITATION.cff: references: none has the title {title!r} of a paper in config/papers"
         )
-    return _references()[title]
+    doi = _references()[title]
+    return f", [doi:{doi}](https://doi.org/{doi})" if doi else ""

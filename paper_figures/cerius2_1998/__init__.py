@@ -1,0 +1,1 @@
+"""Figures of the DPD chapter of the Cerius2 manual of 1998."""

@@ -1,0 +1,176 @@
+"""Figures of the manual of 1998, on made-up numbers."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from paper_figures.cerius2_1998 import copolymer_melts, distributions, morphology, viscosity
+
+EDGE, CELLS = 10.0, 16
+
+
+def ball(radius):
+    """Density of A: 3 in a ball in the middle of the box, 0 outside."""
+    place = (np.arange(CELLS) + 0.5) * EDGE / CELLS - EDGE / 2
+    apart = np.sqrt(sum(part**2 for part in np.meshgrid(place, place, place, indexing="ij")))
+    return np.where(apart < radius, 3.0, 0.0)
+
+
+@pytest.fixture
+def triblock():
+    """Runs in which A is spread evenly at first and in a ball afterwards."""
+    frames, radius = 40, 3.5
+    late = ball(radius)
+    field = np.zeros((1, frames, 2, CELLS, CELLS, CELLS), np.float32)
+    field[:, :, 0] = late
+    field[:, 0, 0] = late.mean()
+    scene = {
+        "dimension": 3, "box": EDGE, "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+        "steps": {"sample": 10},
+    }  # fmt: skip
+    runs = xr.Dataset(
+        {
+            "density_field": (("replica", "frame", "species", "x", "y", "z"), field),
+            "field_time": (("replica", "frame"), 2.0 + 4.0 * np.arange(frames)[None]),
+            "scene": ("replica", [json.dumps(scene)]),
+        },
+        {"species": ["A", "W"]},
+    )
+    return {"triblock": runs}
+
+
+def test_where_a_resides(triblock):
+    """All of A in the ball: its share over that of the volume, and a surface around it."""
+    data = morphology.compute(triblock)
+    assert list(data.shown_time.values[[0, -1]]) == [2.0, 158.0]
+    found = morphology.measured(data)
+    assert found["resides"].value == pytest.approx(1 / float((ball(3.5) > 0).mean()))
+    assert 0 < found["isodensity"].value < 1
+    assert found["resides"].value > 2 * float(data.inside[0] / data.volume[0])
+
+
+def test_frames_by_the_logarithm_of_time():
+    """The first, the last, and between them by equal factors."""
+    assert morphology.columns_of(np.arange(1.0, 1001.0)) == [0, 9, 99, 999]
+    assert morphology.columns_of(np.array([2.0, 6.0])) == [0, 1]
+
+
+def melts(symmetric, asymmetric):
+    """What `compute` gives of phases at chi 3, 4.5 and 6, two runs of each."""
+    parts = {}
+    for name, phases in (("symmetric", symmetric), ("asymmetric", asymmetric)):
+        parts[f"{name}_phase"] = (("chi", "replica"), np.reshape(phases, (3, 2)))
+        parts[f"{name}_spacing"] = (("chi", "replica"), np.full((3, 2), 6.0))
+    return xr.Dataset(parts, {"chi": [3.0, 4.5, 6.0]})
+
+
+def test_melts_that_order_and_that_do_not():
+    """A share of the runs from chi N 45 on; no verdict where most have no phase."""
+    runs = melts(
+        ["none", "none", "lamellae", "none", "lamellae", "lamellae"],
+        ["cylinders", "cylinders", "none", "none", "disordered", "cylinders"],
+    )
+    found = copolymer_melts.measured(runs)
+    assert found["symmetric"].value == 0.75 and not found["symmetric"].undecided
+    assert found["asymmetric"].value == 0.25 and found["asymmetric"].undecided
+    other = melts(["none"] * 6, ["lamellae"] * 6)
+    found = copolymer_melts.measured(other)
+    assert found["asymmetric"].value == 0 and not found["asymmetric"].undecided
+
+
+def test_vectors_of_a_lattice():
+    """Multiples of one vector; sums of three at 60 degrees; none without a lattice."""
+    vectors = np.array([[1, 0, 0], [3, 0, 0], [0, 2, 0], [1, 1, 0], [1, -2, 0], [0.5, 0, 0]])
+    along = copolymer_melts.on_lattice(vectors, vectors[:1])
+    assert along.tolist() == [True, True, False, False, False, False]
+    root = np.sqrt(3) / 2
+    first = np.array([[1, 0, 0], [0.5, root, 0], [0.5, -root, 0]])
+    others = np.array([[0, 2 * root, 0], [2, 0, 0], [2.5, root, 0], [0, root, 0], [1, 0, 1]])
+    found = copolymer_melts.on_lattice(others, first)
+    assert found.tolist() == [True, True, True, False, False]
+    assert not copolymer_melts.on_lattice(others, np.empty((0, 0))).any()
+
+
+def test_the_mean_bond_counts_bonds():
+    """4 of A A, 2 of A B and 8 of B B, whatever their order."""
+    data = xr.Dataset(
+        {"mean": ("pair", [0.9, 0.7, 0.8]), "mean_error": ("pair", [0.0, 0.0, 0.014])},
+        {"pair": ["B B", "A A", "A B"]},
+    )
+    value, error = distributions.mean_bond(data)
+    assert value == pytest.approx((8 * 0.9 + 4 * 0.7 + 2 * 0.8) / 14)
+    assert error == pytest.approx(0.002)
+
+
+ETA, FORCE, BLOCKS = 0.8, 0.02, 30
+
+
+def scene_of(box, **more):
+    """Of the standard fluid, as JSON."""
+    return json.dumps({
+        "dimension": 3, "box": box, "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+        "steps": {"sample": 10}, **more,
+    })  # fmt: skip
+
+
+def flow(z, profile, scene):
+    """A run with this velocity along x, up to noise, at density 3."""
+    rng = np.random.default_rng(3)
+    velocity = rng.normal(scale=0.002, size=(1, BLOCKS, 3, len(z)))
+    velocity[:, :, 0] += profile
+    return xr.Dataset(
+        {
+            "velocity_profile": (("replica", "block", "axis", "layer"), velocity),
+            "bead_profile": (("replica", "block", "layer"), np.full((1, BLOCKS, len(z)), 3.0)),
+            "scene": ("replica", [scene]),
+        },
+        {"layer": z},
+    )
+
+
+@pytest.fixture
+def flows():
+    """Shear, two opposite flows, and channels with slip lengths of 0.5 and 0.1."""
+    rates = np.array([0.2, 0.4])
+    stress = {"units": "kT / r_c^3"}
+    shear = xr.Dataset(
+        {
+            "shear_stress": (("rate", "replica"), ETA * rates[:, None], stress),
+            "shear_stress_error": (("rate", "replica"), np.full((2, 1), 0.004), stress),
+            "kT": (("rate", "replica"), np.ones((2, 1))),
+            "scene": (("rate", "replica"), [[scene_of(10, shear={"rate": r})] for r in rates]),
+        },
+        {"rate": rates},
+    )
+    z = (np.arange(40) + 0.5) / 2
+    bend = 3 * FORCE / (2 * ETA)
+    up = np.where(z < 10, z * (10 - z), -(z - 10) * (20 - z))
+    body = {"axis": "x", "strength": FORCE}
+    two = flow(z, bend * up, scene_of([7, 7, 20], body_force=body | {"opposite": "z"}))
+    z = np.arange(-0.375, 10.4, 0.25)
+    walls = {"axis": "z", "repulsion": 25, "gamma": 5}
+    channel = [
+        flow(
+            z, bend * (z * (10 - z) + 10 * slip), scene_of([8, 8, 10], body_force=body, walls=walls)
+        )
+        for slip in (0.5, 0.1)
+    ]
+    channels = xr.concat(channel, xr.DataArray([2.0, 15.0], dims="gamma", name="gamma"))
+    return {"shear": shear, "two_flows": two, "channel": channels}
+
+
+def test_viscosity_and_slip_of_known_flows(flows):
+    """All ways give the viscosity that the profiles were made with, and the slip lengths."""
+    data = viscosity.compute(flows)
+    found = viscosity.measured(data)
+    for name in ("viscosity_shear", "viscosity_two_flows", "viscosity_walls"):
+        assert found[name].value == pytest.approx(ETA, abs=4 * found[name].error + 1e-3)
+        assert 0 < found[name].error < 0.05
+    assert found["newtonian"].value == pytest.approx(1)
+    assert data.slip.values == pytest.approx([0.5, 0.1], abs=0.1)
+    assert data.two_curve.values == pytest.approx(data.two_u.values, abs=0.01)
+    assert data.wall_curve.values == pytest.approx(data.wall_u.values, abs=0.02)
