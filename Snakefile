@@ -18,10 +18,9 @@ from dpd.analysis.published import entries_of, published
 from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
+from dpd.pipeline import made_from, resources as asked
 from dpd.pipeline.overlay import edited_in_vain
-from dpd.pipeline import resources as asked
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
-from dpd.pipeline.preparation import kernels_for, waiting_for_starts
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path

@@ -21,7 +21,7 @@ rule measure:
 
 rule benchmark:
     input:
-        page_sources({"benchmark": PAPERS["benchmark"]}),
+        made_from.page_sources(OUT, [PAPERS["benchmark"]]),
     output:
         page=update(OUT.benchmark()),  # see rules/report.smk
         stamp=touch(OUT.log("benchmark", kind="made")),

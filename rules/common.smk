@@ -23,8 +23,8 @@ def only_before(runs):
 
 
 WITH_TRAJECTORY = trajectories()
-KERNELS = {name: kernels_for(paper) for name, paper in PAPERS.items()}
-WAITING = {name: waiting_for_starts(paper) for name, paper in PAPERS.items()}
+KERNELS = {name: made_from.kernels_for(paper) for name, paper in PAPERS.items()}
+WAITING = {name: made_from.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
 def sweep_of(wildcards):
@@ -74,32 +74,13 @@ def derived_of(wildcards):
 
 def derived_from(wildcards):
     """The sweeps that measure them."""
-    sources = {rule.source for rule in sweep_of(wildcards).derived}
-    return [OUT.sweep(wildcards.paper, source) for source in sorted(sources)]
+    return made_from.derived_from(OUT, wildcards.paper, sweep_of(wildcards))
 
 
 def data_of_figure(wildcards):
     """Sweeps and measurements that feed a figure."""
-    paper, figure = wildcards.paper, PAPERS[wildcards.paper].figures[wildcards.figure]
-    return [OUT.sweep(paper, name) for name in figure.sweeps] + [
-        OUT.measurement(paper, name) for name in figure.measurements
-    ]
-
-
-def verdicts_of(papers):
-    """Verdict tables of all figures of some papers."""
-    return [OUT.figure(name, f, "csv") for name, paper in papers.items() for f in paper.figures]
-
-
-def page_sources(papers):
-    """All that a page on some papers is made from."""
-    files = verdicts_of(papers)
-    for name, paper in papers.items():
-        kinds = ("png", "html", "nc")
-        files += [OUT.figure(name, figure, kind) for figure in paper.figures for kind in kinds]
-        files += [OUT.sweep(name, sweep) for sweep in paper.sweeps]
-        files += [OUT.measurement(name, measurement) for measurement in paper.measurements]
-    return files
+    paper, figure = wildcards.paper, wildcards.figure
+    return made_from.data_of_figure(OUT, paper, PAPERS[paper].figures[figure])
 
 
 def results_folder(wildcards):

@@ -5,7 +5,7 @@
 
 rule join_verdicts:
     input:
-        verdicts_of(REPORTED),
+        made_from.verdicts_of(OUT, REPORTED.values()),
     output:
         table=report(update(VERDICTS), category="verdicts"),
         stamp=touch(STAMPS[0]),
@@ -18,7 +18,7 @@ rule join_verdicts:
 
 rule write_report:
     input:
-        page_sources(REPORTED),
+        made_from.page_sources(OUT, REPORTED.values()),
         archived=archived_verdicts(),
     output:
         page=update(REPORT),

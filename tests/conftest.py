@@ -1,5 +1,6 @@
 """What tests of the command line share."""
 
+import os
 import signal
 from pathlib import Path
 
@@ -27,8 +28,14 @@ SCENE = {
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
-    """A folder for what is known to be valid, of these tests alone."""
-    return tmp_path_factory.mktemp("cache")
+    """A folder for kernels and for what is known to be valid, of these tests alone.
+
+    Workers that share the tests share it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    (shared / "cache").mkdir(exist_ok=True)
+    return shared / "cache"
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from dpd.commands.options import (
     LITTLE,
+    add_checkpoints,
     add_data,
     add_derived,
     add_threads,
@@ -44,6 +45,7 @@ def add_to(stages: Stages) -> None:
         "--start", type=Path, metavar="FILE", help="first configuration; without it, it is made"
     )
     add_derived(simulate)
+    add_checkpoints(simulate)
     add_threads(simulate)
     collect = stages.add(
         "collect", _collect, "gather a sweep", "study", "paper", "sweep", output="sweep.nc"
@@ -97,7 +99,8 @@ def _simulate(options: Namespace) -> None:
     found = run_alone(
         Order(
             scene, options.output, f"{options.sweep} {options.point}", options.start,
-            keep=False, threads=options.threads, inputs=inputs, wait=True,
+            keep=False, threads=options.threads, every_seconds=options.checkpoint_every,
+            inputs=inputs, wait=True,
         )
     )  # fmt: skip
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))

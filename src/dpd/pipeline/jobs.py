@@ -14,7 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dpd.pipeline.preparation import kernels_for, waiting_for_starts
+from dpd.pipeline.made_from import (
+    data_of_figure,
+    derived_from,
+    kernels_for,
+    page_sources,
+    verdicts_of,
+    waiting_for_starts,
+)
 from dpd.pipeline.run_status import AT_WORK, DONE, FAILS, WAITS, last_error, tail_of
 
 if TYPE_CHECKING:
@@ -114,7 +121,7 @@ def _jobs(paper: Paper, results: Results) -> Iterator[Job]:
             yield _collection(paper, sweep, results)
     for sweep in paper.sweeps.values():
         if sweep.derived:
-            sources = {results.sweep(name, rule.source) for rule in sweep.derived}
+            sources = derived_from(results, name, sweep)
             log = results.log(name, "derived", sweep.name)
             table = results.derived(name, sweep.name)
             yield Job("derived", f"{name} {sweep.name}", (table,), log, tuple(sources))
@@ -124,8 +131,7 @@ def _jobs(paper: Paper, results: Results) -> Iterator[Job]:
         file = results.measurement(name, measurement)
         yield Job("measurement", f"{name} {measurement}", (file,), log)
     for figure, feeds in paper.figures.items():
-        inputs = [results.sweep(name, sweep) for sweep in feeds.sweeps]
-        inputs += [results.measurement(name, each) for each in feeds.measurements]
+        inputs = data_of_figure(results, name, feeds)
         log = results.log(name, "figures", figure)
         outputs = tuple(results.figure(name, figure, kind) for kind in FIGURE_FILES)
         yield Job("figure", f"{name} {figure}", outputs, log, tuple(inputs))
@@ -141,16 +147,12 @@ def _collection(paper, sweep, results, *derived):
 
 def _pages(papers: Sequence[Paper], results: Results, page: str) -> Iterator[Job]:
     """The verdict table and the report."""
-    tables, files = [], []
-    for paper in papers:
-        tables += [results.figure(paper.name, figure, "csv") for figure in paper.figures]
-        files += [results.sweep(paper.name, sweep) for sweep in paper.sweeps]
-        for kind in ("csv", "png", "html", "nc"):
-            files += [results.figure(paper.name, figure, kind) for figure in paper.figures]
     log = results.log(f"verdicts{page}")
-    yield Job("verdicts", "all", (results.verdicts(page),), log, tuple(tables))
+    yield Job(
+        "verdicts", "all", (results.verdicts(page),), log, tuple(verdicts_of(results, papers))
+    )
     log = results.log(f"report{page}")
-    yield Job("report", "all", (results.report(page),), log, tuple(files))
+    yield Job("report", "all", (results.report(page),), log, tuple(page_sources(results, papers)))
 
 
 def _status(job: Job, made: set[str], writing: Collection[str]) -> JobStatus:

@@ -157,6 +157,11 @@ def _at_work(run, worker, sight):
     run = replace(run, measured=sight.measured, measured_step=sight.step)
     if is_newer:
         run = replace(run, step=sight.step, seen=sight.seen)
+    return _with_work(run, sight)
+
+
+def _with_work(run, sight):
+    """A run with its size, by the scene in its checkpoint, and the work that is left."""
     if sight.scene is not None:
         run = replace(run, steps=sum(sight.scene.steps), beads=sight.scene.beads)
     if run.beads and run.steps:
@@ -217,11 +222,7 @@ def _stopped(run, scene, worker, sight):
         run, state=STOPPED, why=f"{why}; it goes on from step {sight.step}", step=sight.step,
         measured=sight.measured, measured_step=sight.step, seen=sight.seen,
     )  # fmt: skip
-    if sight.scene is not None:
-        run = replace(run, steps=sum(sight.scene.steps), beads=sight.scene.beads)
-    if run.beads and run.steps:
-        run = replace(run, work=float(run.beads * (run.steps - sight.step)))
-    return run
+    return _with_work(run, sight)
 
 
 def _fits(sight, scene):

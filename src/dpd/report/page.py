@@ -17,6 +17,7 @@ from PIL import Image
 from dpd.analysis.collect import reading
 from dpd.analysis.verdicts import KINDS
 from dpd.files import attribute, replace_whole
+from dpd.pipeline.made_from import verdicts_of
 from dpd.pipeline.paths import Results
 from dpd.report.archive import read_table
 from dpd.report.captions import label
@@ -63,9 +64,7 @@ def write_page(
         Verdict table in the archive of a long study, whose values stand beside those of this one.
     """
     results = Results(str(folder))
-    table = joined_verdicts(
-        [results.figure(paper.name, figure, "csv") for paper in papers for figure in paper.figures]
-    )
+    table = joined_verdicts(verdicts_of(results, papers))
     rows = judged_rows(table, None if archived is None else read_table(archived))
     long_study = ""
     if archived is not None and any(row.archived for row in rows):
