@@ -44,7 +44,7 @@ CHAINS = {
         {"displacement": {"every": 2}}, {"end_to_end": {"every": 3}}, {"trace": {"every": 10}},
         {"configurational": {"every": 50}}, {"density_field": {"every": 13, "average": 7}},
         {"structure_factor": {"every": 17, "max": 3}}, {"mixing": {"every": 9}},
-        {"diffusion": {"every": 6}},
+        {"diffusion": {"every": 6}}, {"end_points": {"every": 8}}, {"bond_lengths": {"every": 7}},
     ],
 }  # fmt: skip
 IN_PLANE = CHAINS | {
@@ -93,7 +93,8 @@ PRESSED = IN_SPACE | {
     "pressure": {"target": 2.5, "time": 0.3},
     "observe": [
         {"rdf": {"range": 1.5, "every": 3}} if "rdf" in item else item
-        for item in IN_SPACE["observe"] if "trace" not in item
+        for item in IN_SPACE["observe"]
+        if not {"trace", "structure_factor"} & set(item)
     ],
 }  # fmt: skip
 # Systems, steps of sampling of the shorter run, and threads.
