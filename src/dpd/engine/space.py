@@ -98,15 +98,9 @@ def put_inside(position, mine, edges, space, slide):
     slide : Slide or None
         Of the space.
     """
-    if slide is None:
-        put_inside_upright(position, mine, edges)
-    else:
+    if slide is not None:
         put_inside_sliding(position, mine, space, slide)
-
-
-@part()
-def put_inside_upright(position, mine, edges):
-    """The same for a box whose images stay."""
+        return
     x = position.ravel()
     begin, end = entries(mine, position)
     for first in range(begin, end, np.uint64(STRETCH)):

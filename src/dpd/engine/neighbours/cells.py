@@ -114,7 +114,10 @@ def cell_of(position, i, space, shape):
     """
     cell, along = 0, 0
     for k in range(len(space.edges)):
-        place = along_lattice(position, i, k, space, space.slide)
+        if space.slide is None:  # asked here, else the compiler does not unroll the loop
+            place = position[i, k]
+        else:
+            place = along_lattice(position, i, k, space, space.slide)
         along = min(int(place * (shape[k] / space.edges[k])), shape[k] - 1)
         cell = cell * shape[k] + along
     return cell, along
