@@ -111,11 +111,11 @@ def test_whoever_imports_numba_first_it_has_our_settings(first):
 
 
 def test_of_the_pipeline_a_report_knows_papers_and_paths():
-    """It does not plan, compile, lock or run anything."""
+    """And what it is made from; it does not plan, compile, lock or run anything."""
     rooms = [module for module in MODULES if room_of(module) == "report"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    assert known == {"pipeline.paths", "pipeline.study", "pipeline.sweep"}
+    assert known == {"pipeline.made_from", "pipeline.paths", "pipeline.study", "pipeline.sweep"}
 
 
 @pytest.mark.parametrize(
