@@ -1,10 +1,12 @@
-"""The viscosity of the standard fluid by shear, by two opposite flows, and between walls."""
+"""The viscosity of the standard fluid: by shear, two opposite flows, walls, and at rest."""
 
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.flow import Measured as Viscosity
 from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
+from dpd.analysis.fluctuations import viscosity_of_fluctuations
 from dpd.analysis.published import shown_by
 from dpd.analysis.shear import viscosities
 from dpd.analysis.statistics import block_mean_and_error
@@ -13,6 +15,7 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, po
 
 LITERATURE = shown_by(__file__)["viscosity_shear"]
 COLORS = (ORANGE, GREEN, PURPLE)
+MEMORY = 1.0  # tau, after which the stress of the fluid has forgotten itself
 
 TITLE = "Flows of the standard fluid (rho = 3, a = 25, gamma = 4.5) and its viscosity eta."
 PAPER_SHOWS = (
@@ -21,14 +24,15 @@ PAPER_SHOWS = (
     "averaged. (b) Flow between walls that have a friction of their own, "
     "for three of these frictions gamma_w; dotted: the parabola of the middle, continued to the "
     "walls. Its tangent at the wall gives the slip length b. (c) eta from the stress under shear, "
-    f"and from the parabolas; gray: {LITERATURE.value:g} ± {LITERATURE.rounding:g}, the literature."
+    "from the parabolas, and from the fluctuations of the stress of a fluid at rest; gray: "
+    f"{LITERATURE.value:g} ± {LITERATURE.rounding:g}, the literature."
 )
 
 
 def compute(sweeps):
     """Profiles, viscosities and slip lengths."""
     shear, two, channel = (sweeps[name] for name in ("shear", "two_flows", "channel"))
-    stress = viscosities(shear)
+    stress, rest = viscosities(shear), _at_rest(sweeps["at_rest"])
     flows, walls = _two_flows(two), [_channel(channel.sel(gamma=g)) for g in channel.gamma.values]
     speed, length = {"units": "r_c / tau"}, {"units": "r_c"}
     eta = {"units": "kT tau / r_c^3"}
@@ -37,6 +41,8 @@ def compute(sweeps):
             "shear_eta": ("rate", stress.viscosity.values, eta),
             "shear_eta_error": ("rate", stress.viscosity_error.values, eta),
             "shear_kT": ("rate", shear.kT.mean("replica").values, {"units": "kT"}),
+            "rest_eta": ((), rest.value, eta),
+            "rest_eta_error": ((), rest.error, eta),
             "two_u": ("two_z", flows.u, speed),
             "two_u_error": ("two_z", flows.error, speed),
             "two_eta": ((), flows.eta.value, eta),
@@ -64,6 +70,18 @@ class _Flow:
     def __init__(self, z, velocity, eta, curve, slip=None):
         self.u, self.error = block_mean_and_error(velocity)
         self.z, self.eta, self.curve, self.slip = z, eta, curve, slip
+
+
+def _at_rest(runs):
+    """Viscosity by the fluctuations of the stress; none if the run is too short."""
+    scene, run = first_scene(runs), runs.isel(replica=0)
+    try:
+        return viscosity_of_fluctuations(
+            run.pressure_tensor_all_series.values, scene.data["integrator"]["dt"], scene.volume,
+            float(run.kT.mean()), MEMORY,
+        )  # fmt: skip
+    except ValueError:
+        return Viscosity(np.nan, np.nan)
 
 
 def _two_flows(runs):
@@ -96,7 +114,7 @@ def _channel(runs):
 
 
 def measured(data):
-    """eta in three ways, that it does not depend on the rate, and the slip."""
+    """eta in four ways, that it does not depend on the rate, and the slip."""
     eta, error = data.shear_eta.values, data.shear_eta_error.values
     ratio = eta[-1] / eta[0]
     same = float(data.two_eta) / eta[-1]
@@ -111,6 +129,9 @@ def measured(data):
             f"rate {rates[-1]}, kT {float(data.shear_kT[-1]):.3f}; {eta[0]:.3f} at rate {rates[0]}",
         ),
         "viscosity_two_flows": Measured(float(data.two_eta), float(data.two_eta_error)),
+        "viscosity_at_rest": Measured(
+            float(data.rest_eta), float(data.rest_eta_error), "spread of the integrated stress"
+        ),
         "viscosity_walls": Measured(
             walls, float(weight.sum() ** -0.5),
             f"weighted mean over wall frictions {', '.join(gammas)}",
@@ -163,6 +184,9 @@ def _viscosities(axes, data):
         labels.append(f"shear {rate:g}")
         value.append(float(data.shear_eta[k]))
         error.append(float(data.shear_eta_error[k]))
+    labels.append("at rest")
+    value.append(float(data.rest_eta))
+    error.append(float(data.rest_eta_error))
     labels.append("two flows")
     value.append(float(data.two_eta))
     error.append(float(data.two_eta_error))
