@@ -21,10 +21,10 @@ PAPER_SHOWS = (
     "The manual has its reader simulate this system in a box of 10 x 10 x 10 and draw a slice "
     f"through the density of a bead and the surfaces where that of A is {LEVEL:g}. It says that "
     "the surfaces close around regions where A preferably resides. Its concentrations are not "
-    "printed, nor a unit of 0.4, which is taken as beads per r_c^3; and of the repulsions only that "
-    "those of unlike beads are larger than 25. Ours are in the line below. Top: density of A in the "
-    f"plane half way up the box. Bottom: the surfaces of A at {LEVEL:g}, periodic. Each column is a "
-    "mean over the time around the one that stands above it."
+    f"printed, nor is the unit of {LEVEL:g}: here it is beads per r_c^3. Of the repulsions it says "
+    "only that those of unlike beads are larger than 25. Ours are in the line below. Top: density "
+    f"of A in the plane half way up the box. Bottom: the surfaces of A at {LEVEL:g}, periodic. "
+    "Each column is a mean over the time around the one that stands above it."
 )
 ERRORS = (
     "Densities are means over 20 configurations in 100 steps, in cubes with edges of 0.625 r_c, "
