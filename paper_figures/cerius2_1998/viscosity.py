@@ -149,7 +149,7 @@ def draw(data):
     two.legend(loc="lower center")
     for k, color in enumerate(COLORS[: data.sizes["gamma"]]):
         at = data.isel(gamma=k)
-        label = rf"$\gamma_w$ = {float(at.gamma):g}, $b$ = {float(at.slip):.2f}"
+        label = rf"$\gamma_w$ = {float(at.gamma):g}, $b = {float(at.slip):.2f}\,r_c$"
         points(walls, at.wall_z, at.wall_u, at.wall_u_error, label, color, markersize=2)
         walls.plot(at.wall_z, at.wall_curve, color=color, linewidth=0.8, linestyle=":")
     walls.set(xlabel="$z$ / $r_c$", ylabel=r"velocity / ($r_c$ $\tau^{-1}$)", ylim=(0, None))
