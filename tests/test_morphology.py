@@ -154,6 +154,25 @@ def test_phases_without_a_rule_have_no_name():
     assert phase.name == "none" and "without a peak at 2 or 3 times" in phase.reason
 
 
+@pytest.mark.parametrize("first", [[(1, 0, 0)], [(1, -1, 0), (0, 1, -1), (1, 0, -1)]])
+def test_noise_makes_no_peak_of_higher_order(first):
+    """Strong first-order vectors and noise alone, in a small box, where few vectors are alike."""
+    rng = np.random.default_rng(2)
+    box, looks, runs = (6.3, 6.3, 6.3), 10, 100
+    numbers = wave_numbers(box, 4.0)
+    strong = [(numbers == sign * np.array(m)).all(axis=1) for m in first for sign in (1, -1)]
+    amplitude = np.where(np.any(strong, axis=0), 0.5, 0.0)[:, None]
+    vectors = 2 * np.pi * numbers / np.array(box)
+    named = 0
+    for _ in range(runs):
+        real, imaginary = rng.normal(scale=0.03, size=(2, len(numbers), looks))
+        squares = (amplitude + real) ** 2 + imaginary**2
+        phase = phase_of(Strengths(vectors, squares.mean(axis=1)))
+        assert len(phase.first) == len(first)
+        named += phase.name != "none"
+    assert named <= 0.1 * runs
+
+
 def test_a_run_that_was_lost_has_no_phase():
     """Before it had a sample."""
     numbers = wave_numbers(CUBE, 1.0)

@@ -336,7 +336,7 @@ def flows():
 
 
 def test_viscosity_of_the_standard_fluid(flows):
-    """About 0.85 at rho 3, a 25, gamma 4.5; within 0.04 (the spread of published values) and
+    """About 0.85 at rho 3, a 25, gamma 4.5, a common value; within 0.04, our tolerance, and
     four standard errors, which are below 0.03. Two rates agree: the fluid is Newtonian."""
     slow, fast = (viscosity(run) for run in flows.values())
     for eta in (slow, fast):

@@ -70,7 +70,10 @@ def measured(data):
     found = {}
     for group in GROUPS:
         at = data.sel(group=group.sweep).dropna("asked", subset=["found"])
-        each = ", ".join(f"{float(f):.2f} for {float(a):g}" for a, f in zip(at.asked, at.found))
+        each = ", ".join(
+            f"{float(f):.2f} for {float(a):g}{'' if s else ' (not settled)'}"
+            for a, f, s in zip(at.asked, at.found, at.settled.values)
+        )
         settled = int((at.settled == 1).sum())
         found[group.slope] = Measured(
             float(at.slope), float(at.slope_error), f"chi found: {each}",

@@ -36,14 +36,16 @@ MELTS = (
 TITLE = "Melts of A 5 B 5 and A 3 B 7: domains of A and strengths of the wave vectors."
 PAPER_SHOWS = (
     f"Not in the manual, whose chi N kT / Delta a = {SLOPE:g} N gives the repulsions: of chains of "
-    "10 beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. Groot and Madden (1998) "
-    "found layers in A 5 B 5 and hexagonal cylinders in A 3 B 7 at a_AB = 40. Drawn is chi N = 45. "
+    "10 beads, chi N = 30, 45 and 60 are a_AB - 25 = 9.8, 14.7 and 19.6. (It was measured with a "
+    "spring constant of 2; here that is 4.) Groot and Madden (1998) found layers in A 5 B 5 and "
+    "hexagonal cylinders in A 3 B 7 at a_AB = 40. Drawn is chi N = 45. "
     "Top: bodies in which the density of A is more than half of all. Bottom: S_AA / N_A of each "
     "wave vector of the box, over the length of the strongest; in color those that are sums of the "
     "strongest, in gray all others. Lines are the peaks of layers, 1 : 2 : 3, and of cylinders, "
     "1 : sqrt(3) : 2 : sqrt(7). Layers of equal thickness have no peak at "
     "2, and cylinders that fill 0.3 of the box have weak ones at sqrt(3) and 2. The table names "
-    "the phase of each run."
+    "the phase of each run. It counts a peak that stands above all other wave vectors of about its "
+    "length, where there are four of them or more."
 )
 ERRORS = (
     "Strengths are means over the second half of one run. Boxes are chosen to fit the distance of "
@@ -123,7 +125,7 @@ def measured(data):
         others = sorted(set(names) - {melt.phase})
         spacing = float(data[f"{melt.sweep}_spacing"].sel(chi=slice(SHOWN, None)).mean())
         note = f"{(names == melt.phase).sum()} of {len(names)} runs"
-        note += f", {spacing:.2f} r_c apart" if np.isfinite(spacing) else ""
+        note += f", {spacing:.2f} r_c apart, as the box allows" if np.isfinite(spacing) else ""
         note += f"; the others: {', '.join(others)}" if others else ""
         undecided = ""
         if share < 0.5 and set(others) <= {"none", "disordered"}:

@@ -8,8 +8,8 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, panels
 TITLE = "Diffusion coefficients over time in A 3 B 9 A 3 and W."
 PAPER_SHOWS = (
     "The manual's panel for plots shows the diffusion coefficients of all beads over time, without "
-    "numbers. Here: the squared displacement since the start of the run over 6 t, of the beads of "
-    "each species, and of the centres of the triblock molecules."
+    "numbers. Here: the mean squared displacement since the start of the run over 6 t, of the "
+    "beads of each species, and of the centres of mass of the triblock molecules."
 )
 ERRORS = (
     "One start in one run: no errors are drawn. Curves are the noisier the fewer beads or "
@@ -46,8 +46,9 @@ def describe(data):
     """What is seen."""
     each = ", ".join(f"{name} {value:.3f}" for name, value in last(data).items())
     return (
-        "Diffusion coefficients over time on logarithmic axes: all fall from the motion at thermal "
-        f"speed; W levels first, and A and B go on to the value of the chains. Last: {each}."
+        "Diffusion coefficients over time on logarithmic axes: that of W rises for about 1 tau, "
+        "while beads still fly at thermal speed, and then stays; those of A and B fall to that of "
+        f"the chains, whose own first rises and then falls. Last: {each}."
     )
 
 

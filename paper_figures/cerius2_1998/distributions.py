@@ -84,7 +84,7 @@ def describe(data):
     mean = float((data.ends * data.distance).sum() * width)
     return (
         f"The distance between the ends, {mean:.2f} r_c on average, has a peak at a smaller "
-        "distance and a second hump at a larger one, unlike a Gaussian chain. Bonds have one peak: "
+        "distance and a shoulder at larger ones, unlike a Gaussian chain. Bonds have one peak: "
         "those of A B, which cross from one domain to the other, are the longest."
     )
 

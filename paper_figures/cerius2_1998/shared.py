@@ -32,6 +32,23 @@ def middle_slice(density, edges):
     return smoothed(density, edges, places, SMOOTH)[:, :, 0]
 
 
+def smoothed_cells(density, edges):
+    """A density in its cells, smoothed as in the pictures.
+
+    Parameters
+    ----------
+    density : (nx, ny, nz) array
+    edges : (3,) array
+        Of the box in r_c.
+
+    Returns
+    -------
+    (nx, ny, nz) array
+    """
+    places = [(np.arange(n) + 0.5) * (edge / n) for n, edge in zip(density.shape, edges)]
+    return smoothed(density, edges, places, SMOOTH)
+
+
 def draw_isodensity(axes, density, value, edges, color):
     """Draw the box and the bodies in it that are denser than a value.
 

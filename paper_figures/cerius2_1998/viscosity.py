@@ -13,7 +13,7 @@ from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
 
-LITERATURE = shown_by(__file__)["viscosity_shear"]
+QUOTED = shown_by(__file__)["viscosity_shear"]
 COLORS = (ORANGE, GREEN, PURPLE)
 MEMORY = 1.0  # tau, after which the stress of the fluid has forgotten itself
 
@@ -25,7 +25,8 @@ PAPER_SHOWS = (
     "for three of these frictions gamma_w; dotted: the parabola of the middle, continued to the "
     "walls. Its tangent at the wall gives the slip length b. (c) eta from the stress under shear, "
     "from the parabolas, and from the fluctuations of the stress of a fluid at rest; gray: "
-    f"{LITERATURE.value:g} ± {LITERATURE.rounding:g}, the literature."
+    f"{QUOTED.value:g}, a common value, ± {QUOTED.rounding:g}, our tolerance. The table says what kT "
+    "was under shear, which heats the fluid."
 )
 
 
@@ -126,7 +127,8 @@ def measured(data):
     return {
         "viscosity_shear": Measured(
             float(eta[-1]), float(error[-1]),
-            f"rate {rates[-1]}, kT {float(data.shear_kT[-1]):.3f}; {eta[0]:.3f} at rate {rates[0]}",
+            f"rate {rates[-1]}, kT {float(data.shear_kT[-1]):.3f}; at rate {rates[0]}, "
+            f"kT {float(data.shear_kT[0]):.3f}: {eta[0]:.3f}",
         ),
         "viscosity_two_flows": Measured(float(data.two_eta), float(data.two_eta_error)),
         "viscosity_at_rest": Measured(
@@ -155,7 +157,7 @@ def describe(data):
     return (
         "Parabolic profiles of two opposite flows and of flows between walls, which fit their "
         "parabolas; the larger the friction of a wall, the slower the flow beside it. Viscosities "
-        "by all ways lie in a row, in the gray band of the literature or near it."
+        "by all ways lie in a row, in the gray band or near it."
     )
 
 
@@ -168,7 +170,7 @@ def draw(data):
     two.legend(loc="lower center")
     for k, color in enumerate(COLORS[: data.sizes["gamma"]]):
         at = data.isel(gamma=k)
-        label = rf"$\gamma_w$ = {float(at.gamma):g}, $b$ = {float(at.slip):.2f}"
+        label = rf"$\gamma_w$ = {float(at.gamma):g}, $b = {float(at.slip):.2f}\,r_c$"
         points(walls, at.wall_z, at.wall_u, at.wall_u_error, label, color, markersize=2)
         walls.plot(at.wall_z, at.wall_curve, color=color, linewidth=0.8, linestyle=":")
     walls.set(xlabel="$z$ / $r_c$", ylabel=r"velocity / ($r_c$ $\tau^{-1}$)", ylim=(0, None))
@@ -194,7 +196,7 @@ def _viscosities(axes, data):
         labels.append(rf"walls, $\gamma_w$ = {gamma:g}")
         value.append(float(data.wall_eta[k]))
         error.append(float(data.wall_eta_error[k]))
-    low, high = (LITERATURE.value + sign * LITERATURE.rounding for sign in (-1, 1))
+    low, high = (QUOTED.value + sign * QUOTED.rounding for sign in (-1, 1))
     axes.axhspan(low, high, color=BLACK, alpha=0.15, linewidth=0)
     points(axes, range(len(labels)), value, error, None, RED)
     axes.set_xticks(range(len(labels)), labels, rotation=40, ha="right")

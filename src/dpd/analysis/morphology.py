@@ -12,12 +12,19 @@ and its higher orders stand at whole-numbered sums of them:
   cylinders fill 0.3 of the volume: the form factor of a cylinder is 0 between them.
 
 A peak of higher order may be far weaker than the first, and in a small box little above the noise
-of the beads. So it counts where it stands above every other wave vector of about its length.
+of the beads. So it counts where it stands above every other wave vector of about its length, and
+where there are enough of those: noise alone stands above n others with a chance of 1 / (n + 1) in a
+single look, and the more rarely the more looks are averaged. (Of made-up runs with first-order
+vectors and noise alone, 1 in 20 is named if it averages 10 independent looks, 1 in 100 with 40.)
 
 This is how Groot and Madden, J. Chem. Phys. 108, 8713 (1998), name the phases of A_m B_n. The
 limits below are ours. For sharp interfaces q1 has the strength 0.41 in symmetric lamellae and 0.30
 in cylinders that fill 0.3 of the volume; fluctuations take a part of that. Where no rule fits, the
 phase is called "none": it may be another one, as spheres or a gyroid, or not have settled.
+
+"Lamellae" is whatever has one strong direction. So layers with holes (perforated lamellae) are
+lamellae here, as are layers in most of the box beside others in a small part of it, and two liquids
+that have separated into slabs. Look at the density field before you believe a name.
 """
 
 from __future__ import annotations
@@ -39,6 +46,7 @@ ORDERED = 0.05  # strength of the strongest wave vector, from which on there is 
 ALIKE = 0.25  # of the strongest one's strength, from which on another is of first order too
 RISES = 1.2  # factor by which a peak of higher order stands above the others of its length
 AROUND = 0.05  # share of |q| within which wave vectors are about as long
+ENOUGH = 4  # of these, without which it cannot be said that a peak stands above them
 STRAINED = 0.15  # share by which first-order vectors may differ in length, as a box is no crystal
 LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "none"
 
@@ -53,8 +61,8 @@ class Order(NamedTuple):
     strength : float
         Mean over them.
     others : float
-        Largest strength of the wave vectors about as long that belong to no order; NaN if there is
-        none.
+        Largest strength of the wave vectors about as long that belong to no order; NaN if there are
+        fewer than `ENOUGH`.
     """
 
     ratio: float
@@ -230,7 +238,7 @@ def _order(found, places, own, first):
     length = np.linalg.norm(found.vectors, axis=1)
     mean = length[places].mean()
     others = np.setdiff1d(np.flatnonzero(np.abs(length / mean - 1) < AROUND), list(own))
-    highest = float(found.strength[others].max()) if len(others) else np.nan
+    highest = float(found.strength[others].max()) if len(others) >= ENOUGH else np.nan
     ratio = float(mean / np.linalg.norm(first, axis=1).mean())
     return Order(ratio, float(found.strength[places].mean()), highest)
 
