@@ -11,6 +11,7 @@ import xarray as xr
 import dpd
 from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
 from dpd.analysis.statistics import mean_and_error
+from dpd.scene.scene import Scene
 
 STRENGTH = 0.03
 EDGE, APART = 14.0, 12.0  # of the box with two flows, and of the walls
@@ -60,6 +61,16 @@ def in_layers(flow, edges):
     """Mean of a function over each layer, to rounding for a parabola."""
     low, high = edges[:-1], edges[1:]
     return (flow(low) + 4 * flow(0.5 * (low + high)) + flow(high)) / 6
+
+
+def test_it_is_noted_that_a_flow_is_in_kT():
+    """Not where nothing flows, nor where kT is not measured."""
+    at_rest = {key: value for key, value in CHANNEL.items() if key != "body_force"}
+    moving = at_rest | {"walls": CHANNEL["walls"] | {"velocity": [[-1, 0, 0], [1, 0, 0]]}}
+    unseen = CHANNEL | {"observe": ["velocity_profile"]}
+    for scene in (TWO_FLOWS, CHANNEL, moving):
+        assert "includes the flow" in Scene(scene).notes[-1]
+    assert Scene(at_rest).notes == Scene(unseen).notes == []
 
 
 def test_parabolas_are_found_exactly():

@@ -25,8 +25,8 @@ PAPER_SHOWS = (
     "for three of these frictions gamma_w; dotted: the parabola of the middle, continued to the "
     "walls. Its tangent at the wall gives the slip length b. (c) eta from the stress under shear, "
     "from the parabolas, and from the fluctuations of the stress of a fluid at rest; gray: "
-    f"{QUOTED.value:g}, a common value, ± {QUOTED.rounding:g}, our tolerance. The table says what kT "
-    "was under shear, which heats the fluid."
+    f"{QUOTED.value:g}, a common value, ± {QUOTED.rounding:g}, our tolerance. The table says what "
+    "kT was under shear, which heats the fluid."
 )
 
 

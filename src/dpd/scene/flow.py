@@ -60,6 +60,16 @@ def flows(scene: Scene) -> bool:
     return moving or "body_force" in scene.data
 
 
+def flow_notes(scene: Scene) -> list[str]:
+    """A sentence for a person, if what is called a temperature holds a flow too."""
+    if not flows(scene) or "thermo" not in scene.observe:
+        return []
+    return [
+        "kT of 'thermo' includes the flow; observe 'velocity_profile', whose temperature is "
+        "measured about it"
+    ]
+
+
 def profile_axis(scene: Scene, name: str | None) -> int:
     """The axis of a profile: the one named, or the one across which things change most.
 
