@@ -25,7 +25,8 @@ from pathlib import Path
 
 DAEMONS = ("munged", "slurmctld", "slurmd")
 PATIENCE = 30.0  # s until daemons are up, or have ended
-CPUS, MEMORY = 2, 4000  # of the node, less if the machine has less; MiB
+# Of the node, less if the machine has less; MiB. Each try of a job asks for 1000 more.
+CPUS, MEMORY = 2, 20_000
 MISSED = 10  # s after which a node that says nothing is down
 
 CONFIGURATION = """\

@@ -96,7 +96,7 @@ FAULTS = {
     "the node is killed": ((), kill_and_boot, "has been submitted with SLURM jobid"),
     # A minute is the least that Slurm knows, and what each try has here.
     "the time is over": (
-        ("--set-resources", "simulate:runtime=1", "--retries", "20"),
+        ("--set-resources", "simulate:runtime=1", "--retries", "15"),
         lambda *_: None,
         "Trying to restart job",
     ),
