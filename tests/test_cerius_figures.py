@@ -143,9 +143,20 @@ def flow(z, profile, scene):
     )
 
 
+def at_rest(steps):
+    """A run whose stress is noise of each step, as strong as belongs to the viscosity."""
+    variance = 2 * ETA / (5**3 * 0.04)
+    noise = np.random.default_rng(4).normal(scale=np.sqrt(variance), size=(1, steps, 3, 3))
+    tensor = (noise + noise.swapaxes(2, 3)) / np.sqrt(2)  # and so twice that on the diagonal
+    return xr.Dataset({
+        "pressure_tensor_all_series": (("replica", "time", "axis", "axis_2"), tensor),
+        "kT": ("replica", [1.0]), "scene": ("replica", [scene_of(5)]),
+    })  # fmt: skip
+
+
 @pytest.fixture
 def flows():
-    """Shear, two opposite flows, and channels with slip lengths of 0.5 and 0.1."""
+    """A fluid at rest, shear, two opposite flows, and channels with slip lengths of 0.5 and 0.1."""
     rates = np.array([0.2, 0.4])
     stress = {"units": "kT / r_c^3"}
     shear = xr.Dataset(
@@ -171,14 +182,20 @@ def flows():
         for slip in (0.5, 0.1)
     ]
     channels = xr.concat(channel, xr.DataArray([2.0, 15.0], dims="gamma", name="gamma"))
-    return {"shear": shear, "two_flows": two, "channel": channels}
+    return {"at_rest": at_rest(20000), "shear": shear, "two_flows": two, "channel": channels}
+
+
+def test_a_run_too_short_for_the_stress_gives_no_viscosity(flows):
+    """And no error bar; the other ways still count."""
+    found = viscosity.measured(viscosity.compute(flows | {"at_rest": at_rest(2000)}))
+    assert np.isnan(found["viscosity_at_rest"].value) and found["viscosity_walls"].value > 0
 
 
 def test_viscosity_and_slip_of_known_flows(flows):
     """All ways give the viscosity that the profiles were made with, and the slip lengths."""
     data = viscosity.compute(flows)
     found = viscosity.measured(data)
-    for name in ("viscosity_shear", "viscosity_two_flows", "viscosity_walls"):
+    for name in ("viscosity_shear", "viscosity_two_flows", "viscosity_walls", "viscosity_at_rest"):
         assert found[name].value == pytest.approx(ETA, abs=4 * found[name].error + 1e-3)
         assert 0 < found[name].error < 0.05
     assert found["newtonian"].value == pytest.approx(1)
