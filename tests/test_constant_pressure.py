@@ -325,7 +325,7 @@ def test_to_be_moved_with_the_box_is_no_displacement():
             way += 0.1 * edge
         box = (edge,) * 3
         state = State(scaled * edge, np.zeros((3, 20)), None, identity, None, t, box=box)
-        observer.sample(SimpleNamespace(state=state, box=box), None)
+        observer.sample(SimpleNamespace(state=state, box=box, first_box=(4.0,) * 3), None)
     expected = np.zeros((3, 20))
     expected[0, 7] = way
     np.testing.assert_allclose(observer.arrays["moved"], expected, atol=1e-11)

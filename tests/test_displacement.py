@@ -141,7 +141,7 @@ def watch(velocity, samples, observer=None, first=0):
         place = (begun + t * velocity) % np.array(scene.box)[:, None]
         order = np.random.default_rng(t).permutation(10)
         state = State(place[:, order], np.zeros((2, 10)), None, order.astype(np.uint32), None, t)
-        observer.sample(SimpleNamespace(state=state, box=scene.box), None)
+        observer.sample(SimpleNamespace(state=state, box=scene.box, first_box=scene.box), None)
     return scene, observer
 
 

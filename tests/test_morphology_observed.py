@@ -48,7 +48,9 @@ def look(data, observe, *positions):
     scene = Scene(data | {"observe": [observe]}, "scene.yaml")
     observer, *_ = observables(scene, system_of(scene))
     for step, position in enumerate(positions):
-        observer.sample(SimpleNamespace(state=state_of(scene, position, step)), None)
+        state = state_of(scene, position, step)
+        seen = SimpleNamespace(state=state, box=scene.box, first_box=scene.box)
+        observer.sample(seen, None)
     return scene, {name: found[1] for name, found in observer.variables().items()}
 
 

@@ -125,7 +125,8 @@ def test_a_gsd_file_that_is_wrong(tmp_path):
     """Each is a whole GSD file."""
     path = tmp_path / "wrong.gsd"
     cases = (
-        ("frame.configuration.box = [4, 4, 4, 0.1, 0, 0]", "the box is tilted"),
+        ("frame.configuration.box = [4, 4, 4, 0.1, 0.2, 0]", "tilt factors 0.1, 0.2, 0; allowed"),
+        ("frame.configuration.box = [4, 4, 4, 0.6, 0, 0]", "by up to half an edge"),
         ("frame.configuration.box = [4, 0, 4, 0, 0, 0]", "an edge that is not a positive"),
         ("frame.configuration.dimensions = 1", "1 dimensions; allowed: 2 or 3"),
         ("frame.configuration.dimensions = 2", "two dimensions, and bead .* is at z = "),

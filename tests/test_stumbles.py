@@ -13,7 +13,7 @@ import yaml
 
 from dpd.errors import UserError
 from dpd.pipeline.overlay import replaced_values
-from dpd.pipeline.study import _check_seeds, read_paper
+from dpd.pipeline.study import _check_seeds, read_config, read_paper
 from dpd.pipeline.sweep import merge
 from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
@@ -164,7 +164,7 @@ def test_some_papers_have_a_report_of_their_own(mine, figures):
 def test_all_papers_in_another_order_share_one_report(mine):
     """All of config/config.yaml make report.html; a subset has one name, whatever its order."""
     edit(mine / "config" / "config.yaml", "papers: [", "papers: [mine, ")
-    every = "papers=[nikunen_2007,mine,liu_2008,groot_warren_1997]"
+    every = f"papers=[{','.join(reversed(read_config()['papers']))},mine]"
     some = ("papers=[mine,liu_2008]", "papers=[liu_2008,mine]")
     for papers, name in (
         (every, "report.html"),

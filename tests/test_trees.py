@@ -409,6 +409,7 @@ class Still:
 
     def __init__(self, scene):
         self.state = make_start(scene)
+        self.box = self.first_box = scene.box
 
 
 def test_distributions_have_the_area_one():

@@ -266,10 +266,11 @@ def test_a_run_that_gets_behind_a_wall(tmp_path):
 
 def seen(scene, samples):
     """Variables of a scene's one observable, after samples of (position, velocity, sums)."""
-    (observable,) = observables(Scene(scene), system_of(Scene(scene)))
+    system = system_of(Scene(scene))
+    (observable,) = observables(Scene(scene), system)
     for position, velocity, sums in samples:
         state = SimpleNamespace(position=position, velocity=velocity, species=None)
-        observable.sample(SimpleNamespace(state=state), sums)
+        observable.sample(SimpleNamespace(state=state, box=system.box), sums)
     return {name: variable[1] for name, variable in observable.variables().items()}
 
 

@@ -28,11 +28,10 @@ LOOKS = {"A A": ORANGE, "A B": GREEN, "B B": BLUE}
 def compute(sweeps):
     """Both distributions with errors, g(r) and where its first peak is."""
     runs = sweeps["triblock"]
-    late = runs.isel(block=slice(int(SETTLED * runs.sizes["block"]), None))
-    ends, ends_error = block_mean_and_error(blocks_of(late.end_density.isel(kind=0)))
-    bonds, bonds_error = block_mean_and_error(blocks_of(late.pair_bond_density))
-    lengths, lengths_error = block_mean_and_error(blocks_of(late.pair_bond_mean))
-    g = blocks_of(late.rdf)
+    ends, ends_error = block_mean_and_error(blocks_of(runs.end_density.isel(kind=0), SETTLED))
+    bonds, bonds_error = block_mean_and_error(blocks_of(runs.pair_bond_density, SETTLED))
+    lengths, lengths_error = block_mean_and_error(blocks_of(runs.pair_bond_mean, SETTLED))
+    g = blocks_of(runs.rdf, SETTLED)
     highest, highest_error = jackknife(g, lambda mean: peak(runs.rdf.r.values, mean))
     per_length, length = {"units": "1 / r_c"}, {"units": "r_c"}
     names = [str(name) for name in np.ravel(runs.bond_pair.values)][: runs.sizes["bond_pair"]]

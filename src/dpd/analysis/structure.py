@@ -260,7 +260,18 @@ def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
     return RadialDistribution(g, error, blocks)  # type: ignore[arg-type]  # of many bins
 
 
-def blocks_of(variable: xr.DataArray) -> np.ndarray:
-    """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out."""
-    blocks = variable.stack(part=("replica", "block")).transpose("part", ...).values
+def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:
+    """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out.
+
+    Parameters
+    ----------
+    variable : DataArray
+        With the dimensions replica and block; where the observables of a run differ in their number
+        of blocks, a sweep has block_18 or the like.
+    since : float
+        Share of the blocks to leave out at the beginning.
+    """
+    axis = next(name for name in variable.dims if str(name).startswith("block"))
+    late = variable.isel({axis: slice(int(since * variable.sizes[axis]), None)})
+    blocks = late.stack(part=("replica", axis)).transpose("part", ...).values
     return blocks[np.isfinite(blocks).all(axis=tuple(range(1, blocks.ndim)))]

@@ -183,8 +183,11 @@ def seen(
         position = np.ascontiguousarray(wrapped(position, scene.box))
         # Observables of positions and velocities need neither forces nor a simulation.
         now = State(position, velocity, None, identity, None, k)
+        seen_now = SimpleNamespace(
+            state=now, box=scene.box, first_box=scene.box, volume=float(np.prod(scene.box))
+        )
         for observer in observers:
-            observer.sample(SimpleNamespace(state=now), None)  # type: ignore[arg-type]
+            observer.sample(seen_now, None)  # type: ignore[arg-type]
     values: dict[str, np.ndarray] = {}
     for observer in observers:
         values |= {name: array for name, (_, array, _, _) in observer.variables().items()}
