@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.engine.queries.stress import Slices
+
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import System
@@ -43,11 +45,19 @@ class Layers:
 
     def of(self, simulation: Simulation) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
-        edge = simulation.box[self.axis]
-        length = self._length if edge == self._edge else edge  # stretched: no walls
         place = simulation.state.position[self.axis] - self._low
-        layer = (place * (self.count / length)).astype(np.int64)
+        layer = (place * (self.count / self._length_in(simulation))).astype(np.int64)
         return np.minimum(layer, self.count - 1, out=layer)
+
+    def slices(self, simulation: Simulation) -> Slices:
+        """The layers as kernels take them."""
+        high = self._low + self._length_in(simulation)
+        return Slices(self.axis, self.count, float(self._low), float(high))
+
+    def _length_in(self, simulation):
+        """All layers together, in the box as it is now."""
+        edge = simulation.box[self.axis]
+        return self._length if edge == self._edge else edge  # stretched: no walls
 
     def crowding(self, simulation: Simulation) -> float:
         """Volume of the system's box over that of the box now, which densities go with."""
