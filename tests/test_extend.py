@@ -44,7 +44,7 @@ CHAINS = {
         {"displacement": {"every": 2}}, {"end_to_end": {"every": 3}}, {"trace": {"every": 10}},
         {"configurational": {"every": 50}}, {"density_field": {"every": 13, "average": 7}},
         {"structure_factor": {"every": 17, "max": 3}}, {"mixing": {"every": 9}},
-        {"diffusion": {"every": 6}},
+        {"diffusion": {"every": 6}}, {"stress_profile": {"every": 8}},
     ],
 }  # fmt: skip
 IN_PLANE = CHAINS | {
@@ -86,6 +86,7 @@ WALLED = merge(IN_SPACE, {
     "observe": [
         "thermo", {"walls": {"every": 3}}, {"velocity_profile": {"every": 7}},
         {"profile": {"every": 5}}, {"displacement": {"every": 2}}, {"trajectory": {"every": 9}},
+        {"stress_profile": {"every": 8}},
     ],
 })  # fmt: skip
 # In a box that changes no chain can be traced, and g(r) has to fit into half of it.

@@ -12,7 +12,7 @@ from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import BOX_2D, BOX_3D, by_identity, make_simulation, make_system
+from tests.engine.build import BOX_2D, BOX_3D, by_identity, make_simulation
 from tests.engine.reference_stress import StressedReference
 from tests.engine.test_angles import stars
 
@@ -189,8 +189,8 @@ def test_walls_beside_the_reference(axis):
 
 def test_forces_of_walls_balance_those_of_beads():
     """At any one time, what walls add to the normal virial ends on each bead with its force."""
-    found, simulation = sampled(SLAB | WALLS | {"thermostat": {"gamma": 0}, "walls": {
-        "axis": "z", "repulsion": 30}})  # fmt: skip
+    smooth = {"thermostat": {"gamma": 0}, "walls": {"axis": "z", "repulsion": 30}}
+    _, simulation = sampled(SLAB | smooth)
     system, state = simulation.system, simulation.state
     reach, count = system.walls.reach, 50
     low, high = system.origin[2] - reach, system.origin[2] + 8 + reach
