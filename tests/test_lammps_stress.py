@@ -15,6 +15,7 @@ from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 
 WIDTH = 0.5  # r_c, of a slice
+SAMPLES, EVERY, BLOCKS = 1500, 5, 50
 SLABS = {
     "dimension": 3,
     "box": [8, 8, 20],
@@ -22,10 +23,9 @@ SLABS = {
     "repulsion": {"A A": 25, "A B": 37, "B B": 25},
     "start": {"method": "slabs"},
     "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"sample": 40},
+    "steps": {"sample": SAMPLES},
     "observe": [{"stress_profile": {"every": 1, "bin": WIDTH}}],
 }
-SAMPLES, EVERY = 1500, 5
 VOLUME = 8 * 8 * WIDTH
 
 
@@ -91,19 +91,18 @@ def test_tension_and_profile_of_the_papers_slabs():
     """Means of both codes agree within four standard errors; the tension is known to 5 %."""
     scene, own = settled(2000)
     other = Profiled(scene, own.state)
-    slices, found = Slices(2, 40, 0.0, 20.0), {"own": [], "lammps": []}
-    observed = StressProfile(scene, own.system, 1, WIDTH)
+    observed, found = StressProfile(scene, own.system, 1, WIDTH), []
     for _ in range(SAMPLES):
-        own.advance(EVERY)
-        virial = virial_in_slices(own.system, own.state, slices)
-        found["own"].append((virial + observed._kinetic(own)) / VOLUME)
+        sums = own.advance(EVERY, measure=True)
+        observed.sample(own, sums)
         other.advance(EVERY)
-        found["lammps"].append(normal_and_tangential(other.profile().sum(axis=0)))
+        found.append(normal_and_tangential(other.profile().sum(axis=0)))
     other.close()
-    one, two = (np.array(found[code]) for code in ("own", "lammps"))
+    one = observed.averages.means() / VOLUME
+    two = np.array(found).reshape(BLOCKS, -1, *one.shape[1:]).mean(axis=1)
     tensions = [mean_and_error((p[:, 0] - p[:, 1]).sum(axis=1) * WIDTH / 2) for p in (one, two)]
     (mine, my_error, _), (its, its_error, _) = tensions
-    print("tensions", tensions)
+    print(f"tension {mine:.3f} +- {my_error:.3f}, of LAMMPS {its:.3f} +- {its_error:.3f}")
     assert max(my_error, its_error) < 0.05 * mine
     assert abs(mine - its) < 4 * np.hypot(my_error, its_error)
     (mean, error), (other_mean, other_error) = map(block_mean_and_error, (one, two))
