@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.stress import Slices
-
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import System
@@ -49,10 +47,9 @@ class Layers:
         layer = (place * (self.count / self._length_in(simulation))).astype(np.int64)
         return np.minimum(layer, self.count - 1, out=layer)
 
-    def slices(self, simulation: Simulation) -> Slices:
-        """The layers as kernels take them."""
-        high = self._low + self._length_in(simulation)
-        return Slices(self.axis, self.count, float(self._low), float(high))
+    def bounds(self, simulation: Simulation) -> tuple[float, float]:
+        """Where in the engine's box the first layer begins, and the last one ends, in r_c."""
+        return float(self._low), float(self._low + self._length_in(simulation))
 
     def _length_in(self, simulation):
         """All layers together, in the box as it is now."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.stress import virial_in_slices, wall_virial_in_slices
+from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
 from dpd.observe.blocks import BlockSums
 from dpd.observe.layers import Layers
 from dpd.scene.flow import profile_axis
@@ -76,7 +76,7 @@ class StressProfile:
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
         system, state = replace(self._system, box=simulation.box), simulation.state
-        slices = self._layers.slices(simulation)
+        slices = Slices(self._layers.axis, self._layers.count, *self._layers.bounds(simulation))
         sample = virial_in_slices(system, state, slices) + self._kinetic(simulation)
         if self._walled:
             sample = np.vstack([sample, wall_virial_in_slices(system, state, slices)])
