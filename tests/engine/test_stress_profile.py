@@ -9,6 +9,7 @@ from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
 from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
@@ -51,34 +52,33 @@ def whole(virial):
 @st.composite
 def many_stars(draw):
     """Stars and beads, where they may lie on edges of slices, and slices across an axis."""
-    box = draw(st.sampled_from([BOX_2D, BOX_3D]))
-    species = draw(st.booleans())
-    table = np.array([[25.0, 70.0], [70.0, 10.0]]) if species else np.array([[25.0]])
-    core = draw(st.sampled_from([None, (0.3, 40.0, None), (0.3, 40.0, 0.2)]))
-    system, position, velocity = stars(box, draw(st.booleans()), repulsion=table, core=core)
+    box, tabled = draw(st.sampled_from([BOX_2D, BOX_3D])), draw(st.booleans())
+    # Few kinds of systems, as a kernel is compiled for each.
+    table = np.array([[25.0, 70.0], [70.0, 10.0]]) if tabled else np.array([[25.0]])
+    core = None if tabled else (0.3, 40.0, 0.2)
+    system, position, _ = stars(box, tabled, repulsion=table, core=core)
     axis, count = draw(st.integers(0, len(box) - 1)), draw(st.integers(1, 40))
     for bead in draw(st.lists(st.integers(0, 49), max_size=5)):
         position[axis, bead] = box[axis] / count * draw(st.integers(0, count - 1))
     shift = draw(st.floats(0, 1)) * np.array(box)[:, None]
-    kinds = np.arange(50) % 2 if species else None
-    return system, (position + shift) % np.array(box)[:, None], velocity, kinds, axis, count
+    kinds = np.arange(50) % 2 if tabled else None
+    return system, (position + shift) % np.array(box)[:, None], kinds, axis, count
 
 
-@settings(max_examples=120, deadline=None, derandomize=True)
+@settings(max_examples=100, deadline=None, derandomize=True)
 @given(many_stars())
 def test_every_line_in_every_slice(case):
     """As in plain NumPy, with several species, cores, bonds and angles; all is in some slice."""
-    system, position, velocity, kinds, axis, count = case
+    system, position, kinds, axis, count = case
     species = None if kinds is None else kinds.astype(np.uint8)
-    simulation = make_simulation(system, position, velocity, species)
-    reference = StressedReference(system, "gw-vv", 0.5, position, velocity, kinds)
+    state = State(position, position, None, np.arange(50, dtype=np.uint32), species, 0)
+    reference = StressedReference(system, "gw-vv", 0.5, position, 0 * position, kinds)
     length = system.box[axis]
-    slices = Slices(axis, count, 0.0, length)
-    found = virial_in_slices(system, simulation.state, slices)
+    found = virial_in_slices(system, state, Slices(axis, count, 0.0, length))
     expected = reference.virial_in_slices(axis, np.linspace(0, length, count + 1))
     scale = sum(np.abs(virial).sum() for _, _, virial in reference.lines)
     assert np.abs(found - expected).max() < 1e-9 * scale
-    total = whole(simulation.measure().virial[0])[axis]
+    total = whole(reference.virial[0])[axis]
     assert np.abs(found.sum(axis=1) - total).max() < 1e-12 * scale
 
 
@@ -96,25 +96,22 @@ def test_normal_pressure_follows_from_forces(box):
         found, _ = virial_in_slices(system, simulation.state, Slices(axis, 23, 0.0, length))
         found *= 23 / length  # force through a plane, mean over a slice
         below = np.clip((edges[1:] - place[axis][:, None]) / (length / 23), 0, 1)
-        expected = force[axis] @ below
+        expected = -force[axis] @ below
         np.testing.assert_allclose(
             found - found.mean(), expected - expected.mean(), atol=1e-10 * np.abs(force).max()
         )
 
 
-@pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv", "aboba"])
 @BOXES
-def test_step_by_step_beside_the_reference(box, scheme):
+def test_step_by_step_beside_the_reference(box):
     """Ten steps, with friction and noise, which are no part of it."""
-    prediction = 0.5 if scheme == "gw-vv" else None
-    system, position, velocity = stars(box, False, scheme=scheme, dt=0.01)
+    system, position, velocity = stars(box, True)
     simulation = make_simulation(system, position, velocity)
-    reference = StressedReference(system, scheme, prediction, position, velocity)
+    reference = StressedReference(system, "gw-vv", 0.5, position, velocity)
     axis, length = len(box) - 1, box[-1]
     for _ in range(10):
         simulation.advance(1)
         reference.step()
-        reference.evaluate(reference.velocity)
         found = virial_in_slices(system, simulation.state, Slices(axis, 17, 0.0, length))
         expected = reference.virial_in_slices(axis, np.linspace(0, length, 18))
         assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
@@ -202,7 +199,9 @@ def test_forces_of_walls_balance_those_of_beads():
     mass = np.array([1.0, 2.0])[state.species]
     upper = low + (high - low) / count * np.arange(1, count + 1)
     below = np.clip((upper - state.position[2][:, None]) * count / (high - low), 0, 1)
-    expected = (mass * state.force[2]) @ below
+    expected = -(mass * state.force[2]) @ below
+    assert np.abs(expected).max() > 1
+    expected -= expected[0]
     np.testing.assert_allclose(through - through[0], expected, atol=1e-9 * np.abs(through).max())
 
 
