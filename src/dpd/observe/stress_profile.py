@@ -52,8 +52,9 @@ class StressProfile:
 
     Notes
     -----
-    A sample sorts the beads and looks at all pairs, as a measured step does, and then cuts each
-    line at each edge of a slice.
+    A sample takes as long as 3.0, 3.6 and 4.2 steps with slices of 0.5, 0.2 and 0.1 r_c, measured
+    for 3840 beads of density 3 on one core: it sorts the beads, finds all pairs as a step does, and
+    cuts each line at each edge of a slice.
     """
 
     needs_forces = False

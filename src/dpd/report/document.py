@@ -90,8 +90,8 @@ Two fluids that do not mix, in slabs (`start: {method: slabs}`), have two interf
 `stress_profile` divides the pressure tensor of the box among slices: each pair, bond and angle
 along its line (Irving and Kirkwood 1950), and each bead's kinetic part where it is. The normal
 pressure is the same in all slices, the tangential one is smaller at the interfaces, and the surface
-tension is what is missing. A sample takes about as long as a step and a half, so every fifth step
-costs a third more.
+tension is what is missing. A sample takes as long as 3 to 4 steps, so every tenth step costs a
+third more.
 
 ```python
 from dpd.analysis.surface_tension import slab_tension
