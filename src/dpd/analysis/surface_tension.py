@@ -256,6 +256,6 @@ def _edge(run, scene, axis):
     return edge * ratio if AXES.index(stretched) == axis else edge
 
 
-def _measured(series) -> Measured:
+def _measured(series):
     mean, error, _ = mean_and_error(series)
     return Measured(mean, error)

@@ -32,13 +32,13 @@ class Slices(NamedTuple):
 
     Attributes
     ----------
-    axis, count : int
+    axis, number : int
     low, high : float
         Where the first one begins in the box, and where the last one ends, in r_c.
     """
 
     axis: int
-    count: int
+    number: int
     low: float
     high: float
 
@@ -79,7 +79,7 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
 def _virial(beads, pair, bonds, space, grid, slices):
     n_beads = len(beads.identity)
     ordered, search = sorted_beads(beads, space, grid)
-    virial = np.zeros((2, slices.count))
+    virial = np.zeros((2, slices.number))
     add_pairs(virial, ordered, search, pair, slices)
     slot = empty_slots(bonds, n_beads)
     find_slots(slot, ordered.identity, Share(np.uint64(0), np.uint64(n_beads)))
@@ -175,7 +175,7 @@ def add_line(virial, begin, end, normal, tangential, slices):
         What is to be spread.
     slices : Slices
     """
-    per_length = slices.count / (slices.high - slices.low)
+    per_length = slices.number / (slices.high - slices.low)
     low = (min(begin, end) - slices.low) * per_length
     high = (max(begin, end) - slices.low) * per_length
     first, last = int(np.floor(low)), int(np.floor(high))
@@ -193,9 +193,9 @@ def add_line(virial, begin, end, normal, tangential, slices):
 def add_share(virial, place, share, normal, tangential, slices):
     """Add a share to the slice at a place, which may lie in the next image of the box."""
     if place < 0:
-        place += slices.count
-    elif place >= slices.count:
-        place -= slices.count
+        place += slices.number
+    elif place >= slices.number:
+        place -= slices.number
     virial[NORMAL, place] += share * normal
     virial[TANGENTIAL, place] += share * tangential
 
@@ -219,7 +219,7 @@ def wall_virial_in_slices(system: System, state: State, slices: Slices) -> np.nd
     (slices,) array
         In kT, as the normal virial of beads.
     """
-    virial = np.zeros((2, slices.count))
+    virial = np.zeros((2, slices.number))
     _add_walls(virial, rows_of(state.position), state.species, system.walls, slices)
     return virial[NORMAL]
 
