@@ -94,6 +94,7 @@ tension is what is missing. A sample takes as long as 3 to 4 steps, so every ten
 third more.
 
 ```python
+import dpd
 from dpd.analysis.surface_tension import slab_tension
 
 found = slab_tension(dpd.run("slabs.yaml"))  # observes thermo, profile and stress_profile
