@@ -130,7 +130,8 @@ def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
                     "observe it, or remove the name"
                 )
             units, long_name = (runs[0][name].attrs[key] for key in ("units", "long_name"))
-            put(f"{name}_series", [run[name].values for run in runs], units, long_name, ("time",))
+            inner = ("time", *runs[0][name].dims[1:])  # a tensor has two axes more
+            put(f"{name}_series", [run[name].values for run in runs], units, long_name, inner)
     data.attrs |= {key: runs[0].attrs[key] for key in ("numpy", "numba")}
     data.attrs["sources"] = " ".join(sorted({run.attrs["sources"] for run in runs}))
     data.attrs["collect_sources"] = stage_digest("collect")
