@@ -124,7 +124,7 @@ def tension_law(
 
 def collapse(
     group: npt.ArrayLike, segregation: npt.ArrayLike, tension: npt.ArrayLike,
-    error: npt.ArrayLike, **held: float,
+    error: npt.ArrayLike, groups: int, **held: float,
 ) -> Collapse:  # fmt: skip
     """Bring groups of tensions to one curve of chi N.
 
@@ -134,6 +134,8 @@ def collapse(
         From 0: which group a point belongs to.
     segregation, tension, error : (n,) arrays
         chi N, the tension and its standard error, left out as in `tension_law`.
+    groups : int
+        How many there are.
     **held : float
         ``critical`` or ``mu`` where they are not fitted.
 
@@ -143,11 +145,10 @@ def collapse(
         NaN as in `tension_law`, and for a group without points.
     """
     group = np.asarray(group)
-    count = int(group.max()) + 1
     segregation, tension, error = _broadcast(segregation, tension, error)
     use = _usable(segregation, error, held)
     group, x, y, error = group[use], segregation[use], tension[use], error[use]
-    present = [g for g in range(count) if (group == g).any()]
+    present = [g for g in range(groups) if (group == g).any()]
     place = np.searchsorted(present, group)
     free = [name for name in ("critical", "mu") if name not in held]
 
@@ -157,7 +158,7 @@ def collapse(
 
     begin = [*np.zeros(len(present)), *(BEGIN[name] for name in free)]
     found = _least_squares(model, begin, y, error)
-    prefactors = [NOTHING] * count
+    prefactors = [NOTHING] * groups
     if found is None:
         return Collapse(prefactors, _held(held, "critical"), _held(held, "mu"), np.nan, len(y))
     values, errors, quality = found
