@@ -37,7 +37,8 @@ def compute(sweeps):
     group, _ = np.indices(data.scaled.shape)
     use = data.fitted.values
     columns = [
-        group[use], *(data[n].values[use] for n in ("segregation", "scaled", "scaled_error"))
+        group[use],
+        *(data[n].values[use] for n in ("segregation", "scaled", "scaled_error")),
     ]
     reference = int(np.abs(data.excess.values.astype(float) - REFERENCE).argmin())
     for name, held in (("free", {}), ("fixed", {"critical": VAN_DER_WAALS["critical"]})):
@@ -49,7 +50,11 @@ def compute(sweeps):
         data[f"{name}_reduced_chi_square"] = ((), found.reduced_chi_square, {"units": "1"})
     height = np.array([part.value for part in found.prefactors])
     factor = height[reference] / height
-    data["factor"] = ("excess", factor, {"units": "1", "long_name": "that tensions are rescaled by"})
+    data["factor"] = (
+        "excess",
+        factor,
+        {"units": "1", "long_name": "that tensions are rescaled by"},
+    )
     data["height"] = ((), height[reference], {"units": "1", "long_name": "k at the reference"})
     data["reference_chi"] = ((), float(data.chi[reference].max()), {"units": "1"})
     for name in ("scaled", "scaled_error"):

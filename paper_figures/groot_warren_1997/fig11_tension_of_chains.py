@@ -44,8 +44,8 @@ def compute(sweeps):
     put_law(data, "master", law)
     data["middle_chi"] = ((), float(np.exp(np.log(data.chi).mean())), {"units": "1"})
     sizes = sweeps["tension"]
-    bonds = parts["tension"].beads - 1
-    segment = np.sqrt((sizes.end_to_end_square.mean("replica") / bonds).max())
+    ends = sweeps["tension"].end_to_end_square.mean(["replica", "block", "kind"])
+    segment = np.sqrt(ends / (parts["tension"].beads - 1)).isel(length=-1).mean()
     data["segment"] = ((), float(segment), {"units": "r_c", "long_name": "b, of the largest N"})
     return data
 
@@ -90,7 +90,9 @@ def draw(data):
     published_line(axes, x, PREFACTOR.value * shape, f"published, Eq. 33: {PREFACTOR}")
     chi, segment = float(data.middle_chi), float(data.segment)
     for k, color, name in ((BROSETA, GREEN, "Broseta et al."), (HELFAND, ORANGE, "Helfand et al.")):
-        mean_field = tension_of_long_chains(chi, 1.0, segment) / chi**ALPHA * finite_length(1 / x, k)
+        mean_field = (
+            tension_of_long_chains(chi, 1.0, segment) / chi**ALPHA * finite_length(1 / x, k)
+        )
         axes.plot(x, mean_field, color=color, ls=":", lw=1.2, label=f"mean field, {name}")
     axes.axhline(0, color=BLACK, lw=0.5)
     axes.set(xlim=(0, 0.55), ylim=(0, 1.0), xlabel=r"$1 / (\chi N)$",

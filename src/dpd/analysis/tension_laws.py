@@ -106,8 +106,10 @@ def tension_law(
 
     def model(parameters):
         given = held | dict(zip(free, parameters[1:]))
-        return np.exp(parameters[0]) * chi ** given["alpha"] * _near_critical(
-            x, given["critical"], given["mu"]
+        return (
+            np.exp(parameters[0])
+            * chi ** given["alpha"]
+            * _near_critical(x, given["critical"], given["mu"])
         )
 
     found = _least_squares(model, [-0.5, *(BEGIN[name] for name in free)], y, error)

@@ -56,9 +56,7 @@ def schmidt_number(gamma: npt.ArrayLike, density: float, kT: float = 1.0) -> np.
     return kinematic_viscosity(gamma, density, kT) / diffusion_constant(gamma, density, kT)
 
 
-def slowed_by_images(
-    edge: npt.ArrayLike, viscosity: npt.ArrayLike, kT: float = 1.0
-) -> np.ndarray:
+def slowed_by_images(edge: npt.ArrayLike, viscosity: npt.ArrayLike, kT: float = 1.0) -> np.ndarray:
     """By how much D of a bead is smaller in a periodic cube than in an infinite box.
 
     A bead drags the fluid along, and with it its own images: D is smaller by
