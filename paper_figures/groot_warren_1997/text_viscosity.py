@@ -152,8 +152,8 @@ def draw(data):
     figure, (rates, nu, diffusion) = panels(3, height=2.4)
     points(rates, data.rate**2, data.shear_nu, data.shear_nu_error, "under shear", BLUE)
     rest = part_of(data, "nu", "shear")
-    points(rates, [0], [rest.value], [rest.error], f"{rest.value:.3f} ± {COVERAGE * rest.error:.3f}",
-           BLUE, filled=False)  # fmt: skip
+    label = f"rate 0: {rest.value:.3f} ± {COVERAGE * rest.error:.3f}"
+    points(rates, [0], [rest.value], [rest.error], label, BLUE, filled=False)
     if np.isfinite(rest.value):
         last = float(data.rate.max()) ** 2
         line = np.polyfit(data.rate.values**2, data.shear_nu.values, 1)

@@ -18,7 +18,7 @@ HELFAND = 2 * math.log(2)  # Helfand, Bhattacharjee and Fredrickson 1989
 def tension_of_long_chains(
     chi: npt.ArrayLike, density: float = 1.0, segment: float = 1.0
 ) -> np.ndarray:
-    """Tension in kT / r_c^2 between melts of infinitely long chains, sigma = kT rho b (chi / 6)^1/2.
+    """Tension between melts of infinitely long chains in kT / r_c^2: kT rho b (chi / 6)^(1/2).
 
     Helfand's result for small chi; with one bead per site of a cubic lattice, rho b = 1.
 
