@@ -74,20 +74,27 @@ def compute(sweeps):
         p, error = excess_by(fluid, name)
         data[f"fluid_{name}"] = ((), 3 + float(p), {"units": pressure})
         data[f"fluid_{name}_error"] = ((), float(error), {"units": pressure})
-    noise = stress_noise(sweeps["virials"])
-    data["stress_noise"] = ((), noise.value, {"units": "1", "long_name": "ratio of errors"})
-    data["stress_noise_error"] = ((), noise.error, {"units": "1", "long_name": "standard error"})
+    for name, found in zip(("stress_noise", "sample_noise"), stress_noise(sweeps["virials"])):
+        data[name] = ((), found.value, {"units": "1", "long_name": "ratio of errors"})
+        data[f"{name}_error"] = ((), found.error, {"units": "1", "long_name": "standard error"})
     return data.assign_coords(dt=reference.dt)
 
 
 def stress_noise(runs):
-    """Error of a normal stress difference with all forces over that with the conservative ones."""
+    """Error of a normal stress difference with all forces over that with the conservative ones.
+
+    Returns
+    -------
+    whole, apart : dpd.analysis.flow.Measured
+        Where every step is sampled, and where samples are far apart.
+    """
     differences = []
     for name in ("pressure_tensor_all_series", "pressure_tensor_series"):
         # All five shear stresses of both replicas: each is as good as the difference.
         tensors = runs[name].transpose("replica", "time", "axis", "axis2").values
         differences.append(np.concatenate([shear_components(part) for part in tensors], axis=1))
-    return noise_ratio(*differences, max(1, round(PART / float(runs.time[0]))))
+    whole = noise_ratio(*differences, max(1, round(PART / float(runs.time[0]))))
+    return whole, noise_ratio(*differences, 1)
 
 
 def measured(data):
@@ -110,7 +117,8 @@ def measured(data):
         ),
         "stress_noise": Measured(
             float(data.stress_noise), float(data.stress_noise_error),
-            f"scatter of means over {PART:g} tau, all five shear stresses",
+            f"scatter of means over {PART:g} tau, every step sampled, all five shear stresses; of "
+            f"single samples {float(data.sample_noise):.2f}",
         ),
         "levels_off": levelling(data),
         "routes": routes(data),

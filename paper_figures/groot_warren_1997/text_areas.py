@@ -15,9 +15,10 @@ OF_VARIANCE = 48 / np.pi**2
 TITLE = "Width of the same interface in boxes of several areas (rho = 3, a_AB = 37)."
 PAPER_SHOWS = (
     "Not a figure of the paper, which has one area, 8 x 8. Waves on an interface widen its "
-    "profile: its variance rises with the edge L of the box as kT / (2 pi sigma) ln L (Rowlinson and Widom "
-    "1982, the paper's Ref. 24), so xi^2 of Eq. 34 as (48 / pi^2) kT / (2 pi sigma) ln L. Dashed: "
-    "this slope with the tension of these runs, through their middle. Square: the run of Figure 6."
+    "profile: its variance rises with the edge L of the box as kT / (2 pi sigma) ln L (Rowlinson "
+    "and Widom 1982, the paper's Ref. 24), so xi^2 of Eq. 34 as (48 / pi^2) kT / (2 pi sigma) "
+    "ln L. Dashed: this slope with the tension of these runs, through their middle. Square: the "
+    "run of Figure 6."
 )
 
 
