@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dpd.analysis.statistics import block_mean_and_error, mean_and_error
-from dpd.benchmark.lammps import Lammps, lammps_module
+from dpd.benchmark.tension import Profiled, normal_and_tangential, profiles_known
 from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.simulation import Simulation
 from dpd.observe.stress_profile import StressProfile
@@ -29,39 +29,7 @@ SLABS = {
 VOLUME = 8 * 8 * WIDTH
 
 
-def installed():
-    """Whether LAMMPS can be loaded, with what the profile needs."""
-    try:
-        return (
-            "EXTRA-COMPUTE"
-            in lammps_module()
-            .lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
-            .installed_packages
-        )
-    except (ImportError, OSError):
-        return False
-
-
-pytestmark = pytest.mark.skipif(not installed(), reason="LAMMPS is optional")
-
-
-class Profiled(Lammps):
-    """LAMMPS with a profile of the pressure along z."""
-
-    def __init__(self, scene, state):
-        super().__init__(scene, state, 0.3)
-        self._code.command(f"compute profile all stress/cartesian z {WIDTH} NULL 0")
-        self._code.command("run 0 post no")
-
-    def profile(self):
-        """Kinetic and virial parts: (2, 3, slices) arrays of xx, yy and zz."""
-        columns = np.array(self._code.numpy.extract_compute("profile", 0, 2)).T
-        return columns[2:8].reshape(2, 3, -1)
-
-
-def normal_and_tangential(profile):
-    """Of the axes x, y and z the last one, and the mean of the others."""
-    return np.array([profile[..., 2, :], profile[..., :2, :].mean(axis=-2)])
+pytestmark = pytest.mark.skipif(not profiles_known(), reason="LAMMPS is optional")
 
 
 def settled(steps):
@@ -75,7 +43,7 @@ def settled(steps):
 def test_one_configuration():
     """Each slice agrees to eight digits of the largest."""
     scene, own = settled(200)
-    other = Profiled(scene, own.state)
+    other = Profiled(scene, own.state, WIDTH)
     kinetic, virial = other.profile()
     found = virial_in_slices(own.system, own.state, Slices(2, 40, 0.0, 20.0)) / VOLUME
     expected = normal_and_tangential(virial)
@@ -90,7 +58,7 @@ def test_one_configuration():
 def test_tension_and_profile_of_the_papers_slabs():
     """Means of both codes agree within four standard errors; the tension is known to 10 %."""
     scene, own = settled(2000)
-    other = Profiled(scene, own.state)
+    other = Profiled(scene, own.state, WIDTH)
     observed, found = StressProfile(scene, own.system, 1, WIDTH), []
     for _ in range(SAMPLES):
         sums = own.advance(EVERY, measure=True)
