@@ -23,14 +23,15 @@ HEIGHT = PUBLISHED["monomer_height"]
 ISING_ALPHA, ISING_CRITICAL = (
     PUBLISHED["monomer_alpha_ising"], PUBLISHED["monomer_critical_ising"],
 )  # fmt: skip
-LAWS = {"classical": {"mu": 1.5}, "ising": {"mu": 1.26}}
+ISING = PUBLISHED["tension_exponent"].rival  # the exponent of the Ising model
+LAWS = {"classical": {"mu": 1.5}, "ising": {"mu": ISING}}
 
 TITLE = "Surface tension of single beads at both densities against chi."
 PAPER_SHOWS = (
     "The paper shows the tension at rho 3 and 5, chi from Delta a by Eq. 24, and fits "
     "sigma / (rho kT r_c) = k chi^alpha (1 - chi_crit / chi)^mu to both: with the classical mu = "
     f"1.5, k = {HEIGHT}, alpha = {ALPHA} and chi_crit = {CRITICAL} (Eq. 36, dashed); with the "
-    f"exponent 1.26 of the Ising model, alpha = {ISING_ALPHA} and chi_crit = {ISING_CRITICAL}. "
+    f"exponent {ISING:g} of the Ising model, alpha = {ISING_ALPHA} and chi_crit = {ISING_CRITICAL}. "
     f"Tensions come from the runs of Figure 7. {NOT_SETTLED}."
 )
 
@@ -77,7 +78,7 @@ def describe(data):
     return (
         "Tensions of both densities rise with chi on one curve, from zero near "
         f"{float(data.classical_critical):.2f} with the exponent 1.5, or near "
-        f"{float(data.ising_critical):.2f} with 1.26; the two fits hardly differ, and the dashed "
+        f"{float(data.ising_critical):.2f} with {ISING:g}; the two fits hardly differ, and the dashed "
         "Eq. 36 lies beside them."
     )
 
@@ -93,10 +94,10 @@ def draw(data):
             points(axes, part.chi, part.scaled, part.scaled_error, name if fitted else None, color,
                    marker, fitted)  # fmt: skip
     x = np.linspace(2, 1.05 * float(data.chi.max()), 300)
-    for name, mu, style in (("classical", "1.5", "-"), ("ising", "1.26", ":")):
+    for name, style in (("classical", "-"), ("ising", ":")):
         critical, error = (float(data[f"{name}_critical{part}"]) for part in ("", "_error"))
         if np.isfinite(critical):
-            text = (rf"fit, $\mu$ = {mu}: $\chi_\mathrm{{crit}}$ = {critical:.2f} ± "
+            text = (rf"fit, $\mu$ = {LAWS[name]['mu']:g}: $\chi_\mathrm{{crit}}$ = {critical:.2f} ± "
                     f"{COVERAGE * error:.2f}")  # fmt: skip
             axes.plot(x, curve(data, name, x), color=BLACK, lw=0.8, ls=style, label=text)
     eq_36 = HEIGHT.value * x**ALPHA.value * np.maximum(1 - CRITICAL.value / x, 0) ** 1.5
