@@ -30,8 +30,8 @@ TITLE = "Surface tension of single beads at both densities against chi."
 PAPER_SHOWS = (
     "The paper shows the tension at rho 3 and 5, chi from Delta a by Eq. 24, and fits "
     "sigma / (rho kT r_c) = k chi^alpha (1 - chi_crit / chi)^mu to both: with the classical mu = "
-    f"1.5, k = {HEIGHT}, alpha = {ALPHA} and chi_crit = {CRITICAL} (Eq. 36, dashed); with the "
-    f"exponent {ISING:g} of the Ising model, alpha = {ISING_ALPHA} and chi_crit = {ISING_CRITICAL}. "
+    f"1.5, k = {HEIGHT}, alpha = {ALPHA} and chi_crit = {CRITICAL} (Eq. 36, dashed); with that "
+    f"of the Ising model, {ISING:g}, alpha = {ISING_ALPHA} and chi_crit = {ISING_CRITICAL}. "
     f"Tensions come from the runs of Figure 7. {NOT_SETTLED}."
 )
 
@@ -78,8 +78,8 @@ def describe(data):
     return (
         "Tensions of both densities rise with chi on one curve, from zero near "
         f"{float(data.classical_critical):.2f} with the exponent 1.5, or near "
-        f"{float(data.ising_critical):.2f} with {ISING:g}; the two fits hardly differ, and the dashed "
-        "Eq. 36 lies beside them."
+        f"{float(data.ising_critical):.2f} with {ISING:g}; the two fits hardly differ, and the "
+        "dashed Eq. 36 lies beside them."
     )
 
 
@@ -97,8 +97,9 @@ def draw(data):
     for name, style in (("classical", "-"), ("ising", ":")):
         critical, error = (float(data[f"{name}_critical{part}"]) for part in ("", "_error"))
         if np.isfinite(critical):
-            text = (rf"fit, $\mu$ = {LAWS[name]['mu']:g}: $\chi_\mathrm{{crit}}$ = {critical:.2f} ± "
-                    f"{COVERAGE * error:.2f}")  # fmt: skip
+            mu = LAWS[name]["mu"]
+            text = rf"fit, $\mu$ = {mu:g}: $\chi_\mathrm{{crit}}$ = {critical:.2f} ± "
+            text += f"{COVERAGE * error:.2f}"
             axes.plot(x, curve(data, name, x), color=BLACK, lw=0.8, ls=style, label=text)
     eq_36 = HEIGHT.value * x**ALPHA.value * np.maximum(1 - CRITICAL.value / x, 0) ** 1.5
     published_line(axes, x, eq_36, "published, Eq. 36")
