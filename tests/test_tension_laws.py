@@ -44,7 +44,7 @@ def pulls_of(fits):
 @pytest.mark.parametrize("held", [{}, {"mu": TRUE["mu"]}, {"critical": 2.1, "alpha": 0.45}])
 def test_a_law_comes_out(held):
     """All that is not held, without bias, and with errors of the right size."""
-    fits = [tension_law(CHI, LENGTH, *noisy(law(CHI, LENGTH)), **held) for _ in range(60)]
+    fits = [tension_law(CHI, LENGTH, *noisy(law(CHI, LENGTH)), **held) for _ in range(30)]
     for name, value in held.items():
         assert getattr(fits[0], name) == (value, 0.0)
     pulls = pulls_of(fits)
@@ -72,7 +72,7 @@ def test_groups_fall_on_one_curve():
     heights = np.array([0.8, 1.0, 1.3])
     group, chi_n = (part.ravel() for part in np.meshgrid([0, 1, 2], [2.6, 3.2, 4, 6, 9, 15]))
     exact = heights[group] * (1 - 2 / chi_n) ** 1.5
-    fits = [collapse(group, chi_n, *noisy(exact), groups=3) for _ in range(60)]
+    fits = [collapse(group, chi_n, *noisy(exact), groups=3) for _ in range(30)]
     found = np.array([[*(part.value for part in fit.prefactors), fit.critical.value, fit.mu.value]
                       for fit in fits])  # fmt: skip
     errors = np.array([[*(part.error for part in fit.prefactors), fit.critical.error, fit.mu.error]

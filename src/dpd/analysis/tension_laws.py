@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 # Where a fit begins: mean-field theory, of which only the numbers that are held are believed.
 BEGIN = {"alpha": 0.5, "critical": 2.0, "mu": 1.5}
+FIRST_HEIGHT = -0.5  # logarithm of a height
 NEAREST = 1e-3  # of chi N to the critical point in a fit: below, there is no interface
+DOUBLINGS = 8  # of a first guess at an error
 
 
 class Fitted(NamedTuple):
@@ -102,26 +104,15 @@ def tension_law(
     chi, length, tension, error = _broadcast(chi, length, tension, error)
     use = _usable(chi * length, error, held)
     chi, x, y, error = chi[use], (chi * length)[use], tension[use], error[use]
-    free = [name for name in BEGIN if name not in held]
 
-    def model(parameters):
-        given = held | dict(zip(free, parameters[1:]))
+    def model(heights, given):
         return (
-            np.exp(parameters[0])
-            * chi ** given["alpha"]
-            * _near_critical(x, given["critical"], given["mu"])
+            heights[0] * chi ** given["alpha"] * _near_critical(x, given["critical"], given["mu"])
         )
 
-    found = _least_squares(model, [-0.5, *(BEGIN[name] for name in free)], y, error)
-    if found is None:
-        nothing = {name: _held(held, name) for name in BEGIN}
-        return TensionLaw(NOTHING, **nothing, reduced_chi_square=np.nan, points=len(y))
-    values, errors, quality = found
-    parts = {name: Fitted(*pair) for name, *pair in zip(free, values[1:], errors[1:])}
-    parts |= {name: Fitted(value, 0.0) for name, value in held.items()}
-    return TensionLaw(
-        _exponential(values[0], errors[0]), **parts, reduced_chi_square=quality, points=len(y)
-    )
+    found = _fitted(model, 1, list(BEGIN), held, _Points(y, error))
+    shape = {name: found.shape[name] for name in BEGIN}
+    return TensionLaw(found.heights[0], **shape, reduced_chi_square=found.quality, points=len(y))
 
 
 def collapse(
@@ -152,23 +143,88 @@ def collapse(
     group, x, y, error = group[use], segregation[use], tension[use], error[use]
     present = [g for g in range(groups) if (group == g).any()]
     place = np.searchsorted(present, group)
-    free = [name for name in ("critical", "mu") if name not in held]
 
-    def model(parameters):
-        given = held | dict(zip(free, parameters[len(present) :]))
-        return np.exp(parameters[place]) * _near_critical(x, given["critical"], given["mu"])
+    def model(heights, given):
+        return heights[place] * _near_critical(x, given["critical"], given["mu"])
 
-    begin = [*np.zeros(len(present)), *(BEGIN[name] for name in free)]
-    found = _least_squares(model, begin, y, error)
+    found = _fitted(model, len(present), ["critical", "mu"], held, _Points(y, error))
     prefactors = [NOTHING] * groups
-    if found is None:
-        return Collapse(prefactors, _held(held, "critical"), _held(held, "mu"), np.nan, len(y))
-    values, errors, quality = found
-    for g, *pair in zip(present, values, errors):
-        prefactors[g] = _exponential(*pair)
-    shape = {n: Fitted(*p) for n, *p in zip(free, values[len(present) :], errors[len(present) :])}
-    shape |= {name: Fitted(value, 0.0) for name, value in held.items()}
-    return Collapse(prefactors, shape["critical"], shape["mu"], quality, len(y))
+    for g, height in zip(present, found.heights):
+        prefactors[g] = height
+    return Collapse(prefactors, found.shape["critical"], found.shape["mu"], found.quality, len(y))
+
+
+class _Points(NamedTuple):
+    """What is fitted."""
+
+    y: np.ndarray
+    error: np.ndarray
+
+
+class _Best(NamedTuple):
+    """Heights and the numbers of the shape, with errors, and the reduced chi-square."""
+
+    heights: list[Fitted]
+    shape: dict[str, Fitted]
+    quality: float
+
+
+class _Minimum(NamedTuple):
+    """Parameters of the least squares, their covariance, and chi-square."""
+
+    values: np.ndarray
+    covariance: np.ndarray
+    chi_square: float
+
+
+def _fitted(
+    model: Callable[..., np.ndarray], heights: int, names: list[str], held: dict[str, float],
+    points: _Points,
+) -> _Best:  # fmt: skip
+    """Fit heights, which are positive, and what is not held of the numbers of a shape."""
+    free = [name for name in names if name not in held]
+    shape = {name: Fitted(held[name], 0.0) if name in held else NOTHING for name in names}
+    degrees = len(points.y) - heights - len(free)
+    best = None
+    if degrees >= 0 and len(points.y):
+        best = _least_squares(model, heights, free, held, points)
+    if best is None:
+        return _Best([NOTHING] * heights, shape, np.nan)
+    quality = best.chi_square / degrees if degrees else np.nan
+    widened = np.sqrt(max(1.0, quality)) if degrees else 1.0
+    errors = widened * np.sqrt(np.diagonal(best.covariance))
+    for name, value, error in zip(free, best.values[heights:], errors[heights:]):
+
+        def rise(at, name=name):
+            rest = [other for other in free if other != name]
+            there = _least_squares(model, heights, rest, held | {name: at}, points)
+            return np.inf if there is None else there.chi_square - best.chi_square - widened**2
+
+        shape[name] = Fitted(float(value), _reach(rise, float(value), float(error)))
+    tops = np.exp(best.values[:heights])
+    found = [Fitted(float(k), float(k * error)) for k, error in zip(tops, errors)]
+    return _Best(found, shape, quality)
+
+
+def _reach(rise: Callable[[float], float], value: float, error: float) -> float:
+    """How far a number can be from its best value, on the side where it can be farther.
+
+    chi-square with this number held and all others fitted rises by one there: near a critical
+    point no parabola describes it, and the error of a linear fit would be too small.
+    """
+    from scipy.optimize import brentq  # most jobs need no SciPy
+
+    ends = []
+    for side in (-1, 1):
+        step = error
+        for _ in range(DOUBLINGS):
+            if rise(value + side * step) > 0:
+                break
+            step *= 2
+        else:
+            return np.nan  # nothing limits it
+        ends.append(brentq(lambda d, side=side: min(rise(value + side * d), 1e9), 0, step))
+    return float(max(ends))
 
 
 def _near_critical(segregation, critical, mu):
@@ -186,27 +242,19 @@ def _usable(segregation, error, held):
 
 
 def _least_squares(
-    model: Callable[[np.ndarray], np.ndarray], begin: list[float], y: np.ndarray, error: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, float] | None:
-    """Values, errors and reduced chi-square; None where nothing can be fitted."""
+    model: Callable[..., np.ndarray], heights: int, free: list[str], held: dict[str, float],
+    points: _Points,
+) -> _Minimum | None:  # fmt: skip
+    """The best parameters: logarithms of heights, then numbers; None where there are none."""
     from scipy.optimize import least_squares  # most jobs need no SciPy
 
-    degrees = len(y) - len(begin)
-    if degrees < 0 or len(y) == 0:
-        return None
-    found = least_squares(lambda p: (model(np.asarray(p)) - y) / error, begin, method="lm")
+    def misses(parameters):
+        given = held | dict(zip(free, parameters[heights:]))
+        return (model(np.exp(parameters[:heights]), given) - points.y) / points.error
+
+    begin = [*np.full(heights, FIRST_HEIGHT), *(BEGIN[name] for name in free)]
+    found = least_squares(misses, begin, method="lm")
     curvature = found.jac.T @ found.jac
     if not found.success or np.linalg.matrix_rank(curvature) < len(begin):
         return None
-    quality = 2 * found.cost / degrees if degrees else np.nan
-    widened = np.sqrt(max(1.0, quality)) if degrees else 1.0
-    return found.x, widened * np.sqrt(np.diagonal(np.linalg.inv(curvature))), quality
-
-
-def _exponential(logarithm, error):
-    value = float(np.exp(logarithm))
-    return Fitted(value, value * float(error))
-
-
-def _held(held, name):
-    return Fitted(held[name], 0.0) if name in held else NOTHING
+    return _Minimum(found.x, np.linalg.inv(curvature), 2 * float(found.cost))
