@@ -130,6 +130,8 @@ def draw(data):
                  xlabel=r"friction $\gamma$ / ($m$ $\tau^{-1}$)")  # fmt: skip
     left.set_ylabel(r"$D$, $\nu$ / ($r_c^2$ $\tau^{-1}$)")
     right.set_ylabel(r"Schmidt number $\nu / D$")
-    left.legend(loc="upper right")
+    low, high = left.get_ylim()
+    left.set_ylim(low, 5 * high)  # room for the legend
+    left.legend(loc="upper right", ncols=2)
     right.legend(loc="upper left")
     return figure

@@ -166,7 +166,7 @@ def draw(data):
                      alpha=0.15, lw=0, label=f"published {number}")  # fmt: skip
         axes.set_ylabel(rf"${symbol}$ / ($r_c^2$ $\tau^{{-1}}$)")
         low, high = axes.get_ylim()
-        axes.set_ylim(low - 0.02, high + 0.02)  # room for the legend
+        axes.set_ylim(low - 0.005, high + 0.02)  # room for the legend
         axes.legend(loc="upper left")
     return figure
 

@@ -12,6 +12,7 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 
 PUBLISHED = shown_by(__file__)
 PRINTED = {"bulk": "wall_pressure", "noisy": "wall_pressure_all", "force": "wall_force"}
+ASIDE = 0.0006  # tau, by which points at the same step are drawn beside each other
 MIDDLE = 1.5  # r_c on either side of the middle, which is the bulk
 LOOKS = {
     "bulk": ("bulk, virial without noise", BLUE, "o"),
@@ -188,14 +189,14 @@ def draw(data):
     left.set(xlabel="strength of the walls $a_w$ $r_c$ / $k_BT$",
              ylabel=r"pressure / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
     left.legend(loc="upper left")
-    for name in ("bulk", "normal", "noisy"):
+    for name, aside in (("bulk", -ASIDE), ("normal", 0.0), ("noisy", ASIDE)):
         label, color, marker = LOOKS[name]
         relative = 100 * (data[f"step_{name}"] / data.step_force - 1)
         error = 100 * np.hypot(data[f"step_{name}_error"] / data.step_force,
                                data.step_force_error / data.step_force)  # fmt: skip
-        points(right, data.dt, relative, error, label, color, marker)
+        points(right, data.dt + aside, relative, error, label, color, marker)
     right.axhline(0, color=RED, lw=0.8)
-    right.set(xlim=(0, None), xlabel=r"time step $\Delta t$ / $\tau$",
+    right.set(xlim=(0, 0.045), xticks=[0, 0.01, 0.02, 0.03, 0.04], xlabel=r"time step $\Delta t$ / $\tau$",
               ylabel="pressure less force per area / %")  # fmt: skip
     right.legend(loc="lower left")
     return figure
