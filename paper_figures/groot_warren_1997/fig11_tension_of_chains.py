@@ -43,7 +43,8 @@ def compute(sweeps):
     )
     put_law(data, "master", law)
     data["middle_chi"] = ((), float(np.exp(np.log(data.chi).mean())), {"units": "1"})
-    ends = sweeps["tension"].end_to_end_square.mean(["replica", "block", "kind"])
+    ends = sweeps["tension"].end_to_end_square
+    ends = ends.mean([name for name in ends.dims if name not in ("excess", "length")])
     segment = np.sqrt(ends / (parts["tension"].beads - 1)).isel(length=-1).mean()
     data["segment"] = ((), float(segment), {"units": "r_c", "long_name": "b, of the largest N"})
     return data

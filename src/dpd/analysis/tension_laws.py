@@ -214,6 +214,8 @@ def _reach(rise: Callable[[float], float], value: float, error: float) -> float:
     """
     from scipy.optimize import brentq  # most jobs need no SciPy
 
+    if not rise(value) < 0:
+        return np.nan  # the fit has not found its minimum
     ends = []
     for side in (-1, 1):
         step = error
@@ -253,7 +255,8 @@ def _least_squares(
         return (model(np.exp(parameters[:heights]), given) - points.y) / points.error
 
     begin = [*np.full(heights, FIRST_HEIGHT), *(BEGIN[name] for name in free)]
-    found = least_squares(misses, begin, method="lm")
+    with np.errstate(over="ignore", invalid="ignore"):  # steps too far, from which it returns
+        found = least_squares(misses, begin, method="lm")
     curvature = found.jac.T @ found.jac
     if not found.success or np.linalg.matrix_rank(curvature) < len(begin):
         return None
