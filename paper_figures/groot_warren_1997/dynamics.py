@@ -77,9 +77,16 @@ def of_two_flows(runs):
 
 
 def in_a_cube(runs):
-    """Self-diffusion constant of one point, by displacements in its own periodic box."""
+    """Self-diffusion constant of one point, by displacements in its own periodic box.
+
+    Returns
+    -------
+    Found
+        Without an error where displacements end before they grow in proportion to time.
+    """
     moved = displacements(runs, "centre")
-    return Found(*diffusion_constant(moved, 3, min(AFTER, moved.time[-1] / 4)))
+    value, error = diffusion_constant(moved, 3, min(AFTER, moved.time[-1] / 4))
+    return Found(value, error if moved.time[-1] >= 2 * AFTER else np.nan)
 
 
 def in_an_infinite_box(found, edge, nu, density, kT):

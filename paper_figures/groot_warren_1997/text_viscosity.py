@@ -11,6 +11,7 @@ from dpd.analysis.statistics import COVERAGE, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from paper_figures.groot_warren_1997.dynamics import (
+    AFTER,
     Found,
     density_of,
     in_an_infinite_box,
@@ -54,8 +55,11 @@ def compute(sweeps):
     edge = first_scene(sweeps["spreading"]).box[0]
     kT = float(sweeps["spreading"].kT.mean())
     density = density_of(sweeps["spreading"])
+    enough = float(line.longest) >= 2 * AFTER  # or displacements do not grow as time does
     diffusion = {
-        "displacements": Found(float(line.infinite), float(line.infinite_error)),
+        "displacements": Found(
+            float(line.infinite), float(line.infinite_error) if enough else np.nan
+        ),
         "labels": in_an_infinite_box(spread, edge, nu["shear"], density, kT),
     }
     constant = {"units": "r_c^2 / tau"}
