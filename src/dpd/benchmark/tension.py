@@ -68,7 +68,7 @@ def profiles_known() -> bool:
 
 
 def tension_beside_lammps(
-    scene: Scene | None = None, settling: int = 5000, samples: int = 10000,
+    scene: Scene | None = None, settling: int = 5000, samples: int = 6000,
     say: Callable[[str], None] = print,
 ) -> xr.Dataset:  # fmt: skip
     """Profiles of normal and tangential pressure of both codes, going on from one state.
