@@ -73,7 +73,7 @@ def draw(data):
     if np.isfinite(k):
         axes.plot(x, curve(data, "chains", x), color=RED, lw=0.8, ls="-.",
                   label=f"Eq. 33 with prefactor {k:.3f} ± {COVERAGE * error:.3f}")  # fmt: skip
-    if np.isfinite(critical):
+    if np.isfinite(error_of):
         text = rf"fit: $\chi_\mathrm{{crit}}$ = {critical:.2f} ± {COVERAGE * error_of:.2f}"
         axes.plot(x, curve(data, "classical", x), color=BLUE, lw=0.8, label=text)
     eq_36 = HEIGHT.value * x**ALPHA.value * np.maximum(1 - CRITICAL.value / x, 0) ** 1.5

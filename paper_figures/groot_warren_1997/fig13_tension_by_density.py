@@ -96,7 +96,7 @@ def draw(data):
     x = np.linspace(2, 1.05 * float(data.chi.max()), 300)
     for name, style in (("classical", "-"), ("ising", ":")):
         critical, error = (float(data[f"{name}_critical{part}"]) for part in ("", "_error"))
-        if np.isfinite(critical):
+        if np.isfinite(error):
             mu = LAWS[name]["mu"]
             text = rf"fit, $\mu$ = {mu:g}: $\chi_\mathrm{{crit}}$ = {critical:.2f} ± "
             text += f"{COVERAGE * error:.2f}"
