@@ -1,5 +1,7 @@
 """Figure 13: surface tension of single beads at two densities, and its critical point."""
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
@@ -65,9 +67,7 @@ def measured(data):
     return {
         "monomer_height": measured_part(data, "classical", "prefactor"),
         "monomer_alpha": measured_part(data, "classical", "alpha"),
-        "monomer_critical": type(critical)(
-            critical.value, critical.error, f"{critical.note}; alone {each}", critical.undecided
-        ),
+        "monomer_critical": replace(critical, note=f"{critical.note}; alone {each}"),
         "monomer_alpha_ising": measured_part(data, "ising", "alpha"),
         "monomer_critical_ising": measured_part(data, "ising", "critical"),
     }
