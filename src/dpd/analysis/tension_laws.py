@@ -58,8 +58,8 @@ class TensionLaw(NamedTuple):
     def at(self, chi: npt.ArrayLike, length: npt.ArrayLike = 1) -> np.ndarray:
         """Tension over rho kT r_c."""
         k, alpha, critical, mu = (part.value for part in self[:4])
-        chi = np.asarray(chi, dtype=float)
-        return k * chi**alpha * _near_critical(chi * length, critical, mu)
+        of_bead, beads = _broadcast(chi, length)
+        return k * of_bead**alpha * _near_critical(of_bead * beads, critical, mu)
 
 
 class Collapse(NamedTuple):
@@ -101,16 +101,16 @@ def tension_law(
     TensionLaw
         NaN with fewer points than numbers to fit, or without convergence.
     """
-    chi, length, tension, error = _broadcast(chi, length, tension, error)
-    use = _usable(chi * length, error, held)
-    chi, x, y, error = chi[use], (chi * length)[use], tension[use], error[use]
+    each = _broadcast(chi, length, tension, error)
+    use = _usable(each[0] * each[1], each[3], held)
+    of_bead, beads, y, spread = (part[use] for part in each)
+    x = of_bead * beads
 
     def model(heights, given):
-        return (
-            heights[0] * chi ** given["alpha"] * _near_critical(x, given["critical"], given["mu"])
-        )
+        of_chi = of_bead ** given["alpha"]
+        return heights[0] * of_chi * _near_critical(x, given["critical"], given["mu"])
 
-    found = _fitted(model, 1, list(BEGIN), held, _Points(y, error))
+    found = _fitted(model, 1, list(BEGIN), held, _Points(y, spread))
     shape = {name: found.shape[name] for name in BEGIN}
     return TensionLaw(found.heights[0], **shape, reduced_chi_square=found.quality, points=len(y))
 
@@ -137,17 +137,17 @@ def collapse(
     Collapse
         NaN as in `tension_law`, and for a group without points.
     """
-    group = np.asarray(group)
-    segregation, tension, error = _broadcast(segregation, tension, error)
-    use = _usable(segregation, error, held)
-    group, x, y, error = group[use], segregation[use], tension[use], error[use]
-    present = [g for g in range(groups) if (group == g).any()]
-    place = np.searchsorted(present, group)
+    each = _broadcast(segregation, tension, error)
+    use = _usable(each[0], each[2], held)
+    x, y, spread = (part[use] for part in each)
+    of_point = np.asarray(group)[use]
+    present = [g for g in range(groups) if (of_point == g).any()]
+    place = np.searchsorted(present, of_point)
 
     def model(heights, given):
         return heights[place] * _near_critical(x, given["critical"], given["mu"])
 
-    found = _fitted(model, len(present), ["critical", "mu"], held, _Points(y, error))
+    found = _fitted(model, len(present), ["critical", "mu"], held, _Points(y, spread))
     prefactors = [NOTHING] * groups
     for g, height in zip(present, found.heights):
         prefactors[g] = height

@@ -87,7 +87,7 @@ def _of_point(runs):
     }
 
 
-def _of_replicas(runs) -> Iterator[SlabTension]:
+def _of_replicas(runs: xr.Dataset) -> Iterator[SlabTension]:
     for k in range(runs.sizes["replica"]):
         run = runs.isel(replica=k)
         yield slab_tension(run.assign_attrs(scene=str(run.scene.values)))
