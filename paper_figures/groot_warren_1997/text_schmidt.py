@@ -103,10 +103,10 @@ def _power(data):
 def describe(data):
     """What is seen."""
     return (
-        "On logarithmic axes D falls with the friction and nu first falls and then rises; both "
-        "follow the lines of theory in shape. The Schmidt number rises from "
-        f"{float(data.Sc[0]):.2f} to {float(data.Sc[-1]):.1f}, above the line of theory up to the "
-        "largest frictions. The published points at gamma 6.75 lie on ours."
+        "On logarithmic axes D falls with the friction, less steeply than the line of theory, and "
+        "nu rises with it, while theory falls first. The Schmidt number rises from "
+        f"{float(data.Sc[0]):.2f} to {float(data.Sc[-1]):.1f}; it is above theory at small "
+        "frictions and below it at large ones. The published points at gamma 6.75 lie on ours."
     )
 
 
