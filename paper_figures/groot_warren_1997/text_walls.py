@@ -196,7 +196,8 @@ def draw(data):
                                data.step_force_error / data.step_force)  # fmt: skip
         points(right, data.dt + aside, relative, error, label, color, marker)
     right.axhline(0, color=RED, lw=0.8)
-    right.set(xlim=(0, 0.045), xticks=[0, 0.01, 0.02, 0.03, 0.04],
+    low, _ = right.get_ylim()
+    right.set(xlim=(0, 0.045), ylim=(low, 0.1), xticks=[0, 0.01, 0.02, 0.03, 0.04],
               xlabel=r"time step $\Delta t$ / $\tau$",
               ylabel="pressure less force per area / %")  # fmt: skip
     right.legend(loc="lower left")
