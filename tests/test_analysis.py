@@ -1,5 +1,7 @@
 """Errors that know about correlation, fits, compositions, verdicts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -99,27 +101,52 @@ def test_trends_cover_as_often_as_they_say(memory):
     assert np.mean(away < 1.96 * white) == pytest.approx(0.4 if memory else 0.95, abs=0.12)
 
 
+def made_up_run(folder, seed, dt, kT, **more):
+    """A run of 50 samples with a given kT, its path and scene."""
+    scene = Scene({
+        "dimension": 2, "box": 3, "molecules": [{"architecture": "A", "count": 5}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": dt},
+        "steps": {"sample": 50}, "observe": [{"thermo": {"pressure": False}}], "seed": seed,
+    })  # fmt: skip
+    variables = {
+        "time": (("sample",), dt * np.arange(1, 51), "tau", "time"),
+        "kT": (("sample",), kT, "kT", "kinetic temperature"),
+        "momentum": (("sample", "axis"), np.zeros((50, 2)), "m r_c / tau", "momentum"),
+    }
+    attributes = dict.fromkeys(RECORDED, 1) | {
+        "scene": "{}", "scene_digest": scene.digest, "sources": run_sources(scene),
+        "numpy": "", "numba": "",
+    }  # fmt: skip
+    path = folder / f"{seed}.nc"
+    files.write(path, variables | more, attributes)
+    return path, scene
+
+
+def test_a_sweep_keeps_series_whole(tmp_path):
+    """Of numbers and of tensors, those that it names, run by run."""
+    rng, points, paths, tensors = np.random.default_rng(3), [], [], []
+    for seed in range(2):
+        tensors.append(rng.normal(size=(50, 2, 2)))
+        tensor = (("sample", "axis", "axis2"), tensors[-1], "kT / r_c^2", "pressure tensor")
+        path, scene = made_up_run(tmp_path, seed, 0.04, np.ones(50), pressure_tensor=tensor)
+        paths.append(path)
+        points.append(Point(str(seed), (seed,), scene))
+    sweep = Sweep("made up", (Axis("replica", (0, 1), "1", "replica"),), tuple(points))
+    assert "pressure_tensor_series" not in collect(sweep, paths)
+    found = collect(replace(sweep, series=("pressure_tensor",)), paths)
+    assert found.pressure_tensor_series.dims == ("replica", "time", "axis", "axis2")
+    assert (found.pressure_tensor_series.values == tensors).all()
+    assert found.pressure_tensor_series.units == "kT / r_c^2"
+    assert "kT_series" not in found
+
+
 def test_a_sweep_keeps_the_trends_of_its_series(tmp_path):
     """Two runs with time axes of their own: slopes per tau, and NaN for the one that blew up."""
     points, paths = [], []
     for seed, (dt, slope) in enumerate(((0.01, 0.3), (0.04, np.nan))):
-        scene = Scene({
-            "dimension": 2, "box": 3, "molecules": [{"architecture": "A", "count": 5}],
-            "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": dt},
-            "steps": {"sample": 50}, "observe": [{"thermo": {"pressure": False}}], "seed": seed,
-        })  # fmt: skip
         time = dt * np.arange(1, 51)
-        variables = {
-            "time": (("sample",), time, "tau", "time"),
-            "kT": (("sample",), 1 + slope * time, "kT", "kinetic temperature"),
-            "momentum": (("sample", "axis"), np.zeros((50, 2)), "m r_c / tau", "momentum"),
-        }
-        attributes = dict.fromkeys(RECORDED, 1) | {
-            "scene": "{}", "scene_digest": scene.digest, "sources": run_sources(scene),
-            "numpy": "", "numba": "",
-        }  # fmt: skip
-        paths.append(tmp_path / f"{seed}.nc")
-        files.write(paths[-1], variables, attributes)
+        path, scene = made_up_run(tmp_path, seed, dt, 1 + slope * time)
+        paths.append(path)
         points.append(Point(str(dt), (dt, 0), scene))
     axes = (Axis("dt", (0.01, 0.04), "tau", "time step"), Axis("replica", (0,), "1", "replica"))
     found = collect(Sweep("made up", axes, tuple(points)), paths).isel(replica=0)

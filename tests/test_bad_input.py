@@ -268,6 +268,7 @@ WALLED = WHOLE | {
     "observe": [
         {"walls": {"every": 5}}, {"velocity_profile": {"every": 5, "bin": 0.5, "axis": "y"}},
         {"profile": {"every": 5, "bin": 0.5, "axis": "x"}},
+        {"stress_profile": {"every": 5, "bin": 0.5, "axis": "z"}},
     ],
 }  # fmt: skip
 SHEARED = WHOLE | {

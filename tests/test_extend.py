@@ -45,6 +45,7 @@ CHAINS = {
         {"configurational": {"every": 50}}, {"density_field": {"every": 13, "average": 7}},
         {"structure_factor": {"every": 17, "max": 3}}, {"mixing": {"every": 9}},
         {"diffusion": {"every": 6}}, {"end_points": {"every": 8}}, {"bond_lengths": {"every": 7}},
+        {"stress_profile": {"every": 8}},
     ],
 }  # fmt: skip
 IN_PLANE = CHAINS | {
@@ -86,6 +87,7 @@ WALLED = merge(IN_SPACE, {
     "observe": [
         "thermo", {"walls": {"every": 3}}, {"velocity_profile": {"every": 7}},
         {"profile": {"every": 5}}, {"displacement": {"every": 2}}, {"trajectory": {"every": 9}},
+        {"stress_profile": {"every": 8}},
     ],
 })  # fmt: skip
 # In a box that changes no chain can be traced, and g(r) has to fit into half of it.

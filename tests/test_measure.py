@@ -14,6 +14,7 @@ from dpd.benchmark import beside, scaling, speed
 from dpd.benchmark.measure import MEASUREMENTS, measure
 from dpd.benchmark.schemes import labelled_schemes, schemes
 from dpd.benchmark.speed import installed
+from dpd.benchmark.tension import profiles_known
 from dpd.benchmark.workloads import workload
 from dpd.digest import ROOT
 from dpd.errors import UserError
@@ -26,7 +27,7 @@ from dpd.report.page import write_page
 from dpd.scene.schema import schema
 from tests.test_pipeline import copy_repository, planned
 
-FIGURES = ("lammps", "scaling", "features")
+FIGURES = ("lammps", "scaling", "features", "tension")
 FEW = {"steps": {"sample": 20}}
 FLUID = workload("W1", box=7, start={"relax": {"steps": 100, "dt": 0.02}}, **FEW)
 CHAINS = {
@@ -39,6 +40,7 @@ SMALL = {
     "W2": workload("W2", **CHAINS),
     "W2, dpd-vv": workload("W2, dpd-vv", **CHAINS),
 }
+SMALL_SLABS = workload("W4", box=[4, 4, 12], start={"method": "slabs"}, **FEW)
 SIZES = {
     "lammps": {"scenes": SMALL, "turns": 2, "snapshots": 20, "reach": 3.0},
     "scaling": {
@@ -53,6 +55,7 @@ SIZES = {
             "displacement": {"displacement": {"every": 5}},
         },
     },
+    "tension": {"scene": SMALL_SLABS, "settling": 500, "samples": 400},
 }  # fmt: skip
 
 
@@ -163,6 +166,21 @@ def test_rates_and_physics_beside_lammps(results):
             own, other = (means[name].sel(code=code) for code in ("own", "lammps"))
             np.testing.assert_allclose(own, other, rtol=tolerance, err_msg=name)
         assert float(abs(means.rdf.diff("code")).mean()) < 0.05
+
+
+def test_tension_beside_lammps(results):
+    """Both codes find the same tension; the normal pressure is the same in all slices."""
+    data = made(results, "tension")
+    assert data.normal.shape == data.tangential.shape == (2, 50, 24)
+    numbers = load_module("benchmark", "tension").compute({"tension": data})
+    tension, error = numbers.tension.values, numbers.tension_error.values
+    assert 0.5 < tension[0] < 3 and 0 < error[0] < 0.3
+    normal = data.normal.sel(code="own").mean("block")
+    assert float(normal.std() / normal.mean()) < 0.03
+    if profiles_known():
+        assert abs(tension[0] - tension[1]) < 4 * np.hypot(*error)
+    else:
+        assert np.isnan(tension[1])
 
 
 def test_without_lammps(monkeypatch, tmp_path):

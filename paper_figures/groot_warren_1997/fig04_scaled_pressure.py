@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.fluctuations import noise_ratio, shear_components
 from dpd.analysis.pressure import compressibility, dense, excess_pressure, exponent, from_rdf
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
@@ -25,6 +26,7 @@ PAPER_SHOWS = (
     "without time step error. Dotted: mean field, pi / 30."
 )
 SWEEPS = ("equation_of_state_15", "equation_of_state_25_30")
+PART = 4.0  # tau, a part of a run that is long beside the memory of the stress
 DENSITIES_OF_LEVEL = (3.0, 8.0)  # where the text says that it begins, and the highest one
 
 
@@ -72,7 +74,27 @@ def compute(sweeps):
         p, error = excess_by(fluid, name)
         data[f"fluid_{name}"] = ((), 3 + float(p), {"units": pressure})
         data[f"fluid_{name}_error"] = ((), float(error), {"units": pressure})
+    for name, found in zip(("stress_noise", "sample_noise"), stress_noise(sweeps["virials"])):
+        data[name] = ((), found.value, {"units": "1", "long_name": "ratio of errors"})
+        data[f"{name}_error"] = ((), found.error, {"units": "1", "long_name": "standard error"})
     return data.assign_coords(dt=reference.dt)
+
+
+def stress_noise(runs):
+    """Error of a normal stress difference with all forces over that with the conservative ones.
+
+    Returns
+    -------
+    whole, apart : dpd.analysis.flow.Measured
+        Where every step is sampled, and where samples are far apart.
+    """
+    differences = []
+    for name in ("pressure_tensor_all_series", "pressure_tensor_series"):
+        # All five shear stresses of both replicas: each is as good as the difference.
+        tensors = runs[name].transpose("replica", "time", "axis", "axis2").values
+        differences.append(np.concatenate([shear_components(part) for part in tensors], axis=1))
+    whole = noise_ratio(*differences, max(1, round(PART / float(runs.time[0]))))
+    return whole, noise_ratio(*differences, 1)
 
 
 def measured(data):
@@ -92,6 +114,11 @@ def measured(data):
             float(data.compressibility), float(data.compressibility_error),
             "slope of a cubic through the pressures at a = 25 and densities within 1 of 3; "
             f"1 + 2 alpha a rho with our alpha: {1 + 150 * alpha:.2f}",
+        ),
+        "stress_noise": Measured(
+            float(data.stress_noise), float(data.stress_noise_error),
+            f"scatter of means over {PART:g} tau, every step sampled, all five shear stresses; of "
+            f"single samples {float(data.sample_noise):.2f}",
         ),
         "levels_off": levelling(data),
         "routes": routes(data),

@@ -9,6 +9,7 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
+from paper_figures.groot_warren_1997.dynamics import AFTER
 
 PUBLISHED = shown_by(__file__)["diffusion"]
 LOW, HIGH = PUBLISHED.value - PUBLISHED.error, PUBLISHED.value + PUBLISHED.error
@@ -26,7 +27,6 @@ ERRORS = (
     " out tenths of the run. Times up to a tenth of the run, so that tenths are independent. In the"
     " legend, ± of this work is a 95 % interval, too; that of the published value is as printed."
 )
-AFTER = 5.0  # units of time, beyond which displacements grow in proportion to time
 SWEEPS = {"diffusion": (BLUE, "o"), "diffusion_small_step": (RED, "s")}
 
 

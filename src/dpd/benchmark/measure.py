@@ -13,6 +13,7 @@ from dpd.benchmark.beside import beside_lammps
 from dpd.benchmark.features import features
 from dpd.benchmark.scaling import scaling
 from dpd.benchmark.schemes import schemes
+from dpd.benchmark.tension import tension_beside_lammps
 from dpd.errors import UserError
 from dpd.pipeline.simulate import versions
 from dpd.scene.schema import suggestion
@@ -29,6 +30,7 @@ MEASUREMENTS: dict[str, Callable[..., xr.Dataset]] = {
     "scaling": scaling,
     "schemes": schemes,
     "features": features,
+    "tension": tension_beside_lammps,
 }
 
 

@@ -28,6 +28,7 @@ from dpd.observe.mixing import Mixing
 from dpd.observe.passes import Passes
 from dpd.observe.profile import Profile
 from dpd.observe.rdf import RadialDistribution
+from dpd.observe.stress_profile import StressProfile
 from dpd.observe.stretch import Stretch
 from dpd.observe.structure_factor import StructureFactor
 from dpd.observe.thermo import Thermo
@@ -75,6 +76,7 @@ OBSERVABLES = {
     "structure_factor": StructureFactor,
     "mixing": Mixing,
     "velocity_profile": VelocityProfile,
+    "stress_profile": StressProfile,
     "bonds": BondLengths,
     "bond_lengths": PairBondLengths,
     "chains": Chains,

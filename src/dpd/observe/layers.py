@@ -43,11 +43,18 @@ class Layers:
 
     def of(self, simulation: Simulation) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
-        edge = simulation.box[self.axis]
-        length = self._length if edge == self._edge else edge  # stretched: no walls
         place = simulation.state.position[self.axis] - self._low
-        layer = (place * (self.count / length)).astype(np.int64)
+        layer = (place * (self.count / self._length_in(simulation))).astype(np.int64)
         return np.minimum(layer, self.count - 1, out=layer)
+
+    def bounds(self, simulation: Simulation) -> tuple[float, float]:
+        """Where in the engine's box the first layer begins, and the last one ends, in r_c."""
+        return float(self._low), float(self._low + self._length_in(simulation))
+
+    def _length_in(self, simulation):
+        """All layers together, in the box as it is now."""
+        edge = simulation.box[self.axis]
+        return self._length if edge == self._edge else edge  # stretched: no walls
 
     def crowding(self, simulation: Simulation) -> float:
         """Volume of the system's box over that of the box now, which densities go with."""

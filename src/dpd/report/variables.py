@@ -33,6 +33,7 @@ WALLED = FLUID | {"walls": {"axis": "z", "repulsion": 25}}
 # What some observables have more of, and under which key of a scene.
 MORE = (
     ({"shear": {"rate": 0.1}}, "under shear", sorted(IN_A_FLOW)),
+    ({"walls": WALLED["walls"]}, "between walls", ["stress_profile"]),
     ({"pressure": {"target": 1}}, "at constant pressure", ["thermo", "configuration"]),
 )
 IN_A_PLANE = ("crossings",)  # observables of two dimensions

@@ -97,7 +97,7 @@ def check_flow(scene: Scene, refuse: Callable[[str, str], object]) -> None:
     refuse : callable
         Called with a key and a problem; raises.
     """
-    for name in ("profile", "velocity_profile"):
+    for name in ("profile", "velocity_profile", "stress_profile"):
         if name in scene.observe:
             profile_axis(scene, scene.observe[name].get("axis"))
     body, walls = body_force_of(scene), walls_of(scene)

@@ -29,8 +29,8 @@ MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
 # With the name of what their bins divide.
 HISTOGRAMS = (
-    ("rdf", "range"), ("profile", "box"), ("velocity_profile", "box"), ("bond_lengths", "range"),
-    ("end_points", "range"),
+    ("rdf", "range"), ("profile", "box"), ("velocity_profile", "box"), ("stress_profile", "box"),
+    ("bond_lengths", "range"), ("end_points", "range"),
 )  # fmt: skip
 # Observables that keep every sample.
 SERIES = ("thermo", "walls", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")

@@ -12,7 +12,7 @@ MOST_FRAMES = 100  # of density fields, likewise
 # fraction of the time in which a bead moves its own size, and what moves slower.
 INTERVALS = {
     "thermo": 0.1, "walls": 0.1, "velocity_profile": 0.2, "displacement": 0.1, "crossings": 0.2,
-    "passes": 0.1, "diffusion": 0.2, "structure_factor": 2.0,
+    "passes": 0.1, "diffusion": 0.2, "structure_factor": 2.0, "stress_profile": 0.4,
 }  # fmt: skip
 SLOWER = 0.8
 

@@ -1,0 +1,113 @@
+"""Figure 9: rescaled surface tension of chains against 1 / (chi N)."""
+
+import numpy as np
+
+from dpd.analysis.published import shown_by
+from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.tension_laws import collapse
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, panels, points, published_line
+from paper_figures.groot_warren_1997.tensions import (
+    GROUPS,
+    NOT_SETTLED,
+    VAN_DER_WAALS,
+    scaled_tensions,
+)
+
+PUBLISHED = shown_by(__file__)
+SLOPE, CRITICAL = PUBLISHED["chain_slope"], PUBLISHED["tension_critical"]
+EXPONENT, FIXED = PUBLISHED["tension_exponent"], PUBLISHED["tension_exponent_fixed"]
+REFERENCE = 5.0  # the Delta a that all others are brought to
+LEAST = 6  # settled runs for a fit
+
+TITLE = "Rescaled surface tension of chains against 1 / (chi N) (rho = 3, C = 2)."
+PAPER_SHOWS = (
+    "For each Delta a, and so each chi = "
+    f"{SLOPE.value:g} Delta a, the paper changes N, and multiplies all tensions by one factor, so "
+    f"that they lie on those of Delta a = {REFERENCE:g}. It fits k (1 - chi_crit / (chi N))^mu: "
+    f"chi_crit = {CRITICAL}, mu = {EXPONENT}; with chi_crit = 2, mu = {FIXED}. Dashed: its Eq. 33. "
+    "Here all factors, chi_crit and mu are fitted at once; the factors shown are those of chi_crit "
+    f"= 2. Tensions come from the profile of the pressure. {NOT_SETTLED}."
+)
+
+
+def compute(sweeps):
+    """Tensions, brought to one curve, and the shape of that curve."""
+    data = scaled_tensions(sweeps["tension"], SLOPE.value)
+    group, _ = np.indices(data.scaled.shape)
+    use = data.fitted.values
+    columns = [
+        group[use],
+        *(data[n].values[use] for n in ("segregation", "scaled", "scaled_error")),
+    ]
+    reference = int(np.abs(data.excess.values.astype(float) - REFERENCE).argmin())
+    for name, held in (("free", {}), ("fixed", {"critical": VAN_DER_WAALS["critical"]})):
+        found = collapse(*columns, groups=data.sizes["excess"], **held)
+        for part in ("critical", "mu"):
+            value, error = getattr(found, part)
+            data[f"{name}_{part}"] = ((), value, {"units": "1"})
+            data[f"{name}_{part}_error"] = ((), error, {"units": "1"})
+        data[f"{name}_reduced_chi_square"] = ((), found.reduced_chi_square, {"units": "1"})
+    height = np.array([part.value for part in found.prefactors])
+    factor = height[reference] / height
+    data["factor"] = (
+        "excess",
+        factor,
+        {"units": "1", "long_name": "that tensions are rescaled by"},
+    )
+    data["height"] = ((), height[reference], {"units": "1", "long_name": "k at the reference"})
+    data["reference_chi"] = ((), float(data.chi[reference].max()), {"units": "1"})
+    for name in ("scaled", "scaled_error"):
+        data[f"re{name}"] = (data.factor * data[name]).assign_attrs(data[name].attrs)
+    return data
+
+
+def measured(data):
+    """The critical point and the exponents."""
+    count = int(data.fitted.sum())
+    few = "" if count >= LEAST else f"fewer than {LEAST} settled runs"
+
+    def of(name, part):
+        quality = float(data[f"{name}_reduced_chi_square"])
+        note = f"{count} settled runs, reduced chi-square {quality:.2f}"
+        value, error = float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"])
+        return Measured(value, error, note, few)
+
+    return {
+        "tension_critical": of("free", "critical"),
+        "tension_exponent": of("free", "mu"),
+        "tension_exponent_fixed": of("fixed", "mu"),
+    }
+
+
+def describe(data):
+    """What is seen."""
+    return (
+        "Rescaled tensions of all chains fall on one curve, which falls from the left, where "
+        "chains are long, to zero near 1 / (chi N) = 1/2. The fitted curve, of exponent "
+        f"{float(data.fixed_mu):.2f}, lies near the dashed one of Eq. 33."
+    )
+
+
+def draw(data):
+    """Rescaled tensions over 1 / (chi N), the paper's axes."""
+    figure, axes = panels(1)
+    for (color, marker), excess in zip(GROUPS, data.excess.values):
+        at = data.sel(excess=excess)
+        for fitted in (True, False):
+            use = at.fitted.values == fitted
+            label = rf"$\Delta a$ = {excess:g}" if fitted else None
+            points(axes, 1 / at.segregation[use], at.rescaled[use], at.rescaled_error[use], label,
+                   color, marker, fitted)  # fmt: skip
+    x = np.linspace(1e-3, 0.5, 200)
+    mu, error = float(data.fixed_mu), float(data.fixed_mu_error)
+    if np.isfinite(mu):
+        label = rf"fit, $\chi_\mathrm{{crit}}$ = 2: $\mu$ = {mu:.2f} ± {COVERAGE * error:.2f}"
+        axes.plot(x, float(data.height) * (1 - 2 * x) ** mu, color=BLACK, lw=0.8, label=label)
+    at = float(data.reference_chi)
+    eq_33 = PUBLISHED["master_prefactor"].value * at**0.4 * (1 - 2 * x) ** 1.5
+    published_line(axes, x, eq_33, "published, Eq. 33")
+    axes.set(xlim=(0, 0.55), ylim=(0, None), xlabel=r"$1 / (\chi N)$",
+             ylabel=r"rescaled $\sigma / (\rho k_BT r_c)$")  # fmt: skip
+    axes.legend(loc="upper right")
+    return figure

@@ -1,0 +1,101 @@
+"""Figure 11: the master curve of the tension of chains."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.published import shown_by
+from dpd.analysis.statistics import COVERAGE
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points, published_line
+from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
+from paper_figures.groot_warren_1997.tensions import (
+    NOT_SETTLED,
+    VAN_DER_WAALS,
+    law_of,
+    measured_part,
+    put_law,
+    scaled_tensions,
+)
+
+PUBLISHED = shown_by(__file__)
+SLOPE, PREFACTOR = PUBLISHED["chain_slope"], PUBLISHED["master_prefactor"]
+ALPHA = 0.4  # of Eq. 33
+SWEEPS = {"tension": ("several $N$ for each $\\Delta a$", BLUE, "o"),
+          "chains": ("runs of Fig. 8", RED, "s")}  # fmt: skip
+
+TITLE = "Master curve of the surface tension of chains (rho = 3, C = 2)."
+PAPER_SHOWS = (
+    "The paper shows sigma / (rho kT chi^0.4) against 1 / (chi N), and Eq. 33, sigma = "
+    f"({PREFACTOR}) rho kT r_c chi^0.4 [1 - 2 / (chi N)]^(3/2) (dashed). It adds experiments on "
+    "PS/PMMA that are rescaled in both directions; we leave them out. The runs of Figure 8 have "
+    "another Delta a for each N, and lie on the same curve if there is one. Dotted: mean field for "
+    "long chains, rho b (chi / 6)^(1/2) [1 - k / (chi N)], k = pi^2 / 6 (Broseta et al.) and "
+    "2 ln 2 (Helfand et al.), with b from the size of our chains and at the middle chi. "
+    f"{NOT_SETTLED}."
+)
+
+
+def compute(sweeps):
+    """Scaled tensions of both sweeps, the fit of Eq. 33's prefactor, and mean field."""
+    parts = {name: scaled_tensions(sweeps[name], SLOPE.value) for name in SWEEPS}
+    law = law_of(list(parts.values()), alpha=ALPHA, **VAN_DER_WAALS)
+    data = xr.concat(
+        [_in_a_row(part, name) for name, part in parts.items()], "run", combine_attrs="drop"
+    )
+    put_law(data, "master", law)
+    data["middle_chi"] = ((), float(np.exp(np.log(data.chi).mean())), {"units": "1"})
+    ends = sweeps["tension"].end_to_end_square
+    ends = ends.mean([name for name in ends.dims if name not in ("excess", "length")])
+    segment = np.sqrt(ends / (parts["tension"].beads - 1)).isel(length=-1).mean()
+    data["segment"] = ((), float(segment), {"units": "r_c", "long_name": "b, of the largest N"})
+    return data
+
+
+def _in_a_row(part, name):
+    """One point after another, with the sweep that they are of."""
+    kept = part[["chi", "segregation", "scaled", "scaled_error", "fitted", "drift", "bulk",
+                 "bulk_error"]]  # fmt: skip
+    flat = kept.stack(run=list(part.scaled.dims)).reset_index("run", drop=True)
+    return flat.assign(sweep=("run", [name] * flat.sizes["run"]))
+
+
+def measured(data):
+    """The prefactor of Eq. 33."""
+    return {"master_prefactor": measured_part(data, "master", "prefactor")}
+
+
+def describe(data):
+    """What is seen."""
+    return (
+        "Scaled tensions of chains of all lengths and repulsions lie on one curve of 1 / (chi N), "
+        f"{float(data.master_prefactor):.3f} [1 - 2 / (chi N)]^(3/2), beside the dashed published "
+        "one. Both mean-field curves start near it on the left and fall in straight lines."
+    )
+
+
+def draw(data):
+    """Tension over rho kT chi^0.4, the paper's axes."""
+    figure, axes = panels(1)
+    scale = data.chi.values**ALPHA
+    for name, (label, color, marker) in SWEEPS.items():
+        for fitted in (True, False):
+            use = ((data.sweep == name) & (data.fitted == fitted)).values
+            points(axes, 1 / data.segregation[use], data.scaled[use] / scale[use],
+                   data.scaled_error[use] / scale[use], label if fitted else None, color, marker,
+                   fitted)  # fmt: skip
+    x = np.linspace(1e-3, 0.5, 200)
+    shape = (1 - VAN_DER_WAALS["critical"] * x) ** VAN_DER_WAALS["mu"]
+    k, error = float(data.master_prefactor), float(data.master_prefactor_error)
+    if np.isfinite(k):
+        axes.plot(x, k * shape, color=BLUE, lw=0.8, label=f"fit: {k:.3f} ± {COVERAGE * error:.3f}")
+    published_line(axes, x, PREFACTOR.value * shape, f"published, Eq. 33: {PREFACTOR}")
+    chi, segment = float(data.middle_chi), float(data.segment)
+    for k, color, name in ((BROSETA, GREEN, "Broseta et al."), (HELFAND, ORANGE, "Helfand et al.")):
+        mean_field = (
+            tension_of_long_chains(chi, 1.0, segment) / chi**ALPHA * finite_length(1 / x, k)
+        )
+        axes.plot(x, mean_field, color=color, ls=":", lw=1.2, label=f"mean field, {name}")
+    axes.axhline(0, color=BLACK, lw=0.5)
+    axes.set(xlim=(0, 0.55), ylim=(0, 1.0), xlabel=r"$1 / (\chi N)$",
+             ylabel=r"$\sigma / (\rho k_BT r_c \chi^{0.4})$")  # fmt: skip
+    axes.legend(loc="upper right")
+    return figure

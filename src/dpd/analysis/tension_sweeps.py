@@ -1,0 +1,99 @@
+"""Surface tension at each point of a sweep of slabs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import over_replicas
+from dpd.analysis.surface_tension import slab_tension
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from dpd.analysis.surface_tension import SlabTension
+
+TENSION = "kT / r_c^2"
+VARIABLES = {
+    "tension": (TENSION, "surface tension from the profile of the pressure"),
+    "tension_error": (TENSION, "standard error"),
+    "bulk": ("kT / r_c^3", "p_N - p_T in the bulk of both slabs"),
+    "bulk_error": ("kT / r_c^3", "standard error"),
+    "drift": ("1", "change of the composition between halves in standard errors"),
+    "settled": ("1", "whether the composition stayed"),
+    "width": ("r_c", "width of the interfaces"),
+    "width_error": ("r_c", "standard error"),
+    "density": ("1 / r_c^3", "number density"),
+    "excess_repulsion": ("kT / r_c", "a_AB - a_AA"),
+    "beads": ("1", "beads N of a chain"),
+}
+
+
+def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
+    """Tension of every point of a sweep of slabs, replicas taken together.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        Collected runs of two species in slabs, with the observables ``profile`` and
+        ``stress_profile``.
+
+    Returns
+    -------
+    xarray.Dataset
+        The names of `VARIABLES` over all axes but ``replica``; ``settled`` is 1 or 0, see
+        `dpd.analysis.surface_tension.SlabTension`.
+
+    Raises
+    ------
+    UserError
+        As `dpd.analysis.surface_tension.slab_tension`.
+    """
+    axes = [str(name) for name in sweep.scene.dims if name != "replica"]
+    shape = [sweep.sizes[name] for name in axes]
+    rows = [_of_point(sweep.isel(dict(zip(axes, at)))) for at in np.ndindex(*shape)]
+    variables = {
+        name: (axes, np.reshape([row[name] for row in rows], shape),
+               {"units": unit, "long_name": long_name})
+        for name, (unit, long_name) in VARIABLES.items()
+    }  # fmt: skip
+    return xr.Dataset(variables, {name: sweep[name] for name in axes})
+
+
+def _of_point(runs):
+    """What `sweep_tension` says of one point, by name."""
+    scene = first_scene(runs)
+    found = list(_of_replicas(runs))
+    drift = max((each.composition.drift for each in found), key=abs)
+    tension, error = _together([each.of_profile for each in found])
+    bulk, bulk_error = _together([part for each in found for part in each.bulks])
+    width, width_error = _together([each.width for each in found])
+    a, b = (scene.species.index(name) for name in "AB")
+    return {
+        "tension": tension,
+        "tension_error": error,
+        "bulk": bulk,
+        "bulk_error": bulk_error,
+        "drift": drift,
+        "settled": float(all(each.settled for each in found)),
+        "width": width,
+        "width_error": width_error,
+        "density": scene.beads / scene.volume,
+        "excess_repulsion": scene.repulsion[a, b] - scene.repulsion[a, a],
+        "beads": float(len(scene.molecules[0].beads)),
+    }
+
+
+def _of_replicas(runs: xr.Dataset) -> Iterator[SlabTension]:
+    for k in range(runs.sizes["replica"]):
+        run = runs.isel(replica=k)
+        yield slab_tension(run.assign_attrs(scene=str(run.scene.values)))
+
+
+def _together(measured):
+    """Mean of independent measurements, and its error from theirs."""
+    values, errors = np.array(measured).T
+    return over_replicas(values, errors, -1)

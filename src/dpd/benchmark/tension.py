@@ -1,0 +1,138 @@
+"""Surface tension and the profile of the pressure of this engine and of LAMMPS."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.benchmark.lammps import Lammps, lammps_module
+from dpd.benchmark.timing import labelled, simulation_of, starts_of
+from dpd.benchmark.workloads import WORKLOADS, workload
+from dpd.observe.blocks import BLOCKS
+from dpd.observe.stress_profile import StressProfile
+from dpd.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+    from dpd.engine.state import State
+
+SLABS = "W4"  # the workload: slabs, 8 x 8 x 20, a_AB 37
+WIDTH = 0.5  # r_c, of a slice
+EVERY = 5  # steps between samples
+DIRECTIONS = ("normal", "tangential")
+SKIN = 0.3  # r_c, of LAMMPS's list
+
+
+class Profiled(Lammps):
+    """LAMMPS with a profile of the pressure along z.
+
+    Its ``compute stress/cartesian`` shares out pairs along the same straight lines.
+
+    Parameters
+    ----------
+    scene : Scene
+    state : State
+    width : float
+        Of a slice in r_c.
+    """
+
+    def __init__(self, scene: Scene, state: State, width: float = WIDTH) -> None:
+        super().__init__(scene, state, SKIN)
+        self._code.command(f"compute profile all stress/cartesian z {width} NULL 0")
+        self._code.command("run 0 post no")
+
+    def profile(self) -> np.ndarray:
+        """(2, 3, slices) array: kinetic and virial part of xx, yy and zz in each slice."""
+        columns = np.array(self._code.numpy.extract_compute("profile", 0, 2)).T
+        return columns[2:8].reshape(2, 3, -1)
+
+
+def normal_and_tangential(profile: np.ndarray) -> np.ndarray:
+    """(..., 2, slices) array of (..., 3, slices): zz, and the mean of xx and yy."""
+    return np.stack([profile[..., 2, :], profile[..., :2, :].mean(axis=-2)], axis=-2)
+
+
+def profiles_known() -> bool:
+    """Whether there is a LAMMPS with what the profile needs."""
+    try:
+        code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+    except (ImportError, OSError):
+        return False
+    known = "EXTRA-COMPUTE" in code.installed_packages
+    code.close()
+    return known
+
+
+def tension_beside_lammps(
+    scene: Scene | None = None, settling: int = 5000, samples: int = 6000,
+    say: Callable[[str], None] = print,
+) -> xr.Dataset:  # fmt: skip
+    """Profiles of normal and tangential pressure of both codes, going on from one state.
+
+    Parameters
+    ----------
+    scene : Scene
+        Slabs along z; if not given, the workload `SLABS`.
+    settling : int
+        Steps of this engine before both codes begin.
+    samples : int
+        `EVERY` steps apart, at least `BLOCKS`.
+    say : callable
+
+    Returns
+    -------
+    xarray.Dataset
+        ``normal`` and ``tangential`` over code, block and slice. NaN where there is no LAMMPS with
+        the package EXTRA-COMPUTE.
+    """
+    scene = scene or workload(SLABS)
+    watch = {"steps": {"sample": samples}, "observe": [{"stress_profile": {"bin": WIDTH}}]}
+    scene = Scene(scene.data | watch, scene.where)
+    own = simulation_of(scene, starts_of({"slabs": scene}, say)["slabs"])
+    say(f"slabs: {settling} steps")
+    own.advance(settling)
+    begin = own.state
+    say("slabs: profiles of this engine")
+    found = [own_profile(scene, begin, samples)]
+    if profiles_known():
+        say("slabs: profiles of LAMMPS")
+        found.append(lammps_profile(scene, begin, samples))
+    else:
+        found.append(np.full_like(found[0], np.nan))
+    both, slices = np.array(found), found[0].shape[-1]
+    along, unit = ("code", "block", "slice"), "kT / r_c^3"
+    place = (np.arange(slices) + 0.5) * (scene.box[2] / slices)
+    return labelled(
+        {
+            "code": (("code",), ["own", "lammps"], "1", "code"),
+            "slice": (("slice",), place, "r_c", "position along z"),
+            "normal": (along, both[:, :, 0], unit, "pressure along z"),
+            "tangential": (along, both[:, :, 1], unit, "pressure across z"),
+        },
+        f"{WORKLOADS[SLABS].system}; after {settling} steps both codes go on from one state, "
+        f"{samples} samples each, {EVERY} steps apart, in {BLOCKS} blocks.",
+    )
+
+
+def own_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
+    """(block, 2, slices) array: normal and tangential pressure by this engine."""
+    own = simulation_of(scene, begin)
+    observed = StressProfile(scene, own.system, 1, WIDTH)
+    for _ in range(samples):
+        observed.sample(own, own.advance(EVERY))
+    found = observed.variables()
+    return np.stack([found[f"{name}_pressure_profile"][1] for name in DIRECTIONS], axis=1)
+
+
+def lammps_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
+    """The same by LAMMPS."""
+    other, taken = Profiled(scene, begin), []
+    for _ in range(samples):
+        other.advance(EVERY)
+        taken.append(normal_and_tangential(other.profile().sum(axis=0)))
+    other.close()
+    return np.array([part.mean(axis=0) for part in np.array_split(taken, BLOCKS)])

@@ -1,0 +1,61 @@
+"""Where the virial lies, in plain NumPy: every line against every slice and its images."""
+
+import numpy as np
+
+from tests.engine.reference import Reference
+
+
+class StressedReference(Reference):
+    """A `Reference` that keeps the line of every force, and what it adds to the virial."""
+
+    def evaluate(self, velocity):
+        """Forces as ever, with their lines."""
+        self.lines = []
+        super().evaluate(velocity)
+
+    def add(self, i, j, r_ij, conservative, full):
+        """A force on i from j; from r_i the line goes to r_i - r_ij."""
+        super().add(i, j, r_ij, conservative, full)
+        self.lines.append((self.position[:, i], r_ij, r_ij * conservative))
+
+    def virial_in_slices(self, axis, edges):
+        """(2, slices) array: along the axis, and the mean over the others."""
+        found = np.zeros((2, len(edges) - 1))
+        for begin, r_ij, virial in self.lines:
+            shares = shares_of_slices(begin[axis], begin[axis] - r_ij[axis], edges)
+            others = np.delete(virial, axis, axis=0).mean(axis=0)
+            found += np.array([virial[axis], others]) @ shares
+        return found
+
+    def kinetic_in_slices(self, axis, edges):
+        """The same of m v v; beads behind a plane are in the last slices, as the edges say."""
+        place = (self.position[axis] - edges[0]) % (edges[-1] - edges[0])
+        inside = (place >= edges[:-1, None] - edges[0]) & (place < edges[1:, None] - edges[0])
+        squares = self.mass * self.velocity**2
+        others = np.delete(squares, axis, axis=0).mean(axis=0)
+        return np.array([squares[axis], others]) @ inside.T
+
+    def pressure_of_walls(self, axis, edges, area):
+        """(slices,) array: force per area of beads that lie further in, mean over each slice."""
+        walls, found = self.system.walls, np.zeros(len(edges) - 1)
+        for normal, inward, place in zip(walls.axis, walls.inward, walls.place):
+            if normal != axis:
+                continue
+            for x, kind in zip(self.position[axis], self.species):
+                push = walls.repulsion[kind] * max(0, 1 - inward * (x - place))
+                outside = np.clip(inward * (x - edges), 0, None)
+                found += push * np.abs(np.diff(outside)) / np.diff(edges) / area
+        return found
+
+
+def shares_of_slices(begin, end, edges):
+    """(lines, slices) array: the part of each line that lies in each slice, or an image of it."""
+    low, high = np.minimum(begin, end)[:, None], np.maximum(begin, end)[:, None]
+    length, period = high - low, edges[-1] - edges[0]
+    shares = 0.0
+    for image in (-period, 0.0, period):
+        lower, upper = edges[:-1] + image, edges[1:] + image
+        part = np.clip(np.minimum(high, upper) - np.maximum(low, lower), 0, None)
+        inside = (low >= lower) & (low < upper)
+        shares = shares + np.where(length > 1e-9, part / np.where(length > 0, length, 1), inside)
+    return shares

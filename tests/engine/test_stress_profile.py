@@ -1,0 +1,240 @@
+"""The profile of the pressure tensor: where the virial and the kinetic part of a box lie."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dpd.engine.checkpoint import Checkpoint
+from dpd.engine.loop import run
+from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
+from dpd.observe import observables
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+from tests.engine.build import BOX_2D, BOX_3D, by_identity, make_simulation
+from tests.engine.reference_stress import StressedReference
+from tests.engine.test_angles import stars
+
+BOXES = pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
+SLAB = {
+    "dimension": 3,
+    "box": [4, 4, 8],
+    "molecules": [{"architecture": "A 3", "count": 64}, {"architecture": "B", "count": 192}],
+    "repulsion": {"A A": 25, "A B": 60, "B B": 25},
+    "bond": {"stiffness": 30, "length": 0.6},
+    "angle": {"stiffness": 5, "angle": 120},
+    "mass": {"A": 1, "B": 2},
+    "start": {"method": "slabs"},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 20, "sample": 40},
+    "observe": [{"thermo": {"every": 4}}, {"stress_profile": {"every": 4, "bin": 0.3}}],
+}
+PLANE = SLAB | {
+    "dimension": 2, "box": [6, 12],
+    "molecules": [{"architecture": "A 3", "count": 36}, {"architecture": "B", "count": 108}],
+}  # fmt: skip
+WALLS = {"walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 3}}
+PRESSED = {"pressure": {"target": 30, "time": 0.4}}
+
+
+class Interrupted(Exception):
+    """Stands for a kill."""
+
+
+def whole(virial):
+    """Along an axis and the mean of the others, of a whole virial, for each axis."""
+    diagonal = np.diag(virial)
+    return [[part, np.delete(diagonal, k).mean()] for k, part in enumerate(diagonal)]
+
+
+@st.composite
+def many_stars(draw):
+    """Stars and beads, where they may lie on edges of slices, and slices across an axis."""
+    box, tabled = draw(st.sampled_from([BOX_2D, BOX_3D])), draw(st.booleans())
+    # Few kinds of systems, as a kernel is compiled for each.
+    table = np.array([[25.0, 70.0], [70.0, 10.0]]) if tabled else np.array([[25.0]])
+    core = None if tabled else (0.3, 40.0, 0.2)
+    system, position, _ = stars(box, tabled, repulsion=table, core=core)
+    axis, count = draw(st.integers(0, len(box) - 1)), draw(st.integers(1, 40))
+    for bead in draw(st.lists(st.integers(0, 49), max_size=5)):
+        position[axis, bead] = box[axis] / count * draw(st.integers(0, count - 1))
+    shift = draw(st.floats(0, 1)) * np.array(box)[:, None]
+    kinds = np.arange(50) % 2 if tabled else None
+    return system, (position + shift) % np.array(box)[:, None], kinds, axis, count
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(many_stars())
+def test_every_line_in_every_slice(case):
+    """As in plain NumPy, with several species, cores, bonds and angles; all is in some slice."""
+    system, position, kinds, axis, count = case
+    species = None if kinds is None else kinds.astype(np.uint8)
+    state = State(position, position, None, np.arange(50, dtype=np.uint32), species, 0)
+    reference = StressedReference(system, "gw-vv", 0.5, position, 0 * position, kinds)
+    length = system.box[axis]
+    found = virial_in_slices(system, state, Slices(axis, count, 0.0, length))
+    expected = reference.virial_in_slices(axis, np.linspace(0, length, count + 1))
+    scale = sum(np.abs(virial).sum() for _, _, virial in reference.lines)
+    assert np.abs(found - expected).max() < 1e-9 * scale
+    total = whole(reference.virial[0])[axis]
+    assert np.abs(found.sum(axis=1) - total).max() < 1e-12 * scale
+
+
+@BOXES
+def test_normal_pressure_follows_from_forces(box):
+    """Momentum is conserved: from place to place it changes by the forces on beads in between.
+
+    This knows nothing of lines, so it tells whether angles are shared out rightly.
+    """
+    system, position, velocity = stars(box, True, friction=0.0)
+    simulation = make_simulation(system, position, velocity)
+    force, place = by_identity(simulation, "force"), by_identity(simulation, "position")
+    for axis, length in enumerate(box):
+        edges = np.linspace(0, length, 24)
+        found, _ = virial_in_slices(system, simulation.state, Slices(axis, 23, 0.0, length))
+        found *= 23 / length  # force through a plane, mean over a slice
+        below = np.clip((edges[1:] - place[axis][:, None]) / (length / 23), 0, 1)
+        expected = -force[axis] @ below
+        np.testing.assert_allclose(
+            found - found.mean(), expected - expected.mean(), atol=1e-10 * np.abs(force).max()
+        )
+
+
+@BOXES
+def test_step_by_step_beside_the_reference(box):
+    """Ten steps, with friction and noise, which are no part of it."""
+    system, position, velocity = stars(box, True)
+    simulation = make_simulation(system, position, velocity)
+    reference = StressedReference(system, "gw-vv", 0.5, position, velocity)
+    axis, length = len(box) - 1, box[-1]
+    for _ in range(10):
+        simulation.advance(1)
+        reference.step()
+        found = virial_in_slices(system, simulation.state, Slices(axis, 17, 0.0, length))
+        expected = reference.virial_in_slices(axis, np.linspace(0, length, 18))
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def sampled(data, threads=1):
+    """Observers of a short run, and the simulation."""
+    scene = Scene(data)
+    system = system_of(scene)
+    simulation = Simulation(system, make_start(scene), threads)
+    observers = observables(scene, system)
+    run(simulation, scene.steps, observers)
+    return {name: o.variables() for name, o in zip(scene.observe, observers)}, simulation
+
+
+def arrays_of(variables):
+    return {name: array for name, (_, array, *_) in variables.items()}
+
+
+@pytest.mark.parametrize("base", [SLAB, PLANE], ids=["3D", "2D"])
+@pytest.mark.parametrize(
+    "more", [{}, {"walls": True}, PRESSED], ids=["periodic", "walls", "constant pressure"]
+)
+def test_each_sample_is_the_tensor_of_the_box(base, more):
+    """Ten samples, of which each makes a block: their mean over slices is what thermo has."""
+    if "walls" in more:
+        more = {"walls": WALLS["walls"] | {"axis": "xyz"[base["dimension"] - 1]}}
+    for axis in range(base["dimension"]):
+        observe = [{"thermo": {"every": 4}},
+                   {"stress_profile": {"every": 4, "bin": 0.3, "axis": "xyz"[axis]}}]  # fmt: skip
+        found, simulation = sampled(base | more | {"observe": observe})
+        profile = arrays_of(found["stress_profile"])
+        tensors = arrays_of(found["thermo"])["pressure_tensor"]
+        assert len(tensors) == 10 == len(profile["normal_pressure_profile"])
+        expected = np.array([whole(tensor)[axis] for tensor in tensors])
+        names = ("normal_pressure_profile", "tangential_pressure_profile")
+        edge = simulation.system.extent[axis]
+        for name, column in zip(names, expected.T):
+            slices = profile["slice"]
+            width = (slices[1] - slices[0]) if "pressure" not in more else edge / len(slices)
+            np.testing.assert_allclose(
+                profile[name].sum(axis=1) * width / edge, column, rtol=1e-11, err_msg=name
+            )
+
+
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_walls_beside_the_reference(axis):
+    """Bins, kinetic part and what walls carry, as plain NumPy has them at one time."""
+    data = SLAB | WALLS | {"steps": {"equilibrate": 30, "sample": 1}}
+    data["observe"] = [{"stress_profile": {"every": 1, "bin": 0.3, "axis": axis}}]
+    found, simulation = sampled(data)
+    profile, system = arrays_of(found["stress_profile"]), simulation.system
+    kinds = by_identity(simulation, "species").astype(int)
+    position, velocity = by_identity(simulation, "position"), by_identity(simulation, "velocity")
+    reference = StressedReference(system, "gw-vv", 0.5, position, velocity, kinds)
+    number = "xyz".index(axis)
+    width = profile["slice"][1] - profile["slice"][0]
+    middles = profile["slice"] + system.origin[number]
+    edges = np.append(middles - width / 2, middles[-1] + width / 2)
+    expected = reference.virial_in_slices(number, edges)
+    expected += reference.kinetic_in_slices(number, edges)
+    area = system.volume / system.extent[number]
+    normal, tangential = expected / (width * area)
+    np.testing.assert_allclose(profile["normal_pressure_profile"][0], normal, atol=1e-9)
+    np.testing.assert_allclose(profile["tangential_pressure_profile"][0], tangential, atol=1e-9)
+    assert ("wall_pressure_profile" in profile) is (axis == "z")
+    if axis == "z":
+        carried = reference.pressure_of_walls(number, edges, area)
+        assert carried.max() > 1
+        np.testing.assert_allclose(profile["wall_pressure_profile"][0], carried, atol=1e-9)
+
+
+def test_forces_of_walls_balance_those_of_beads():
+    """At any one time, what walls add to the normal virial ends on each bead with its force."""
+    smooth = {"thermostat": {"gamma": 0}, "walls": {"axis": "z", "repulsion": 30}}
+    _, simulation = sampled(SLAB | smooth)
+    system, state = simulation.system, simulation.state
+    reach, count = system.walls.reach, 50
+    low, high = system.origin[2] - reach, system.origin[2] + 8 + reach
+    slices = Slices(2, count, low, high)
+    through = virial_in_slices(system, state, slices)[0] + wall_virial_in_slices(
+        system, state, slices
+    )
+    through *= count / (high - low)
+    mass = np.array([1.0, 2.0])[state.species]
+    upper = low + (high - low) / count * np.arange(1, count + 1)
+    below = np.clip((upper - state.position[2][:, None]) * count / (high - low), 0, 1)
+    expected = -(mass * state.force[2]) @ below
+    assert np.abs(expected).max() > 1
+    expected -= expected[0]
+    np.testing.assert_allclose(through - through[0], expected, atol=1e-9 * np.abs(through).max())
+
+
+@pytest.mark.parametrize("data", [SLAB, SLAB | WALLS, PLANE], ids=["3D", "walls", "2D"])
+def test_threads_change_no_bit(data):
+    """One, two and four."""
+    names = [sampled(data, threads)[0]["stress_profile"] for threads in (1, 2, 4)]
+    one, *others = map(arrays_of, names)
+    for other in others:
+        for name, values in one.items():
+            np.testing.assert_array_equal(values, other[name], err_msg=name)
+
+
+@pytest.mark.parametrize("more", [{}, WALLS, PRESSED], ids=["periodic", "walls", "pressure"])
+def test_a_run_that_was_killed_goes_on(tmp_path, more):
+    """From its checkpoint, to the same bits."""
+    scene = Scene(SLAB | more)
+    system = system_of(scene)
+
+    def new_run():
+        return Simulation(system, make_start(scene)), observables(scene, system)
+
+    def interrupt(step):
+        if step >= 30:
+            raise Interrupted
+
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", {"scene": "this"})
+    whole, parts = new_run(), new_run()
+    run(whole[0], scene.steps, whole[1])
+    with pytest.raises(Interrupted):
+        run(parts[0], scene.steps, parts[1], checkpoint, interrupt, every_seconds=0.0)
+    again = new_run()
+    assert 0 < run(again[0], scene.steps, again[1], checkpoint) < scene.steps.sample
+    for one, other in zip(again[1], whole[1], strict=True):
+        for name, array in other.arrays.items():
+            np.testing.assert_array_equal(one.arrays[name], array, err_msg=name)

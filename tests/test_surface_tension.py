@@ -1,0 +1,210 @@
+"""Surface tension from the tensor and from the profile, and what has to hold for it."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dpd
+from dpd.analysis.interfaces import width_relation
+from dpd.analysis.statistics import block_mean_and_error, mean_and_error
+from dpd.analysis.surface_tension import (
+    bulks,
+    slab_tension,
+    tension_of_profile,
+    tension_of_tensor,
+)
+from dpd.errors import UserError
+from dpd.scene.scene import Scene
+from tests.test_interfaces import profile
+
+SLABS = {
+    "dimension": 3,
+    "box": [5, 5, 16],
+    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
+    "repulsion": {"A A": 25, "A B": 45, "B B": 25},
+    "start": {"method": "slabs"},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 1000, "sample": 6000},
+    "observe": [
+        {"thermo": {"every": 4}}, {"profile": {"every": 10}},
+        {"stress_profile": {"every": 4, "bin": 0.25}},
+    ],
+}  # fmt: skip
+FLUID = SLABS | {
+    "box": [4, 4, 6],
+    "molecules": [{"architecture": "A 2", "density": 3}],
+    "repulsion": {"A A": 25},
+    "bond": {"stiffness": 20, "length": 0.5},
+    "start": {"method": "random"},
+    "steps": {"equilibrate": 500, "sample": 6000},
+}
+PLANE = FLUID | {"dimension": 2, "box": [6, 12]}
+CHANNEL = SLABS | {
+    "box": [4, 4, 8],
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "walls": {"axis": "z", "repulsion": 25},
+    "start": {"method": "random"},
+    "observe": [{"thermo": {"every": 4}}, {"walls": {"every": 4}},
+                {"stress_profile": {"every": 4, "bin": 0.25}}],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def slab_run():
+    """Two slabs that hardly mix."""
+    return dpd.run(SLABS, progress=False)
+
+
+def test_tensor_and_profile_agree(slab_run):
+    """To rounding, as they look at the same samples; and the tension is one."""
+    of_tensor, of_profile = tension_of_tensor(slab_run), tension_of_profile(slab_run)
+    assert of_profile.value == pytest.approx(of_tensor.value, rel=1e-10)
+    assert of_profile.error == pytest.approx(of_tensor.error, rel=0.5)
+    # Groot and Warren 1997 fit their single beads of density 3, chi = 0.286 * 20, by this.
+    chi = 0.286 * 20
+    published = 0.75 * 3 * chi**0.26 * (1 - 2.36 / chi) ** 1.5
+    assert abs(of_tensor.value - published) < 4 * of_tensor.error
+    assert of_tensor.error < 0.1 * of_tensor.value
+
+
+def test_both_bulks_are_isotropic(slab_run):
+    """Within four standard errors; the interfaces are not."""
+    found = bulks(slab_run)
+    for part in found:
+        assert 0 < part.error < 0.2
+        assert abs(part.value) < 4 * part.error
+    missing = slab_run.normal_pressure_profile - slab_run.tangential_pressure_profile
+    assert float(missing.mean("block").max()) > 1
+
+
+def test_normal_pressure_is_the_same_everywhere(slab_run):
+    """Also at the interfaces: the squared deviations in standard errors are those of chance."""
+    mean, error = block_mean_and_error(slab_run.normal_pressure_profile.values)
+    assert np.abs(mean - mean.mean()).max() < 5 * error.max()
+    tangential, _ = block_mean_and_error(slab_run.tangential_pressure_profile.values)
+    assert np.abs(tangential - mean.mean()).max() > 10 * error.max()
+
+
+def test_all_of_a_run(slab_run):
+    """Numbers of one run in one record, which knows that it has settled."""
+    found = slab_tension(slab_run)
+    assert found.settled
+    assert found.of_profile == tension_of_profile(slab_run)
+    assert found.of_tensor == tension_of_tensor(slab_run)
+    assert found.bulks == bulks(slab_run)
+    assert 0.5 < found.width.value < 2.5
+
+
+@pytest.mark.parametrize("data", [FLUID, PLANE], ids=["3D", "2D"])
+def test_a_homogeneous_fluid_has_one_pressure(data):
+    """In each slice, along the axis and across it: that of the box, within five errors."""
+    run = dpd.run(data, progress=False)
+    pressure = float(run.pressure.mean())
+    for name in ("normal_pressure_profile", "tangential_pressure_profile"):
+        mean, error = block_mean_and_error(run[name].values)
+        assert (error < 0.05 * pressure).all()
+        assert np.abs((mean - pressure) / error).max() < 5
+        assert np.sqrt((((mean - pressure) / error) ** 2).mean()) < 2
+
+
+def test_walls_carry_what_the_fluid_does_not():
+    """The sum is the same everywhere, also behind the planes: the force per area on each wall."""
+    run = dpd.run(CHANNEL, progress=False)
+    of_beads, of_walls = run.normal_pressure_profile.values, run.wall_pressure_profile.values
+    on_walls, wall_error, _ = mean_and_error(run.wall_pressure.values.mean(axis=1))
+    mean, error = block_mean_and_error(of_beads + of_walls)
+    assert np.abs(mean - on_walls).max() < 5 * np.hypot(error.max(), wall_error)
+    assert error.max() < 0.03 * on_walls
+    middle = np.abs(run.slice.values - 4) < 2
+    assert of_walls[:, middle].max() == 0  # so there the fluid alone has it
+    assert of_beads.mean(axis=0)[0] < 0.01 * on_walls
+    # The ends hold what the walls push against directly, up to the beads that got behind a plane.
+    assert of_walls.mean(axis=0)[[0, -1]] == pytest.approx(on_walls, rel=0.03)
+
+
+def made_up(missing=(0.0, 0.0), drift=0.0, **changes):
+    """A run with a given p_N - p_T at interfaces and in bulks, and slabs whose minority grows."""
+    data = SLABS | {"box": [5, 5, 20]} | changes
+    scene = Scene(
+        data | {"observe": [{"profile": {"every": 10}}, {"stress_profile": {"bin": 0.5}}]}
+    )
+    rng, place = np.random.default_rng(3), (np.arange(40) + 0.5) * 0.5
+    near = np.minimum(np.abs((place + 10) % 20 - 10), np.abs(place - 10)) < 1.5
+    normal = np.where(near, *missing) + rng.normal(0, 1e-3, (50, 40))
+    density = [profile(0, 10, 1.5, 0.02 + drift * n, 4000, n) for n in range(50)]
+    return xr.Dataset(
+        {
+            "density_profile": (("block", "species", "z"), density),
+            "normal_pressure_profile": (("block", "slice"), 20 + normal),
+            "tangential_pressure_profile": (("block", "slice"), np.full((50, 40), 20.0)),
+        },
+        {"z": (np.arange(100) + 0.5) * 0.2, "slice": place},
+        {"scene": json.dumps(scene.data)},
+    )
+
+
+def test_profile_and_bulks_of_what_was_made_up():
+    """Tension 1.2 from 6 r_c with 0.4; bulks that are off are seen."""
+    run = made_up((0.4, 0.0))
+    assert tension_of_profile(run).value == pytest.approx(0.4 * 6 / 2, abs=4e-3)
+    assert max(abs(part.value) for part in bulks(run)) < 1e-3
+    assert all(part.value == pytest.approx(0.1, abs=1e-3) for part in bulks(made_up((0.4, 0.1))))
+
+
+def test_slabs_that_dissolve_are_flagged():
+    """By the drift of their composition; those that stay are not."""
+    assert slab_tension(made_up()).settled
+    assert not slab_tension(made_up(drift=5e-4)).settled
+
+
+def test_a_box_that_is_stretched():
+    """At constant pressure each sample has the length that belongs to it."""
+    settings = {"pressure": {"target": 23, "axes": "z", "time": 1}}
+    data = SLABS | settings | {"steps": {"equilibrate": 20, "sample": 200}}
+    run = dpd.run(data | {"observe": [{"thermo": {"every": 4}}]}, progress=False)
+    tensor = run.pressure_tensor.values
+    missing = tensor[:, 2, 2] - (tensor[:, 0, 0] + tensor[:, 1, 1]) / 2
+    expected = (run.volume.values / 25 * missing).mean() / 2
+    assert tension_of_tensor(run, axis="z").value == pytest.approx(expected, rel=1e-12)
+    assert np.ptp(run.volume.values) > 1
+
+
+def test_what_is_missing_is_said():
+    """Observables, walls, species, axes."""
+    run = made_up()
+    with pytest.raises(UserError, match="no pressure tensor was measured"):
+        tension_of_tensor(run)
+    with pytest.raises(UserError, match="observe 'stress_profile'"):
+        tension_of_profile(run.drop_vars("normal_pressure_profile"))
+    short = {"steps": {"equilibrate": 0, "sample": 20}}
+    with pytest.raises(UserError, match="did not observe 'profile'"):
+        bulks(dpd.run(FLUID | short | {"observe": ["stress_profile"]}, progress=False))
+    with pytest.raises(UserError, match="1 species"):
+        bulks(dpd.run(FLUID | short, progress=False))
+    with pytest.raises(UserError, match="without walls"):
+        tension_of_profile(dpd.run(CHANNEL | short, progress=False))
+    across = SLABS | short
+    across["observe"] = [{"profile": {"axis": "x"}}, {"stress_profile": {"axis": "z"}}]
+    with pytest.raises(UserError, match="along different axes"):
+        slab_tension(dpd.run(across, progress=False))
+
+
+@pytest.mark.parametrize("power", [2.0, 1.6])
+def test_widths_grow_as_they_were_made(power):
+    """The amplitude and the critical chi come back, with errors that cover the noise."""
+    chi, rng = np.linspace(3, 6, 12), np.random.default_rng(5)
+    exact = 3.24 / (3 * (chi - 2.39)) ** (1 / power)
+    found = width_relation(chi, exact, 0.01 * exact, 3.0, power)
+    assert found.amplitude == pytest.approx(3.24, rel=1e-12)
+    assert found.critical == pytest.approx(2.39, rel=1e-12)
+    many = np.array([
+        width_relation(chi, exact * (1 + 0.01 * rng.normal(size=12)), 0.01 * exact, 3.0, power)
+        for _ in range(300)
+    ])  # fmt: skip
+    amplitude, amplitude_error, critical, critical_error = many.T
+    # Errors are widened where points scatter by chance, never narrowed.
+    assert 0.9 < np.median(amplitude_error) / amplitude.std() < 1.3
+    assert 0.9 < np.median(critical_error) / critical.std() < 1.3

@@ -1,0 +1,120 @@
+"""Laws of tension put into made-up data come out again, with errors that hold."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd.analysis.tension_laws import collapse, tension_law
+from dpd.analysis.tension_sweeps import sweep_tension
+from dpd.scene.scene import Scene
+from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
+from tests.test_surface_tension import made_up
+
+RNG = np.random.default_rng(24)
+CHI, LENGTH = (part.ravel() for part in np.meshgrid([1.2, 1.5, 2.0, 2.6], [2, 3, 5, 8, 12]))
+TRUE = {"prefactor": 0.6, "alpha": 0.45, "critical": 2.1, "mu": 1.4}
+NOISE = 0.02
+
+
+def law(chi, length):
+    """What is put in."""
+    return (
+        TRUE["prefactor"] * chi ** TRUE["alpha"]
+        * (1 - TRUE["critical"] / (chi * length)) ** TRUE["mu"]
+    )  # fmt: skip
+
+
+def noisy(exact):
+    """Tensions with an error, and that error."""
+    error = NOISE * exact
+    return exact + error * RNG.normal(size=exact.shape), error
+
+
+def pulls_of(fits):
+    """Deviations of each free number over its error, fit by fit."""
+    return np.array([
+        [(getattr(fit, name).value - true) / getattr(fit, name).error
+         for name, true in TRUE.items() if getattr(fit, name).error > 0]
+        for fit in fits
+    ])  # fmt: skip
+
+
+@pytest.mark.parametrize("held", [{}, {"mu": TRUE["mu"]}, {"critical": 2.1, "alpha": 0.45}])
+def test_a_law_comes_out(held):
+    """All that is not held, without bias, and with errors of the right size."""
+    fits = [tension_law(CHI, LENGTH, *noisy(law(CHI, LENGTH)), **held) for _ in range(30)]
+    for name, value in held.items():
+        assert getattr(fits[0], name) == (value, 0.0)
+    pulls = pulls_of(fits)
+    assert pulls.shape[1] == len(TRUE) - len(held)
+    # Errors are widened where points scatter more by chance: pulls are a little narrower than 1.
+    assert np.abs(pulls.mean(axis=0)).max() < 0.55
+    assert ((pulls.std(axis=0) > 0.6) & (pulls.std(axis=0) < 1.3)).all()
+    assert fits[0].points == 20
+    assert fits[0].at(CHI, LENGTH) == pytest.approx(law(CHI, LENGTH), rel=0.1)
+
+
+def test_points_that_cannot_be_fitted_are_left_out():
+    """Without an error, or below a held critical point; and too few are none."""
+    value, error = noisy(law(CHI, LENGTH))
+    error[3] = np.nan
+    found = tension_law(CHI, LENGTH, value, error, critical=3.0, mu=1.5)
+    assert found.points == ((CHI * LENGTH > 3.0) & np.isfinite(error)).sum()
+    few = tension_law(CHI[:2], LENGTH[:2], value[:2], error[:2], mu=1.5)
+    assert np.isnan(few.alpha.value) and few.mu == (1.5, 0.0)
+    assert np.isnan(tension_law([], [], [], [], mu=1.5).prefactor.value)
+
+
+def test_groups_fall_on_one_curve():
+    """Heights, critical point and exponent of groups that differ in height."""
+    heights = np.array([0.8, 1.0, 1.3])
+    group, chi_n = (part.ravel() for part in np.meshgrid([0, 1, 2], [2.6, 3.2, 4, 6, 9, 15]))
+    exact = heights[group] * (1 - 2 / chi_n) ** 1.5
+    fits = [collapse(group, chi_n, *noisy(exact), groups=3) for _ in range(30)]
+    found = np.array([[*(part.value for part in fit.prefactors), fit.critical.value, fit.mu.value]
+                      for fit in fits])  # fmt: skip
+    errors = np.array([[*(part.error for part in fit.prefactors), fit.critical.error, fit.mu.error]
+                       for fit in fits])  # fmt: skip
+    pulls = (found - [*heights, 2.0, 1.5]) / errors
+    assert np.abs(pulls.mean(axis=0)).max() < 0.55
+    assert ((pulls.std(axis=0) > 0.6) & (pulls.std(axis=0) < 1.3)).all()
+
+
+def test_a_group_without_points_has_no_height():
+    """The others have one, and their curve is held."""
+    group, chi_n = np.array([0, 0, 2, 2]), np.array([3.0, 6.0, 3.0, 6.0])
+    exact = np.array([1.0, 1.0, 2.0, 2.0])[:] * (1 - 2 / chi_n) ** 1.5
+    found = collapse(group, chi_n, exact, 0.01 * exact, groups=3, critical=2.0, mu=1.5)
+    values = [part.value for part in found.prefactors]
+    assert values[0] == pytest.approx(1) and values[2] == pytest.approx(2)
+    assert np.isnan(values[1])
+    assert found.mu == (1.5, 0.0)
+
+
+def test_a_sweep_of_slabs():
+    """Tension of each point, replicas taken together, and which have settled."""
+    runs = [made_up((0.4, 0.0)), made_up((0.4, 0.0), drift=5e-4)]
+    points = []
+    for run in runs:
+        scene = Scene(json.loads(run.attrs["scene"]))
+        part = run.drop_attrs().assign(scene=json.dumps(scene.data))
+        points.append(xr.concat([part, part], "replica"))
+    sweep = xr.concat(points, xr.DataArray([7.0, 8.0], dims="excess", name="excess"))
+    found = sweep_tension(sweep)
+    assert found.tension.values == pytest.approx([1.2, 1.2], abs=0.01)
+    assert found.settled.values.tolist() == [1, 0]
+    assert found.density.values == pytest.approx(3)
+    assert found.excess_repulsion.values == pytest.approx(20)
+    assert found.beads.values.tolist() == [1, 1]
+    one = sweep_tension(sweep.isel(replica=[0]))
+    assert found.tension_error.values == pytest.approx(one.tension_error.values / np.sqrt(2))
+
+
+def test_mean_field():
+    """Helfand's limit on a lattice, and both corrections."""
+    assert tension_of_long_chains(6.0) == pytest.approx(1)
+    assert tension_of_long_chains(1.5, 3.0, 2.0) == pytest.approx(3)
+    assert finite_length(BROSETA, BROSETA) == 0 and finite_length(10, HELFAND) < 1
+    assert BROSETA > HELFAND
