@@ -32,8 +32,8 @@ ALPHA = 0.101  # of GW, Eq. 1 of the paper
 C1, C2 = 0.0802, 0.7787  # of F_alpha, Eq. 4
 ETA, BETA = 41.083, 1.967  # of the term of the bonds, below Eq. 14
 DENSITY_STEP = 0.05  # of the central difference d ln y / d rho, below Eq. 10
-LARGEST = 1000.0  # repulsion up to which the inverses look
-SMALLEST = 1e-3
+LARGEST = 1000.0  # the inverses look among powers of 2 up to the first above this repulsion
+SMALLEST = 1e-3  # below this repulsion they take the pressure as linear in it
 
 
 def virial_switch(density: npt.ArrayLike) -> np.ndarray:
@@ -237,22 +237,23 @@ def _each(function, *values):
 
 
 def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: float) -> float:
-    """The smallest repulsion that gives a pressure, found between powers of 2."""
+    """A repulsion that gives a pressure, found between powers of 2."""
     _above_ideal(wanted, ideal)
+    weak = pressure_of(SMALLEST)
+    if weak >= wanted:  # the pressure is linear there
+        return SMALLEST * (wanted - ideal) / (weak - ideal)
     low, high = SMALLEST, 1.0
     try:
-        while pressure_of(high) < wanted:
+        while (most := pressure_of(high)) < wanted and high < LARGEST:
             low, high = high, 2 * high
-            if high > LARGEST:
-                break
-        else:
+        if most >= wanted:
             return brentq(lambda a: pressure_of(a) - wanted, low, high, xtol=1e-10)
     except NoSolution as problem:
         raise NoSolution(
             f"pressure: no repulsion up to {low:g} gives {wanted:g}, and {problem}", problem.last
         ) from None
     raise ValueError(
-        f"pressure: no repulsion up to {low:g} gives {wanted:g}, but {pressure_of(low):.5g} at most; "
+        f"pressure: no repulsion up to {high:g} gives {wanted:g}, and that gives {most:.5g}; "
         "allowed: less, or a higher density"
     )
 

@@ -207,7 +207,9 @@ def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
     """
     points = not_negative("distance", distance)
     if np.any(points > R[-1]):
-        raise ValueError(f"distance: {np.max(points):g} is beyond the grid; allowed: 0 to {R[-1]:g}")
+        raise ValueError(
+            f"distance: {np.max(points):g} is beyond the grid; allowed: 0 to {R[-1]:g}"
+        )
     both_sides = np.concatenate([-R[::-1], R])
     return CubicSpline(both_sides, np.concatenate([values[::-1], values]))(points)
 
