@@ -6,13 +6,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpd.theory.equation_of_state import (
-    DENSITY_STEP, crgw, crgw_repulsion, gw, gw_repulsion, ln_y_slope, quadratic_switch, rgw,
-    rgw_repulsion, virial_switch,
-)  # fmt: skip
+    DENSITY_STEP,
+    crgw,
+    crgw_repulsion,
+    gw,
+    gw_repulsion,
+    ln_y_slope,
+    quadratic_switch,
+    rgw,
+    rgw_repulsion,
+    virial_switch,
+)
 from dpd.theory.integral_equations import solve
 from dpd.theory.mixtures import (
-    Fluid, athermal, chain_potential, flory_huggins, monomer_potential, thermal,
-)  # fmt: skip
+    Fluid,
+    athermal,
+    chain_potential,
+    flory_huggins,
+    monomer_potential,
+    thermal,
+)
 from dpd.theory.second_virial import chain_second_virial
 from dpd.theory.thermodynamics import excess_chemical_potentials, pressure
 from dpd.theory.virial import second_virial
@@ -199,7 +212,7 @@ def test_bad_input_is_one_message(call, message):
 
 def test_a_pressure_beyond_the_integral_equation_names_the_last_state():
     """Where no repulsion that HNC knows gives it."""
-    with pytest.raises(ValueError, match="no repulsion up to .* gives 1e\\+06"):
+    with pytest.raises(ValueError, match=r"no repulsion up to .* gives 1e\+06"):
         crgw_repulsion(3.5, 1e6, 2, 0.4)
 
 

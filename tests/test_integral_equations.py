@@ -5,11 +5,23 @@ import pytest
 from scipy.integrate import quad
 
 from dpd.theory.integral_equations import (
-    RANGE, K, NoSolution, R, Structure, at_distances, potentials, solve, transform,
-)  # fmt: skip
+    RANGE,
+    K,
+    NoSolution,
+    R,
+    Structure,
+    at_distances,
+    potentials,
+    solve,
+    transform,
+)
 from dpd.theory.thermodynamics import (
-    compressibility_pressure, energy, excess_chemical_potentials, inverse_compressibility, pressure,
-)  # fmt: skip
+    compressibility_pressure,
+    energy,
+    excess_chemical_potentials,
+    inverse_compressibility,
+    pressure,
+)
 from dpd.theory.virial import second_virial
 
 UNLIKE = np.array([[25.0, 32.0], [32.0, 15.0]])
@@ -132,7 +144,7 @@ def test_the_cavity_function_is_smooth_where_the_potential_ends():
 
 def test_no_solution_names_the_last_state_that_converged():
     """A mixture that separates: fluctuations of composition grow without bound."""
-    with pytest.raises(NoSolution, match="HNC has no solution at density 1.5, 1.5") as caught:
+    with pytest.raises(NoSolution, match=r"HNC has no solution at density 1\.5, 1\.5") as caught:
         solve([1.5, 1.5], [[25, 60], [60, 25]])
     last = caught.value.last
     assert isinstance(last, Structure) and 0 < last.repulsions[0, 1] < 60

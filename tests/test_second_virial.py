@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from dpd.theory.second_virial import (
-    chain_second_virial, older_second_virial, sampled_second_virial,
-)  # fmt: skip
+    chain_second_virial,
+    older_second_virial,
+    sampled_second_virial,
+)
 from dpd.theory.virial import second_virial
 
 
@@ -32,9 +34,7 @@ def dumbbells(a, length, angles, distances):
     node, of_node = np.polynomial.legendre.leggauss(distances)
     far, total = 1 + length, 0.0
     sine = np.sqrt(1 - tilt**2)[None, :, None]
-    second = (
-        sine * np.cos(turn), sine * np.sin(turn), np.broadcast_to(tilt[None, :, None], (1, angles, 1))
-    )  # fmt: skip
+    second = (sine * np.cos(turn), sine * np.sin(turn), tilt[None, :, None])
     for part, weight in zip((node + 1) / 2, of_node / 2):
         r = far * part
         across = r * np.sqrt(1 - place[:, None, None] ** 2)

@@ -13,7 +13,8 @@ smooth, and which in HNC is the logarithm of the cavity function y = exp(u) g.
 Distances and wave numbers are grids of `POINTS` values that leave out 0, where the sine transform
 has nothing to say:
 
-    f(k) = 4 pi / k integral r f(r) sin(k r) dr,    f(r) = 1 / (2 pi^2 r) integral k f(k) sin(k r) dk
+    f(k) = 4 pi / k integral r f(r) sin(k r) dr,
+    f(r) = 1 / (2 pi^2 r) integral k f(k) sin(k r) dk
 
 The distance 1, where the potential ends, is a point of the grid. With half of the spacing, or half
 of the range, the pressure changes by less than 2e-5 of itself up to a = 130.
