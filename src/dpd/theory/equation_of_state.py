@@ -66,14 +66,14 @@ def gw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
     ValueError
         If a density or a repulsion is not above 0.
     """
-    rho, a = above_zero("density", density), above_zero("repulsion a", a)
-    return rho + ALPHA * a * rho**2
+    rho, strength = above_zero("density", density), above_zero("repulsion a", a)
+    return rho + ALPHA * strength * rho**2
 
 
 def rgw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
     """Pressure by the revised equation, Eq. 2 of the paper; arguments and errors as `gw`."""
-    rho, a = above_zero("density", density), above_zero("repulsion a", a)
-    factor = second_virial(a) * virial_switch(rho) + a * quadratic_switch(rho)
+    rho, strength = above_zero("density", density), above_zero("repulsion a", a)
+    factor = second_virial(strength) * virial_switch(rho) + strength * quadratic_switch(rho)
     return rho + factor * rho**2
 
 
@@ -112,11 +112,13 @@ def crgw(
     >>> round(float(crgw(3.432, 8.57, 2, 0.39)), 1)
     42.0
     """
-    rho, a, m, length = _chains(rho_chain, above_zero("repulsion a", a), m, length)
-    x = m * rho
-    bonds = ETA * (m - 1) / (m + BETA) * ln_y_slope(x, a, length, where=m > 1)
-    virial = virial_switch(rho) * chain_second_virial(a, m, length) * rho**2
-    return rho + virial + quadratic_switch(x) * x**2 * (a - bonds)
+    strength = above_zero("repulsion a", a)
+    rho, strength, beads, bond = _chains(rho_chain, strength, m, length)
+    x = beads * rho
+    slope = ln_y_slope(x, strength, bond, where=beads > 1)
+    bonds = ETA * (beads - 1) / (beads + BETA) * slope
+    virial = virial_switch(rho) * chain_second_virial(strength, beads, bond) * rho**2
+    return rho + virial + quadratic_switch(x) * x**2 * (strength - bonds)
 
 
 def ln_y_slope(
@@ -207,12 +209,12 @@ def crgw_repulsion(
     8.54
     """
     p = above_zero("pressure", pressure)
-    rho, p, m, length = _chains(rho_chain, p, m, length)
+    rho, p, beads, bond = _chains(rho_chain, p, m, length)
 
     def one(rho, p, m, length):
         return _repulsion(lambda a: float(crgw(rho, a, m, length)), rho, p)
 
-    return _each(one, rho, p, m, length)
+    return _each(one, rho, p, beads, bond)
 
 
 def _chains(rho_chain, values, m, length):

