@@ -154,6 +154,13 @@ def test_no_solution_names_the_last_state_that_converged():
     np.testing.assert_allclose(again.g, last.g, atol=1e-6)
 
 
+def test_a_repulsion_that_is_far_too_large_is_raised_as_far_as_it_goes():
+    """From nothing to where beads are next to hard, in one message."""
+    with pytest.raises(NoSolution, match=r"density 8 and repulsion 1e\+06; the last") as caught:
+        solve(8, 1e6)
+    assert 130 < caught.value.last.repulsions[0, 0] < 1e6
+
+
 @pytest.mark.parametrize(
     ("densities", "repulsions", "message"),
     [

@@ -41,6 +41,7 @@ R = SPACING * np.arange(1, POINTS + 1)
 K = np.pi / RANGE * np.arange(1, POINTS + 1)
 TOLERANCE = 1e-9  # largest error of gamma
 MOST_STEPS = 25  # of Newton's method; a solution that is there needs three to eight
+LARGEST_PART = 1 / 16  # of the repulsions, by which they are raised where this is hard
 CLOSEST = 1 / 64  # how near the last state is that converged, where there is no solution
 SMALLEST_PART = 2.0**-20  # of the repulsions, if they are far too large
 
@@ -287,9 +288,13 @@ def _is_stable(structure):
 
 
 def _raised(rho, a):
-    """Raise the repulsions from 0 in steps, each from the structure before it."""
+    """Raise the repulsions from 0 in steps, each from the structure before it.
+
+    Small steps: beyond states without a solution there may be others with one, which does not
+    belong to the fluid.
+    """
     last = Structure(rho, 0 * a, potentials(0 * a), potentials(0 * a))
-    reached, part = 0.0, 0.5
+    reached, part = 0.0, LARGEST_PART
     while reached < 1:
         aim = min(reached + part, 1.0)
         found = _converged(rho, aim * a, last.gamma)
