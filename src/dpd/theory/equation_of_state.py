@@ -200,6 +200,8 @@ def crgw_repulsion(
 
     Raises
     ------
+    NoSolution
+        If the integral equation has none before that pressure is reached.
     ValueError
         If an argument is out of its range, or no repulsion gives that pressure.
 

@@ -80,7 +80,7 @@ def athermal(one: Fluid, other: Fluid, pressures: tuple[float, float] | None = N
     Examples
     --------
     >>> round(athermal(Fluid(3.432, 34.9), Fluid(3.432, 8.54, 2, 0.39)), 2)
-    17.26
+    17.27
     """
     fluids = (_checked(one), _checked(other))
     squares = [fluid.repulsion * fluid.bead_density**2 for fluid in fluids]
