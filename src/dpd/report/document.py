@@ -219,7 +219,7 @@ our own.
 
 {verdicts}
 """
-PARTS = ("config", "study", "paper", "scene")
+PARTS = ("config", "study", "paper", "theory", "scene")
 
 
 def config_readme() -> str:
