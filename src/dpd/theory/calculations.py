@@ -100,8 +100,9 @@ def chain_pressure(
 
 
 def chain_repulsion(
-    equation: str, density: float, pressure: float, beads: int, length: float
-) -> dict[str, Quantity]:
+    equation: str, density: float, pressure: float, beads: int, length: float,
+    stiffness: float | None = None,
+) -> dict[str, Quantity]:  # fmt: skip
     """The repulsion at which an equation gives a pressure; the density is that of the chains."""
     if equation == "crGW":
         found = equation_of_state.crgw_repulsion(density, pressure, beads, length)
@@ -109,7 +110,13 @@ def chain_repulsion(
         found = equation_of_state.rgw_repulsion(beads * density, pressure)
     else:
         found = equation_of_state.gw_repulsion(beads * density, pressure)
-    return {"repulsion": Quantity(float(found), REPULSION, "repulsion a")}
+    rest = np.nan
+    if stiffness is not None:
+        rest = bonds.rest_length(stiffness, float(found), length, beads * density)
+    return {
+        "repulsion": Quantity(float(found), REPULSION, "repulsion a"),
+        "rest_length": Quantity(rest, "r_c", "rest length of a bond"),
+    }
 
 
 def cross_repulsion(
@@ -141,9 +148,11 @@ def chain_potential(
     }
 
 
-def rest_length(stiffness: float, repulsion: float, length: float) -> dict[str, Quantity]:
+def rest_length(
+    stiffness: float, repulsion: float, length: float, density: float
+) -> dict[str, Quantity]:
     """Rest length of a bond with a mean length."""
-    found = bonds.rest_length(stiffness, repulsion, length)
+    found = bonds.rest_length(stiffness, repulsion, length, density)
     return {"rest_length": Quantity(found, "r_c", "rest length of a bond")}
 
 
