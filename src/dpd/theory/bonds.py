@@ -57,9 +57,7 @@ def mean_length(
     return _mean(stiffness, rest, repulsion, density)
 
 
-def rest_length(
-    stiffness: float, repulsion: float, length: float, density: float = 0.0
-) -> float:
+def rest_length(stiffness: float, repulsion: float, length: float, density: float = 0.0) -> float:
     """The rest length with which a bond has a mean length: the inverse of `mean_length`.
 
     Parameters
