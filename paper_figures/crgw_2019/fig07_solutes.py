@@ -6,6 +6,7 @@ import xarray as xr
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
+from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from dpd.theory.mixtures import chain_potential, monomer_potential
 
@@ -77,7 +78,10 @@ def _potential(runs, pair, count, repulsion):
     strengths = runs.coupling.values.astype(float)
     nodes, weights = np.polynomial.legendre.leggauss(len(strengths))
     if not np.allclose(strengths, repulsion * (nodes + 1) / 2, rtol=1e-3):
-        raise ValueError(f"coupling: {strengths} are not Gauss points from 0 to {repulsion}")
+        raise UserError(
+            f"coupling: {', '.join(f'{a:g}' for a in strengths)} are not the points after Gauss and "
+            f"Legendre from 0 to {repulsion:g}"
+        )
     factor = weights * repulsion / 2 / strengths
     return float(factor @ mean), float(np.sqrt(((factor * error) ** 2).sum()))
 

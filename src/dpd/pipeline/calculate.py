@@ -64,7 +64,7 @@ def calculate(
             data[name] = (name, first.value, about)
             continue
         values = np.array([point[name].value for point in found])
-        data[name] = ((*names, *first.dims), values.reshape(*shape, *values.shape[1:]), about)
+        data[name] = ((*names, *first.dims), values.reshape((*shape, *values.shape[1:])), about)
     digests = np.reshape([point.digest for point in sweep.points], shape)
     data[DIGEST] = (names, digests, {"units": "1", "long_name": "digest of the arguments"})
     made = sum(point.digest not in former for point in sweep.points)

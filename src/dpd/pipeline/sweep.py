@@ -135,7 +135,7 @@ def places(axes: Sequence[Axis], key: str, study: str) -> Iterator[tuple[str, tu
     changed = f", changed by config/studies/{study}.yaml" if study else ""
     for labels in product(*(axis.labels for axis in axes)):
         at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
-        yield at, labels, f"{key} ({at}){changed}"
+        yield at, labels, f"{key} ({at}){changed}" if at else f"{key}{changed}"
 
 
 def placed(
