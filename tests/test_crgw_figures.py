@@ -96,7 +96,7 @@ def solute(potential, coupling):
 
 
 def test_a_potential_is_integrated_from_its_derivative():
-    """That of Eq. 30 comes back, and that of Eq. 34; other points than those of Gauss are refused."""
+    """Those of Eqs. 30 and 34 come back; other points than those of Gauss are refused."""
     nodes = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2
     for potential in (
         lambda a: monomer_potential(a, 4.0),

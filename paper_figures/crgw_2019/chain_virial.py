@@ -84,5 +84,6 @@ def draw(data):
         panel.axhline(0, color="0.5", linewidth=0.6)
         panel.set(xlabel="bond length $l$ / $r_c$")
     axes[0].set(ylabel="fit less sampled $B_2$ / %")
-    axes[1].legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, 0.45), handletextpad=0.1)
+    axes[1].legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, 0.45), handletextpad=0.1,
+                   columnspacing=0.6)  # fmt: skip
     return figure

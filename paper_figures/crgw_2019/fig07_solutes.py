@@ -79,8 +79,8 @@ def _potential(runs, pair, count, repulsion):
     nodes, weights = np.polynomial.legendre.leggauss(len(strengths))
     if not np.allclose(strengths, repulsion * (nodes + 1) / 2, rtol=1e-3):
         raise UserError(
-            f"coupling: {', '.join(f'{a:g}' for a in strengths)} are not the points after Gauss and "
-            f"Legendre from 0 to {repulsion:g}"
+            f"coupling: {', '.join(f'{a:g}' for a in strengths)} are not the points after Gauss "
+            f"and Legendre from 0 to {repulsion:g}"
         )
     factor = weights * repulsion / 2 / strengths
     return float(factor @ mean), float(np.sqrt(((factor * error) ** 2).sum()))
