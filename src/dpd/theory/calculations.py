@@ -1,4 +1,9 @@
-"""What a sweep calculates at a point, by the names in src/dpd/schemas/theory.yaml."""
+"""What a sweep calculates at a point, by the names in src/dpd/schemas/theory.yaml.
+
+Each function takes the arguments of one point and returns its numbers and arrays by name, each a
+`Quantity`. Lengths are in units of r_c, energies in kT, repulsions in kT / r_c, pressures in
+kT / r_c^3. Where there is no solution it raises a `ValueError` that says why.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +53,23 @@ class Quantity(NamedTuple):
 
 
 def monomer_fluid(density: float, repulsion: float) -> dict[str, Quantity]:
-    """A fluid of single beads: g(r), pressures, energy, and chemical potential."""
+    """A fluid of single beads: g(r), pressures, energy, and chemical potential.
+
+    Parameters
+    ----------
+    density : float
+        Beads per r_c^3.
+    repulsion : float
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    """
     fluid = solve(density, repulsion)
     return {
         "r": Quantity(R[SHOWN], "r_c", "distance", ("r",)),
@@ -70,7 +91,27 @@ def monomer_fluid(density: float, repulsion: float) -> dict[str, Quantity]:
 def second_virial_of_chains(
     repulsion: float, beads: int, length: float, samples: int
 ) -> dict[str, Quantity]:
-    """B2 of two chains; NaN for what was not sampled."""
+    """B2 of two chains, sampled and by fits; NaN for what was not sampled.
+
+    Parameters
+    ----------
+    repulsion : float
+    beads : int
+        Of a chain.
+    length : float
+        Of a bond.
+    samples : int
+        Pairs of conformations; 0 for none.
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    ValueError
+        If there are too few samples.
+    """
     sampled = (np.nan, np.nan)
     if samples:
         sampled = sampled_second_virial(repulsion, beads, length, samples)
@@ -90,7 +131,27 @@ def second_virial_of_chains(
 def chain_pressure(
     density: float, repulsion: float, beads: int, length: float
 ) -> dict[str, Quantity]:
-    """Pressure of a fluid of chains by three equations; the density is that of the beads."""
+    """Pressure of a fluid of chains by three equations.
+
+    Parameters
+    ----------
+    density : float
+        Of the beads.
+    repulsion : float
+    beads : int
+        Of a chain.
+    length : float
+        Of a bond.
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    """
     equations = {
         "GW": equation_of_state.gw(density, repulsion),
         "rGW": equation_of_state.rgw(density, repulsion),
@@ -103,7 +164,33 @@ def chain_repulsion(
     equation: str, density: float, pressure: float, beads: int, length: float,
     stiffness: float | None = None,
 ) -> dict[str, Quantity]:  # fmt: skip
-    """The repulsion at which an equation gives a pressure; the density is that of the chains."""
+    """The repulsion at which an equation gives a pressure.
+
+    Parameters
+    ----------
+    equation : str
+        crGW, rGW or GW.
+    density : float
+        Of the chains.
+    pressure : float
+    beads : int
+        Of a chain.
+    length : float
+        Of a bond.
+    stiffness : float or None
+        Of a bond; with it the rest length is calculated too, see `rest_length`.
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    ValueError
+        If no repulsion gives that pressure.
+    """
     if equation == "crGW":
         found = equation_of_state.crgw_repulsion(density, pressure, beads, length)
     elif equation == "rGW":
@@ -122,7 +209,24 @@ def chain_repulsion(
 def cross_repulsion(
     one: Mapping[str, Any], other: Mapping[str, Any], inverse_chi: float | None = None
 ) -> dict[str, Quantity]:
-    """a_ij of two fluids of chains, athermal or at a chi."""
+    """a_ij of two fluids of chains, athermal or at a chi.
+
+    Parameters
+    ----------
+    one, other : dict
+        Fields of a `dpd.theory.mixtures.Fluid`.
+    inverse_chi : float or None
+        Without it they mix without heat.
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    ValueError
+        If no repulsion gives that chi.
+    """
     fluids = Fluid(**one), Fluid(**other)
     if inverse_chi is None:
         found = mixtures.athermal(*fluids)
@@ -134,7 +238,30 @@ def cross_repulsion(
 def chain_potential(
     density: float, repulsion: float, beads: int, length: float, solvent: float | None = None
 ) -> dict[str, Quantity]:
-    """mu_ex of a chain and of one of its beads; that of the bead by HNC as well."""
+    """Excess chemical potential of a chain and of one of its beads; that of the bead by HNC as well.
+
+    Parameters
+    ----------
+    density : float
+        Beads of the solvent per r_c^3.
+    repulsion : float
+        Of a bead of the chain and one of the solvent.
+    beads : int
+        Of the chain.
+    length : float
+        Of a bond.
+    solvent : float or None
+        Repulsion of the beads of the solvent; without it nothing is calculated by HNC.
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    """
     by_hnc = np.nan
     if solvent is not None:
         pairs = [[solvent, repulsion], [repulsion, 0.0]]
@@ -151,7 +278,29 @@ def chain_potential(
 def rest_length(
     stiffness: float, repulsion: float, length: float, density: float
 ) -> dict[str, Quantity]:
-    """Rest length of a bond with a mean length."""
+    """Rest length of a bond with a mean length, by `dpd.theory.bonds.rest_length`.
+
+    Parameters
+    ----------
+    stiffness : float
+        Of the bond, in kT / r_c^2.
+    repulsion : float
+    length : float
+        The mean.
+    density : float
+        Beads of the fluid per r_c^3.
+
+    Returns
+    -------
+    dict of str to Quantity
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    ValueError
+        If the rest length would be negative.
+    """
     found = bonds.rest_length(stiffness, repulsion, length, density)
     return {"rest_length": Quantity(found, "r_c", "rest length of a bond")}
 
