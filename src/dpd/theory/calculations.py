@@ -238,7 +238,7 @@ def cross_repulsion(
 def chain_potential(
     density: float, repulsion: float, beads: int, length: float, solvent: float | None = None
 ) -> dict[str, Quantity]:
-    """Excess chemical potential of a chain and of one of its beads; that of the bead by HNC as well.
+    """Excess chemical potential of a chain and of one of its beads, that also by HNC.
 
     Parameters
     ----------
