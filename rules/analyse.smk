@@ -18,6 +18,8 @@ rule collect:
         scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
         runs=OUT.runs("{paper}", "{sweep}"),
         derived=option("derived"),
+    wildcard_constraints:
+        paper=only_before(SIMULATED),
     retries: 0
     shell:
         "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
@@ -46,8 +48,6 @@ if CALCULATED:
         shell:
             "python -m dpd calculate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
             " -o {output:q} 2>&1 | tee -i {log:q}"
-
-    ruleorder: calculate > collect
 
 
 rule derive:

@@ -23,6 +23,7 @@ def only_before(files):
 
 
 WITH_TRAJECTORY = trajectories()
+SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
 CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
 KERNELS = {name: made_from.kernels_for(paper) for name, paper in PAPERS.items()}
 WAITING = {name: made_from.waiting_for_starts(paper) for name, paper in PAPERS.items()}
