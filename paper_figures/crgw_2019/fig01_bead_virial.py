@@ -34,7 +34,9 @@ def measured(data):
     small = data.repulsion < ALIKE
     below, above = away.where(small), away.isel(repulsion=-1)
     return {
-        "virials_alike": Measured(float(below.max()), 0.0, "largest, at a below 50"),
+        "virials_alike": Measured(
+            float(below.max()), 0.0, f"largest at a = {float(below.idxmax()):g}"
+        ),
         "virials_diverge": Measured(
             float(above), 0.0, f"at a = {float(data.repulsion[-1]):g}"
         ),

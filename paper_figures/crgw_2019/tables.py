@@ -136,5 +136,6 @@ def draw(data):
     )
     right.axhline(1, color="0.5", linewidth=0.6)
     right.set(xlabel="input density / $r_c^{-3}$", ylabel="density over the printed one")
-    right.set_ylim(0.993, 1.007)
+    reach = max(0.007, 1.2 * float(np.abs(ratio - 1).max()))
+    right.set_ylim(1 - reach, 1 + reach)
     return figure
