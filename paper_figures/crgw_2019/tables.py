@@ -131,9 +131,8 @@ def draw(data):
     left.set(ylabel="repulsion over the printed one")
     left.legend(loc="upper right", ncols=2)
     printed = np.array([PUBLISHED[f"density_{d:g}"].value for d in data.density.values])
-    points(
-        right, data.density, data.density_found / printed, data.density_error / printed, None, BLUE
-    )
+    ratio, error = data.density_found / printed, data.density_error / printed
+    points(right, data.density, ratio, error, None, BLUE)
     right.axhline(1, color="0.5", linewidth=0.6)
     right.set(xlabel="input density / $r_c^{-3}$", ylabel="density over the printed one")
     reach = max(0.007, 1.2 * float(np.abs(ratio - 1).max()))
