@@ -8,7 +8,7 @@ from dpd.report.style import BLUE, RED, panels, points
 from paper_figures.crgw_2019.shared import mean_of
 
 LOOKS = ((RED, "s"), (BLUE, "o"))
-CHOSEN = {"stiffness": 500, "dt": 0.01}  # of all other figures
+CHOSEN = {"stiffness": 1000, "dt": 0.008}  # of Figures 2 to 4
 
 TITLE = "Pressure of tetramers over the stiffness of their bonds, and their mean bond length."
 PAPER_SHOWS = (
