@@ -20,8 +20,8 @@ PAPER_SHOWS = (
     "marked by bond length l, density rho of beads, repulsion a, and m. The paper finds a mean "
     f"unsigned error of {PUBLISHED['crgw_mean_error'].value:g} % and none above "
     f"{PUBLISHED['crgw_largest_error'].value:g} %, with larger errors at low pressure, and from "
-    "slight under-prediction at m = 2 to over-prediction at m = 8. Here the equation is taken at the "
-    "mean bond length that was simulated, which is up to a tenth more than l where m is 8 and l 0.3."
+    "slight under-prediction at m = 2 to over-prediction at m = 8. Here the equation is taken at "
+    "the mean bond length that was simulated, up to a tenth more than l where m is 8 and l 0.3."
 )
 
 
