@@ -1,4 +1,4 @@
-"""Regenerate the figures of three DPD papers and hold every published number against ours.
+"""Regenerate the figures of papers on DPD and hold every published number against ours.
 
     snakemake --cores 2                          the study named in config/config.yaml
     snakemake --cores 2 --config study=smoke     another one

@@ -1,4 +1,5 @@
-# The runs of a sweep, gathered on its axes; and values that one sweep measures for another.
+# The runs of a sweep, gathered on its axes; sweeps that are calculated; and values that one sweep
+# finds for another.
 
 
 # The command is given the folder of the runs: a line with the names of thousands would be too long.
@@ -17,10 +18,36 @@ rule collect:
         scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
         runs=OUT.runs("{paper}", "{sweep}"),
         derived=option("derived"),
+    wildcard_constraints:
+        paper=only_before(SIMULATED),
     retries: 0
     shell:
         "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " --runs {params.runs:q} {params.derived:q} -o {output:q} 2>&1 | tee -i {log:q}"
+
+
+# A sweep of theory: one job for all points, which take milliseconds each. It finds in its former
+# file what has not changed (`update` keeps Snakemake from deleting that).
+if CALCULATED:
+
+    rule calculate:
+        output:
+            update(OUT.sweep("{paper}", "{sweep}")),
+        log:
+            OUT.log("{paper}", "sweeps", "{sweep}"),
+        params:
+            study=STUDY,
+            sources=stage_digest("calculate"),
+            points=theory_digest,
+        wildcard_constraints:
+            paper=only_before(CALCULATED),
+        resources:
+            runtime=lambda wildcards, attempt: 60 * attempt,
+            mem_mb=lambda wildcards, attempt: 1000 * attempt,
+        retries: 0
+        shell:
+            "python -m dpd calculate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+            " -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 rule derive:

@@ -12,17 +12,19 @@ def trajectories():
     ]
 
 
-def only_before(runs):
-    """A pattern for the wildcard {paper} that fits in the paths of some runs alone.
+def only_before(files):
+    """A pattern for the wildcard {paper} that fits in the paths of some results alone.
 
-    A pattern constrains one wildcard, and these runs are told by three: it looks ahead, over the rest of
-    the path.
+    A pattern constrains one wildcard, and these files are told by several: it looks ahead, over the
+    rest of the path.
     """
-    rests = [OUT.run(*run).removeprefix(f"{OUT.folder}/").rpartition("/")[0] for run in runs]
-    return rf"(?=(?:{'|'.join(map(re.escape, rests))})/[^/]+$)[^/]+"
+    rests = [file.removeprefix(f"{OUT.folder}/") for file in files]
+    return rf"(?=(?:{'|'.join(map(re.escape, rests))})$)[^/]+"
 
 
 WITH_TRAJECTORY = trajectories()
+SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
+CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
 KERNELS = {name: made_from.kernels_for(paper) for name, paper in PAPERS.items()}
 WAITING = {name: made_from.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
@@ -65,6 +67,11 @@ def sweep_digest(wildcards):
     """Digest of all scenes of a sweep."""
     sweep = sweep_of(wildcards)
     return value_digest([sweep.planned_digest(point) for point in sweep.points])
+
+
+def theory_digest(wildcards):
+    """Digest of all points of a sweep that is calculated."""
+    return PAPERS[wildcards.paper].theory[wildcards.sweep].digest
 
 
 def derived_of(wildcards):

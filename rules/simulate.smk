@@ -41,6 +41,8 @@ if WITH_TRAJECTORY:
             result=update(OUT.run("{paper}", "{sweep}", "{point}")),
             trajectory=update(OUT.trajectory("{paper}", "{sweep}", "{point}")),
         wildcard_constraints:
-            paper=only_before(WITH_TRAJECTORY),
+            paper=only_before(
+                [file(*run) for run in WITH_TRAJECTORY for file in (OUT.run, OUT.trajectory)]
+            ),
 
     ruleorder: simulate_with_trajectory > simulate

@@ -200,6 +200,37 @@ def test_mixing_is_that_of_all_pairs(name):
     np.testing.assert_allclose(found["mixing_time"], [0.8, 1.6, 2.4])
 
 
+@pytest.mark.parametrize("name", SCENES)
+def test_energies_of_pairs_are_those_of_all_pairs(name):
+    """By brute force, for three species; their sum is that of all."""
+    scene = Scene(SCENES[name])
+    positions = [places(scene, seed) for seed in range(3)]
+    _, found = look(SCENES[name], {"pair_energies": {"every": 20}}, *positions)
+    assert list(found["energy_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
+    for position, block in zip(positions, found["energy_of_pair"], strict=True):
+        apart = position[:, :, None] - position[:, None]
+        edges = np.array(scene.box)[:, None, None]
+        apart -= edges * np.round(apart / edges)
+        w = np.maximum(1 - np.sqrt((apart**2).sum(axis=0)), 0)
+        a = np.asarray(scene.repulsion)[scene.kinds][:, scene.kinds]
+        energy = np.triu(0.5 * a * w**2, 1)
+        energy = energy + energy.T
+        expected = [
+            energy[scene.kinds == i][:, scene.kinds == j].sum() / (2 if i == j else 1)
+            for i in range(3)
+            for j in range(i, 3)
+        ]
+        np.testing.assert_allclose(block, expected, rtol=1e-9)
+        assert block.sum() == pytest.approx(energy.sum() / 2)
+
+
+def test_energies_of_pairs_refuse_a_core():
+    """They know the soft repulsion alone."""
+    data = PLANE | {"core": {"radius": 0.1, "force": 50}, "observe": ["pair_energies"]}
+    with pytest.raises(UserError, match="'pair_energies' knows the soft repulsion alone"):
+        Scene(data, "scene.yaml")
+
+
 def test_order_is_one_apart_and_zero_at_random():
     """A in one half and B and C in the other but for two borders; at random over 40 looks."""
     data = PLANE | {"box": [30.0, 30.0], "steps": {"sample": 40}, "molecules": [

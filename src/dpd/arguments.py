@@ -64,6 +64,17 @@ def positive(text: str) -> float:
     return found
 
 
+def no_less_than_zero(text: str) -> float:
+    """A length, 0 or more."""
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not 0 <= found < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 0 or more")
+    return found
+
+
 def beads(text: str) -> int:
     """A number of beads of a molecule, at least one."""
     if not text.isdecimal() or len(text) > 9 or int(text) < 1:

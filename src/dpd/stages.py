@@ -27,6 +27,7 @@ STAGES = {
     "start": ("dpd.scene.scene", "dpd.scene.start", "dpd.start.make", "dpd.start.files"),
     "simulate": ("dpd.scene.scene", "dpd.start.make", "dpd.pipeline.simulate"),
     "collect": ("dpd.analysis.collect",),
+    "calculate": ("dpd.pipeline.calculate",),
     "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),
     "figure": ("dpd.report.figures",),
     "report": ("dpd.report.page", "dpd.report.overhead"),

@@ -121,6 +121,16 @@ def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
             data = data.assign_coords(
                 {c: runs[0][c] for c in variable.dims if c in runs[0].coords and c not in data}
             )
+        elif "sample" not in variable.dims and len({part.shape for part in parts}) == 1:
+            # As the slices of boxes that change: their places belong to each run.
+            put(name, [part.values for part in parts], units, long_name, variable.dims)
+            for own in sorted(set(variable.dims) & set(runs[0].coords) - set(data.variables)):
+                places = [run[own] for run in runs]
+                if _alike(places):
+                    data = data.assign_coords({own: places[0]})
+                elif f"{own}_of_run" not in data:
+                    about = (places[0].attrs[key] for key in ("units", "long_name"))
+                    put(f"{own}_of_run", [place.values for place in places], *about, (own,))
     if len({run.time.values.tobytes() for run in runs}) == 1:
         data = data.assign_coords(time=("time", runs[0].time.values, runs[0].time.attrs))
         for name in sweep.series:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from dpd.analysis.collect import first_scene
 from dpd.analysis.structure import closest_contact
 from dpd.errors import UserError
+from dpd.scene.schema import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,8 +31,22 @@ def _closest_contact(at):
     return closest_contact(at).value
 
 
-# By the names in src/dpd/schemas/paper.yaml.
-QUANTITIES = {"closest_contact": _closest_contact}
+QUANTITIES = {"closest_contact": _closest_contact}  # those of `dpd.pipeline.derived.MEASURED`
+
+
+def axes_of(source: xr.Dataset) -> tuple[str, ...]:
+    """Names of the axes of a sweep that was collected or calculated."""
+    return source["point_digest" if "point_digest" in source else "kT"].dims
+
+
+def _value(at, quantity):
+    """What one point of a sweep has measured or calculated."""
+    if "point_digest" not in at:
+        return QUANTITIES[quantity](at)
+    numbers = [name for name in at.data_vars if name != "point_digest" and not at[name].dims]
+    if quantity not in numbers:
+        raise UserError(f"no number {quantity!r} is calculated; {suggestion(quantity, numbers)}")
+    return float(at[quantity])
 
 
 def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
@@ -56,9 +71,9 @@ def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, st
             place = {n: v for n, v in zip(names, point.labels) if n in source.dims}
             # What is left are axes of one value, and replicas.
             at = source.sel(place)
-            at = at.isel({d: 0 for d in source.kT.dims if d in at.dims and d != "replica"})
+            at = at.isel({d: 0 for d in axes_of(source) if d in at.dims and d != "replica"})
             try:
-                value = QUANTITIES[rule.quantity](at)
+                value = _value(at, rule.quantity)
             except UserError as problem:
                 raise UserError(f"sweep {rule.source}: {problem}") from None
             rows.append({

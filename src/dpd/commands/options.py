@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from dpd.pipeline.sweep import Sweep
+    from dpd.pipeline.theory import TheorySweep
 
 LITTLE = 2**20  # bytes of a result whose size is not known before
 
@@ -52,10 +53,29 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def sweep_of(options: Namespace) -> Sweep:
-    """The sweep that a stage is about."""
+    """The sweep that a stage is about, of those that are simulated."""
     from dpd.pipeline.study import read_paper
 
-    return read_paper(options.paper, options.study, only=[options.sweep]).sweeps[options.sweep]
+    paper = read_paper(options.paper, options.study, only=[options.sweep])
+    if options.sweep in paper.theory:
+        raise UserError(
+            f"sweep {options.sweep}: it is calculated and has no runs; the stage for it is: "
+            "python -m dpd calculate"
+        )
+    return paper.sweeps[options.sweep]
+
+
+def theory_of(options: Namespace) -> TheorySweep:
+    """The sweep that a stage is about, of those that are calculated."""
+    from dpd.pipeline.study import read_paper
+
+    paper = read_paper(options.paper, options.study, only=[options.sweep])
+    if options.sweep in paper.sweeps:
+        raise UserError(
+            f"sweep {options.sweep}: its points are runs; the stages for it are: python -m dpd "
+            "simulate, and collect"
+        )
+    return paper.theory[options.sweep]
 
 
 def resolved_sweep(options: Namespace) -> Sweep:

@@ -16,6 +16,7 @@ from dpd.commands import (
     draw,
     extend,
     figures,
+    parameters,
     particles,
     people,
     points,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 # In the order in which --help lists them.
-GROUPS = (runs, extend, status, particles, draw, repulsion, people, points, figures)
+GROUPS = (runs, extend, status, particles, draw, repulsion, parameters, people, points, figures)
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 

@@ -41,7 +41,8 @@ def _plan(options: Namespace) -> None:
     papers = [read_paper(name, config["study"]) for name in config["papers"]]
     if options.cores < 1:
         raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
-    with Progress(sum(len(paper.sweeps) for paper in papers), "measuring rates") as progress:
+    sweeps = sum(len(paper.sweeps) + len(paper.theory) for paper in papers)
+    with Progress(sweeps, "measuring rates") as progress:
         rows = plan(papers, progress=progress)
     print(as_text(rows, options.cores))
 

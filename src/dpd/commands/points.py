@@ -1,4 +1,4 @@
-"""Stages of the pipeline that simulate: from kernels to the table of a sweep."""
+"""Stages of the pipeline that simulate or calculate: from kernels to the table of a sweep."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from dpd.commands.options import (
     data_of,
     resolved_sweep,
     sweep_of,
+    theory_of,
 )
 from dpd.errors import UserError
 
@@ -59,6 +60,10 @@ def add_to(stages: Stages) -> None:
         "study", "paper", "sweep", output="sweep.csv",
     )  # fmt: skip
     add_data(derive)
+    stages.add(
+        "calculate", _calculate, "calculate a sweep of theory; of a former file only what changed",
+        "study", "paper", "sweep", output="sweep.nc",
+    )  # fmt: skip
     stages.add("measure", _measure, "make a measurement of the benchmark", "name", output="name.nc")
 
 
@@ -126,6 +131,20 @@ def _derive(options: Namespace) -> None:
     paths = data_of(options, {rule.source for rule in sweep.derived})
     sources = {name: load(path) for name, path in paths.items()}
     write_derived(derive(sweep, sources), options.output)
+
+
+def _calculate(options: Namespace) -> None:
+    from dpd.analysis.collect import save
+    from dpd.files import check_room
+    from dpd.pipeline.calculate import calculate
+    from dpd.progress import Progress
+
+    sweep = theory_of(options)
+    check_room(options.output, LITTLE)
+    with Progress(len(sweep.points), f"{sweep.name}") as progress:
+        data = calculate(sweep, options.output, progress)
+    save(data, options.output)
+    print(f"points: {len(sweep.points)}, of which calculated now: {data.points_calculated}")
 
 
 def _measure(options: Namespace) -> None:

@@ -25,6 +25,7 @@ from dpd.observe.displacement import Displacement
 from dpd.observe.end_points import EndPoints
 from dpd.observe.end_to_end import EndToEnd
 from dpd.observe.mixing import Mixing
+from dpd.observe.pair_energies import PairEnergies
 from dpd.observe.passes import Passes
 from dpd.observe.profile import Profile
 from dpd.observe.rdf import RadialDistribution
@@ -75,6 +76,7 @@ OBSERVABLES = {
     "density_field": DensityField,
     "structure_factor": StructureFactor,
     "mixing": Mixing,
+    "pair_energies": PairEnergies,
     "velocity_profile": VelocityProfile,
     "stress_profile": StressProfile,
     "bonds": BondLengths,

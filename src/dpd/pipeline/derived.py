@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from dpd.pipeline.sweep import Sweep
 
+MEASURED = ("closest_contact",)  # of a sweep that is simulated, see `dpd.analysis.derive`
 COLUMNS = ("point", "key", "value", "from")
 
 
@@ -51,6 +52,11 @@ def check_derived(
         there, source = f"{where}.{key}", rule["from"]
         if source not in given:
             raise UserError(f"{there}.from: no sweep {source!r}; {suggestion(source, given)}")
+        quantity = rule["quantity"]
+        if "theory" not in given[source] and quantity not in MEASURED:
+            raise UserError(
+                f"{there}.quantity: no quantity {quantity!r}; {suggestion(quantity, MEASURED)}"
+            )
         if given[source].get("derive"):
             raise UserError(
                 f"{there}.from: {source!r} has derived values itself; name a sweep that has none"

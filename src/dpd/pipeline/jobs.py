@@ -41,7 +41,8 @@ class Job(NamedTuple):
     Attributes
     ----------
     kind : str
-        What it makes: kernels, start, sweep, derived, measurement, figure, verdicts or report.
+        What it makes: kernels, start, theory, sweep, derived, measurement, figure, verdicts or
+        report.
     name : str
     outputs : tuple of str
     log : str
@@ -116,6 +117,9 @@ def _jobs(paper: Paper, results: Results) -> Iterator[Job]:
     for start, ((sweep, _), *_) in waiting_for_starts(paper).items():
         log = results.log(name, "starts", start)
         yield Job("start", f"{name} {sweep} {start}", (results.start(name, start),), log)
+    for theory in paper.theory:
+        log = results.log(name, "sweeps", theory)
+        yield Job("theory", f"{name} {theory}", (results.sweep(name, theory),), log)
     for sweep in paper.sweeps.values():
         if not sweep.derived:
             yield _collection(paper, sweep, results)

@@ -61,6 +61,6 @@ def page_sources(results: Results, papers: Iterable[Paper]) -> list[str]:
     for paper in papers:
         for figure in paper.figures:
             files += [results.figure(paper.name, figure, kind) for kind in ("png", "html", "nc")]
-        files += [results.sweep(paper.name, sweep) for sweep in paper.sweeps]
+        files += [results.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
         files += [results.measurement(paper.name, name) for name in paper.measurements]
     return files

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
+BASES = ("scene", "theory")  # what the axes of a sweep change: it has one of these
+
+
 @dataclass(frozen=True)
 class Replaced:
     """A value of a paper's sweep that a study replaces.
@@ -23,7 +26,8 @@ class Replaced:
     Attributes
     ----------
     sweep, key : str
-        The key below the sweep: ``scene.box``, ``axes.density``, ``replicas``.
+        The key below the sweep: ``scene.box``, ``axes.density``, ``replicas``; of a sweep that is
+        calculated, ``theory.second_virial.samples``.
     paper, study : object
         The values; None where the paper has none.
     """
@@ -63,8 +67,9 @@ def replaced_values(paper: dict[str, Any], changes: dict[str, Any]) -> list[Repl
         given = paper["sweeps"].get(sweep, {})
         if "replicas" in change:
             found.append(Replaced(sweep, "replicas", given.get("replicas"), change["replicas"]))
-        for key, old, new in _leaves(change.get("scene", {}), given.get("scene"), "scene"):
-            found.append(Replaced(sweep, key, old, new))
+        for base in BASES:
+            for key, old, new in _leaves(change.get(base, {}), given.get(base), base):
+                found.append(Replaced(sweep, key, old, new))
         for axis, new in change.get("axes", {}).items():
             old = given.get("axes", {}).get(axis, {}).get("values")
             if isinstance(old, dict) and isinstance(new, list):
@@ -193,19 +198,23 @@ def sweep_in_force(study: str, paper: str, name: str) -> str:
     -------
     str
     """
-    sweep = read_paper(paper, study, only=[name]).sweeps[name]
+    read = read_paper(paper, study, only=[name])
+    is_calculated = name in read.theory
+    sweep = read.theory[name] if is_calculated else read.sweeps[name]
     given = read_yaml(ROOT / paper_file(paper))
     changes = read_yaml(ROOT / study_file(study)).get("papers", {}).get(paper, {})
     own = {v.key: v for v in replaced_values(given, changes) if v.sweep == name}
-    axes = {f"axes.{axis.name}": list(axis.labels) for axis in sweep.axes[:-1]}
+    axes = {f"axes.{a.name}": list(a.labels) for a in sweep.axes if a.name != "replica"}
     rows = [
         (key, _plain(value), _source(own.get(key), study, paper)) for key, value in axes.items()
     ]
-    replicas = len(sweep.axes[-1].labels)
-    rows.append(("replicas", str(replicas), _source(own.get("replicas"), study, paper)))
-    written = dict(_scalars(given["sweeps"][name]["scene"], "scene"))
+    if not is_calculated:
+        replicas = str(len(sweep.axes[-1].labels))
+        rows.append(("replicas", replicas, _source(own.get("replicas"), study, paper)))
+    base = "theory" if is_calculated else "scene"
+    written = dict(_scalars(given["sweeps"][name][base], base))
     for key, value in own.items():
-        if key.startswith("scene."):
+        if key.startswith(f"{base}."):
             written = {k: v for k, v in written.items() if not k.startswith(f"{key}.")}
             written[key] = value.study
     rows += [
@@ -216,12 +225,13 @@ def sweep_in_force(study: str, paper: str, name: str) -> str:
         rows.append(("sampling", f"steps and duration times {factor:g}", study_file(study)))
     longest_key = max(len(key) for key, _, _ in rows)
     longest_value = max(len(value) for _, value, _ in rows)
-    lines = [f"{name} of {paper} in the {study} study: {len(sweep.points)} runs"]
+    made = "points, calculated" if is_calculated else "runs"
+    lines = [f"{name} of {paper} in the {study} study: {len(sweep.points)} {made}"]
     lines += [
         f"  {key:{longest_key}s}  {value:{longest_value}s}  {file}" for key, value, file in rows
     ]
     if axes:
-        lines.append("What an axis sets counts more than the scene. Points:")
+        lines.append(f"What an axis sets counts more than the {base}. Points:")
     return "\n".join([*lines, *(f"  {point.name}" for point in sweep.points)])
 
 

@@ -88,7 +88,8 @@ def plan(
     -------
     list of dict
         One per sweep: ``paper``, ``sweep``, ``runs``, ``beads`` of the largest, ``bead_steps``
-        of all, ``rate`` in bead-steps per second, ``core_hours``, ``longest`` hours of one
+        of all, ``rate`` in bead-steps per second (a sweep of theory has points in the place of
+        runs, no beads, and NaN here), ``core_hours``, ``longest`` hours of one
         run, ``memory`` MiB of the largest job, ``disk`` MiB of all results at most, ``share`` of
         a core that its measurement got.
     """
@@ -115,7 +116,28 @@ def plan(
             })  # fmt: skip
             if progress is not None:
                 progress(len(rows))
+        for theory in paper.theory.values():
+            rows.append(_calculation(paper.name, theory))
+            if progress is not None:
+                progress(len(rows))
     return rows
+
+
+def _calculation(paper, sweep):
+    """The row of a sweep of theory: its middle point is calculated, and its time counts for all."""
+    from dpd.pipeline.calculate import calculated  # brings what no run needs
+
+    middle = sweep.points[len(sweep.points) // 2]
+    calculated(sweep.calculation, middle)  # kernels compile
+    processor, clock = time.process_time(), time.perf_counter()
+    calculated(sweep.calculation, middle)
+    processor, clock = time.process_time() - processor, time.perf_counter() - clock
+    hours = len(sweep.points) * processor / 3600
+    return {
+        "paper": paper, "sweep": sweep.name, "runs": len(sweep.points), "beads": 0,
+        "bead_steps": 0.0, "rate": np.nan, "core_hours": hours, "longest": hours,
+        "memory": BASE_MEMORY, "disk": 0.0, "share": min(1.0, processor / clock),
+    }  # fmt: skip
 
 
 def _speeds(scenes, seconds):
@@ -196,6 +218,11 @@ HEADER = (
 )
 
 
+def _millions(rate):
+    """A rate in 10^6/s; a dash where nothing is simulated."""
+    return f"{'-':>7s}" if np.isnan(rate) else f"{rate / 1e6:7.2f}"
+
+
 def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     """The plan as a table with a sum.
 
@@ -210,7 +237,7 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     for row in rows:
         lines.append(
             f"{row['paper']:20s} {row['sweep']:24s} {row['runs']:5d} {row['beads']:7d} "
-            f"{row['bead_steps']:10.2e} {row['rate'] / 1e6:7.2f} {row['core_hours']:8.2f} "
+            f"{row['bead_steps']:10.2e} {_millions(row['rate'])} {row['core_hours']:8.2f} "
             f"{row['longest']:9.2f} {row['memory']:8.0f} {row['disk']:8.1f}"
         )
     hours = np.nansum([row["core_hours"] for row in rows])

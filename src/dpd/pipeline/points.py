@@ -123,7 +123,8 @@ def _targets(rule):
     if not isinstance(rule["values"], dict):
         given = rule.get("set", [])
         return {tuple(one.split(".")) for one in ([given] if isinstance(given, str) else given)}
-    return {leaf for change in rule["values"].values() for leaf in _leaves(change, ())}
+    changes = (change for change in rule["values"].values() if change)  # a label may change nothing
+    return {leaf for change in changes for leaf in _leaves(change, ())}
 
 
 def _leaves(change, inside):

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 # Kinds of jobs beside the runs, in the order of their work.
 KINDS = {
-    "kernels": "kernels", "start": "starts", "sweep": "sweeps", "derived": "derived values",
-    "measurement": "measurements", "figure": "figures", "verdicts": "verdicts", "report": "report",
+    "kernels": "kernels", "start": "starts", "theory": "sweeps of theory", "sweep": "sweeps",
+    "derived": "derived values", "measurement": "measurements", "figure": "figures",
+    "verdicts": "verdicts", "report": "report",
 }  # fmt: skip
 MOST = 20  # runs, or jobs, that are listed with what is wrong with them
 OLD = 120.0  # s after which it is said how old a step is

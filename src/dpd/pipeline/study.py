@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import ROOT
 from dpd.errors import UserError, shown
 from dpd.pipeline.derived import check_derived
 from dpd.pipeline.sweep import described_axes, unfold
+from dpd.pipeline.theory import check_kind, unfold_theory
 from dpd.scene.schema import read_yaml, schema, suggestion, validate, with_defaults
 
 if TYPE_CHECKING:
@@ -29,7 +30,20 @@ class Figure:
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper under a study: its sweeps and figures by name, and names of its measurements."""
+    """A paper under a study.
+
+    Attributes
+    ----------
+    name, title, reference : str
+    sweeps : dict of str to Sweep
+        Those that are simulated, by name.
+    measurements : tuple of str
+    figures : dict of str to Figure
+    sampling : tuple of dict
+        What the paper says of its own, see src/dpd/schemas/paper.yaml.
+    theory : dict of str to TheorySweep
+        Sweeps that are calculated, by name; no other has the same.
+    """
 
     name: str
     title: str
@@ -37,7 +51,8 @@ class Paper:
     sweeps: dict
     measurements: tuple
     figures: dict
-    sampling: tuple = ()  # what the paper says of its own, see src/dpd/schemas/paper.yaml
+    sampling: tuple = ()
+    theory: dict = field(default_factory=dict)
 
 
 def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -105,6 +120,9 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
                 f"config/studies/{study}.yaml: papers.{name}: no sweep {sweep!r}; "
                 f"{suggestion(sweep, paper['sweeps'])}"
             )
+    for sweep, given in paper["sweeps"].items():
+        there = f"config/studies/{study}.yaml: papers.{name}.{sweep}"
+        check_kind(given, changes.get(sweep, {}), f"{where}: sweeps.{sweep}", there)
     _check_seeds(paper["sweeps"], f"{where}: sweeps")
     measurements = tuple(paper.get("measurements", ()))
     for measurement in measurements:
@@ -126,17 +144,21 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
     }
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
-    sweeps = {}
+    sweeps, theory = {}, {}
     for sweep, given in paper["sweeps"].items():
-        if only is None or sweep in only:
-            change, key = changes.get(sweep, {}), f"{where}: sweeps.{sweep}"
+        change, key = changes.get(sweep, {}), f"{where}: sweeps.{sweep}"
+        if only is not None and sweep not in only:
+            continue
+        if "theory" in given:
+            theory[sweep] = unfold_theory(sweep, given, change, key, axes[sweep], study)
+        else:
             sweeps[sweep] = unfold(
                 name, sweep, given, change, key, axes[sweep], study, CONFIG / "papers"
             )
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
     reference = paper.get("reference", "")
-    return Paper(name, paper["title"], reference, sweeps, measurements, figures, sampling)
+    return Paper(name, paper["title"], reference, sweeps, measurements, figures, sampling, theory)
 
 
 def _check_seeds(sweeps, key):
@@ -161,6 +183,8 @@ def _check_sampling(sampling, sweeps, key):
                 raise UserError(
                     f"{key}.{number}.sweeps: no sweep {sweep!r}; {suggestion(sweep, sweeps)}"
                 )
+            if "theory" in sweeps[sweep]:
+                raise UserError(f"{key}.{number}.sweeps: {sweep!r} is calculated and has no runs")
             axes = sweeps[sweep].get("axes", {})
             for axis in said.get("at", {}):
                 if axis not in axes:

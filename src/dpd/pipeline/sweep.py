@@ -1,5 +1,6 @@
 """A sweep: from a scene, axes and what a study changes to points, one a run."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
 from itertools import product
 from pathlib import Path
@@ -95,22 +96,15 @@ def unfold(
     described: dict[str, dict[str, Any]], study: str, folder: str | Path = "",
 ) -> Sweep:  # fmt: skip
     """All points of a sweep; paths of files to start from count from a folder."""
-    changed = f", changed by config/studies/{study}.yaml" if changes else ""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
     given = with_defaults(given, rules)
     base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
     check_axes(described, replicas, key)
-    axes = [_axis(axis, rule, key) for axis, rule in described.items()]
-    axes.append(Axis("replica", tuple(range(replicas)), "1", "replica"))
+    axes = [*axes_of(described, key), Axis("replica", tuple(range(replicas)), "1", "replica")]
     points = []
-    for labels in product(*(axis.labels for axis in axes)):
-        at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
-        where = f"{key} ({at}){changed}"
-        scene = base
-        for axis, label in zip(axes[:-1], labels):
-            change = _changes(described[axis.name], label, f"{key}.axes.{axis.name}")
-            scene = merge(scene, change, where)
+    for at, labels, where in places(axes, key, study if changes else ""):
+        scene = placed(base, described, labels, key, where)
         check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
         scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
@@ -120,6 +114,37 @@ def unfold(
         for target, rule in given.get("derive", {}).items()
     )
     return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]), derived)
+
+
+def axes_of(described: dict[str, dict[str, Any]], key: str) -> list[Axis]:
+    """The axes that a paper and a study describe."""
+    return [_axis(name, rule, key) for name, rule in described.items()]
+
+
+def places(axes: Sequence[Axis], key: str, study: str) -> Iterator[tuple[str, tuple, str]]:
+    """Name and labels of each point on some axes, and what to call it in messages.
+
+    Parameters
+    ----------
+    axes : list of Axis
+    key : str
+        File and key of the sweep.
+    study : str
+        The study that changes it; nothing if none does.
+    """
+    changed = f", changed by config/studies/{study}.yaml" if study else ""
+    for labels in product(*(axis.labels for axis in axes)):
+        at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
+        yield at, labels, f"{key} ({at}){changed}" if at else f"{key}{changed}"
+
+
+def placed(
+    base: dict[str, Any], described: dict[str, dict[str, Any]], labels: tuple, key: str, where: str
+) -> dict[str, Any]:
+    """The scene or theory of a point: the sweep's own, with what the labels of its axes change."""
+    for (axis, rule), label in zip(described.items(), labels):
+        base = merge(base, _changes(rule, label, f"{key}.axes.{axis}"), where)
+    return base
 
 
 def _axis(name, rule, key):

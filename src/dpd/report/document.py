@@ -23,6 +23,23 @@ study's file. `python -m dpd show STUDY PAPER SWEEP` says which file each value 
 `snakemake` tells you when you have edited, since the last commit, a value that its study replaces.
 Only new points of the sweep are run.
 
+## Calculate instead of simulating
+
+A sweep that has a `theory` in the place of its `scene` calculates something at each point. It needs
+no runs, and a figure that is made from such sweeps alone starts no simulation:
+
+```yaml
+pressures:
+  theory: {monomer_fluid: {density: 3, repulsion: 25}}
+  axes:
+    density: {set: monomer_fluid.density, values: [2, 3, 4]}
+```
+
+`snakemake` calculates all points in one job; of an edited sweep it calculates the new ones only. A
+scene may take what another sweep has calculated: `derive: {repulsion.A A: {from: SWEEP, quantity:
+repulsion}}`. Points belong together if they have the same labels on the axes that both sweeps have.
+A label of the scene's sweep may then change nothing itself, as in `values: {GW: {}, rGW: {}}`.
+
 ## Rename a sweep
 
 The random numbers of a sweep follow from its name, so all its points would run again under another
@@ -222,7 +239,9 @@ it is made as the scene says and kept, with the record of how chains grew.
 `results/STUDY/PAPER/sweeps/SWEEP.nc` holds all runs of a sweep. Its dimensions are the axes of the
 sweep and `replica`. Variables without the dimension *sample* are those of the runs. A series over
 *sample* becomes its mean and five more variables, shown here for kT. If `series` of the sweep names
-it, the whole series is kept as well, with `_series` behind its name.
+it, the whole series is kept as well, with `_series` behind its name. Coordinates that differ among
+the runs, as the slices of boxes at constant pressure, are variables, with `_of_run` behind their
+names.
 
 {sweep}
 
@@ -242,7 +261,7 @@ our own.
 
 {verdicts}
 """
-PARTS = ("config", "study", "paper", "scene")
+PARTS = ("config", "study", "paper", "theory", "scene")
 
 
 def config_readme() -> str:

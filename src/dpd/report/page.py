@@ -187,6 +187,7 @@ def _costs(paper, results, checks):
         "first configurations": spent(results.start, starts),
         "simulations": (sum(row["runs"] for row in checks), sum(row["seconds"] for row in checks)),
         "sweeps": spent(results.sweep, paper.sweeps),
+        "sweeps of theory": spent(results.sweep, paper.theory),
         "measurements": spent(results.measurement, paper.measurements),
         "figures": spent(results.figure, paper.figures, "nc"),
     }

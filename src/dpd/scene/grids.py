@@ -72,6 +72,8 @@ def check_grids(scene: Scene, refuse: Callable[[str, str], Any]) -> None:
         _check_field(scene, refuse)
     if "structure_factor" in scene.observe:
         _check_structure(scene, refuse)
+    if "pair_energies" in scene.observe and "core" in scene.data:
+        refuse("observe", "'pair_energies' knows the soft repulsion alone, and there is a core")
     if "mixing" in scene.observe and len(scene.species) < 2:
         refuse("observe", "'mixing' has nothing to measure: there is a single species")
 

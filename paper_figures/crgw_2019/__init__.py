@@ -1,0 +1,1 @@
+"""Figures of the chain-revised equation of state (2019)."""

@@ -1,0 +1,127 @@
+"""Figure 7: chemical potential of a chain over that of its bead, predicted and simulated."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.verdicts import Measured
+from dpd.errors import UserError
+from dpd.report.style import BLACK, BLUE, RED, panels, points
+from dpd.theory.mixtures import chain_potential, monomer_potential
+
+SOLUTES = (5, 10)  # chains S and single beads M in a box
+DIMERS = 23.39  # a_ij of Table III
+OTHERS = {"solute_trimers": 15.74, "solute_tetramers": 17.73, "solute_hexamers": 7.33}
+STUDIES = {
+    "density": ("input density of the solvent / $r_c^{-3}$", RED, "o"),
+    "chain": ("beads of the chain $m$", BLACK, "s"),
+    "bond": ("bond length $l$ / $r_c$", BLUE, "D"),
+}
+
+TITLE = "Chemical potential of a chain over that of its bead: the prediction less the simulation."
+PAPER_SHOWS = (
+    "A chain is inserted into a fluid of beads at the pressure 41.89. The ratio of its excess "
+    "chemical potential to that of one of its beads is compared with Eqs. 30 and 34, over the "
+    "density of the solvent, the beads of the chain, and the bond length, the other two held. The "
+    "paper says within 4 %, and a change of sign with m. Here the energy of solute and "
+    "solvent is integrated over their repulsion, from 0 to that of Table III."
+)
+
+
+def compute(sweeps):
+    """Ratios of all solutes."""
+    rows = []
+    for density in sweeps["solute_densities"].density.values:
+        rows.append(
+            _row("density", density, sweeps["solute_densities"].sel(density=density), DIMERS)
+        )
+    for bond in sweeps["solute_bonds"].bond.values:
+        rows.append(_row("bond", bond, sweeps["solute_bonds"].sel(bond=bond), DIMERS))
+    for name, repulsion in OTHERS.items():
+        rows.append(_row("chain", None, sweeps[name], repulsion))
+    names = {"study": "1", "x": "1", "mu_chain": "kT", "mu_chain_error": "kT", "mu_bead": "kT",
+             "mu_bead_error": "kT", "ratio": "1", "ratio_error": "1", "predicted": "1",
+             "off": "%", "off_error": "%", "bead_predicted": "kT", "length": "r_c"}  # fmt: skip
+    return xr.Dataset(
+        {name: ("solute", [row[name] for row in rows], {"units": u}) for name, u in names.items()}
+    )
+
+
+def _row(study, x, runs, repulsion):
+    """One solute: what is simulated, and what is predicted."""
+    scene = first_scene(runs)
+    density = scene.beads / scene.volume
+    m, bond = len(scene.molecules[1].beads), scene.data["bond"]["length"]
+    chain, chain_error = _potential(runs, "S W", SOLUTES[0], repulsion)
+    bead, bead_error = _potential(runs, "M W", SOLUTES[1], repulsion)
+    ratio = chain / bead
+    error = ratio * np.hypot(chain_error / chain, bead_error / bead)
+    predicted = chain_potential(repulsion, density, m, bond) / monomer_potential(repulsion, density)
+    return {
+        "study": study, "x": float(m if x is None else x),
+        "mu_chain": chain, "mu_chain_error": chain_error,
+        "mu_bead": bead, "mu_bead_error": bead_error,
+        "ratio": ratio, "ratio_error": error, "predicted": float(predicted),
+        "off": 100 * (predicted / ratio - 1), "off_error": 100 * predicted / ratio**2 * error,
+        "bead_predicted": float(monomer_potential(repulsion, density)), "length": bond,
+    }  # fmt: skip
+
+
+def _potential(runs, pair, count, repulsion):
+    """Excess chemical potential by integration of <u> / a over a, and its error."""
+    # A pair is named in the order of the species, which is that of the alphabet or of the scene.
+    names = [str(name) for name in runs.energy_pair.values]
+    name = pair if pair in names else " ".join(reversed(pair.split()))
+    blocks = runs.energy_of_pair.sel(energy_pair=name).isel(replica=0) / count
+    mean, error = block_mean_and_error(blocks.transpose("block", "coupling").values)
+    strengths = runs.coupling.values.astype(float)
+    nodes, weights = np.polynomial.legendre.leggauss(len(strengths))
+    if not np.allclose(strengths, repulsion * (nodes + 1) / 2, rtol=1e-3):
+        raise UserError(
+            f"coupling: {', '.join(f'{a:g}' for a in strengths)} are not the points after Gauss "
+            f"and Legendre from 0 to {repulsion:g}"
+        )
+    factor = weights * repulsion / 2 / strengths
+    return float(factor @ mean), float(np.sqrt(((factor * error) ** 2).sum()))
+
+
+def measured(data):
+    """Largest error of the ratio, and the potential of single beads against Eq. 30."""
+    off, error = np.abs(data.off.values), data.off_error.values
+    worst = int(off.argmax())
+    at = data.isel(solute=worst)
+    bead = data.bead_predicted.values / data.mu_bead.values - 1
+    bead_error = data.mu_bead_error.values / data.mu_bead.values
+    place = int(np.abs(bead).argmax())
+    return {
+        "ratio_error": Measured(
+            float(off[worst]), float(error[worst]), f"at {at.study.values!s} {float(at.x):g}"
+        ),
+        "bead_potential": Measured(
+            100 * float(np.abs(bead).mean()),
+            100 * float(np.sqrt((bead_error**2).sum()) / len(bead)),
+            f"largest {100 * float(bead[place]):+.1f} %",
+        ),
+    }  # fmt: skip
+
+
+def describe(data):
+    """What is seen."""
+    return (
+        "Three panels of points about zero, within a band of 4 %, over density, length of chain, "
+        "and bond length."
+    )
+
+
+def draw(data):
+    """A panel for each study."""
+    figure, axes = panels(3, height=2.3, sharey=True)
+    for panel, (study, (label, color, marker)) in zip(axes, STUDIES.items()):
+        at = data.where(data.study == study, drop=True)
+        panel.axhspan(-4, 4, color="0.9", zorder=0)
+        panel.axhline(0, color="0.5", linewidth=0.6)
+        points(panel, at.x, at.off, at.off_error, None, color, marker)
+        panel.set(xlabel=label)
+    axes[0].set(ylabel=r"$\mu$ ratio, predicted less simulated / %")
+    return figure

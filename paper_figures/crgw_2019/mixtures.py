@@ -1,0 +1,111 @@
+"""Pressure and excess properties of two fluids and their mixtures, for Figures 5 and 6."""
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.collect import first_scene
+from dpd.report.style import points
+from paper_figures.crgw_2019.shared import LOOKS, PERCENT, TARGET, mean_of
+
+EXCESSES = {
+    "enthalpy": "excess enthalpy / %",
+    "energy": "excess energy / %",
+    "volume": "excess volume / %",
+}
+
+
+def mixture(sweeps, one, other):
+    """A mixture of two fluids over the mole fraction of the first.
+
+    Parameters
+    ----------
+    sweeps : dict of str to xarray.Dataset
+        With the sweeps of both fluids and of the mixture, at constant volume and pressure.
+    one, other : str
+        Names of the fluids.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``equation`` and ``share``: ``pressure_off`` at constant volume, and the excess
+        ``enthalpy``, ``energy`` and ``volume`` at constant pressure over the values of ideal
+        mixing, all in percent and each with its ``_error``.
+    """
+    pressure, error = _joined(sweeps, one, other, "", lambda runs: mean_of(runs, "pressure"))
+    found = {
+        "pressure_off": 100 * (pressure / TARGET - 1),
+        "pressure_off_error": 100 / TARGET * error,
+    }
+    for name in EXCESSES:
+        value, error = _joined(sweeps, one, other, "_npt", MEASURES[name])
+        share = value.share
+        ends = value.sel(share=1.0), value.sel(share=0.0)
+        end_errors = error.sel(share=1.0), error.sel(share=0.0)
+        ideal = share * ends[0] + (1 - share) * ends[1]
+        inside = (share > 0) & (share < 1)
+        spread = np.sqrt(
+            error**2 + (share * end_errors[0]) ** 2 + ((1 - share) * end_errors[1]) ** 2
+        )
+        found[name] = 100 * (value / ideal - 1)
+        found[f"{name}_error"] = (100 * spread / abs(ideal)).where(inside, 0.0)
+    return xr.Dataset({name: values.assign_attrs(PERCENT) for name, values in found.items()})
+
+
+def _joined(sweeps, one, other, ensemble, measure):
+    """A value and its error over all mole fractions, those of the pure fluids included."""
+    parts = []
+    for name, share in ((other, 0.0), (None, None), (one, 1.0)):
+        runs = sweeps[(name or f"{one}_{other}") + ensemble]
+        pair = measure(runs)
+        parts.append([part.expand_dims(share=[share]) for part in pair] if name else list(pair))
+    return tuple(
+        xr.concat([part[k].transpose("share", "equation") for part in parts], "share")
+        for k in range(2)
+    )
+
+
+def _per_molecule(runs):
+    """Number of molecules of a run."""
+    return float(sum(kind.count for kind in first_scene(runs).molecules))
+
+
+def _volume(runs):
+    """Volume per molecule and its error."""
+    value, error = mean_of(runs, "volume")
+    return value / _per_molecule(runs), error / _per_molecule(runs)
+
+
+def _energy(runs):
+    """Potential energy per molecule, of pairs and bonds, and its error."""
+    count = _per_molecule(runs)
+    value, error = mean_of(runs, "pair_energy")
+    if "bond_energy" in runs:
+        bonds, spread = mean_of(runs, "bond_energy")
+        value, error = value + bonds, np.hypot(error, spread.fillna(0.0))
+    return value / count, error / count
+
+
+def _enthalpy(runs):
+    """Potential energy and pressure times volume per molecule, and its error."""
+    energy, volume = _energy(runs), _volume(runs)
+    return energy[0] + TARGET * volume[0], np.hypot(energy[1], TARGET * volume[1])
+
+
+MEASURES = {"enthalpy": _enthalpy, "energy": _energy, "volume": _volume}
+
+
+def most(data, name, equation):
+    """Largest unsigned value in percent over the mole fractions, and its standard error."""
+    at = data.sel(equation=equation)
+    place = int(np.abs(at[name].values).argmax())
+    return abs(float(at[name][place])), float(at[f"{name}_error"][place])
+
+
+def draw_mixture(axes, data, name, label):
+    """One quantity of all equations over the mole fraction."""
+    for equation, look in LOOKS.items():
+        at = data.sel(equation=equation)
+        points(axes, at.share, at[name], at[f"{name}_error"], look.label, look.color, look.marker,
+               linestyle="-")  # fmt: skip
+    axes.axhline(0, color="0.5", linewidth=0.6)
+    axes.set(xlim=(-0.03, 1.03), ylabel=label)

@@ -1,0 +1,115 @@
+"""Lengths of harmonic bonds between beads that repel each other, in a fluid of such beads.
+
+In the dense fluid the cavity function y draws two beads together, so that bonds are shorter than
+the spring and the repulsion of its own two beads would make them. As in perturbation theory of the
+first order, y is that of the fluid of single beads, from the Ornstein-Zernike equation with the HNC
+closure. Lengths are in units of r_c, energies in kT.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.optimize import brentq
+
+from dpd.theory.checks import above_zero, not_negative
+from dpd.theory.integral_equations import solve
+
+POINTS = 2001  # of the quadrature
+WIDTHS = 8.0  # standard deviations of the bond's length that it covers beyond the rest length
+
+
+def mean_length(
+    stiffness: float, rest: float, repulsion: float = 0.0, density: float = 0.0
+) -> float:
+    """Mean length of a bond in three dimensions.
+
+    The weight of a length r is r^2 y(r) exp(-stiffness (r - rest)^2 / 2 - a max(1 - r, 0)^2 / 2).
+
+    Parameters
+    ----------
+    stiffness : float
+        Spring constant in kT / r_c^2.
+    rest : float
+        Length at rest in r_c.
+    repulsion : float
+        a of all beads, in kT / r_c.
+    density : float
+        Beads of the fluid per r_c^3; with 0 the two beads of the bond are alone.
+
+    Returns
+    -------
+    float
+        In r_c.
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    ValueError
+        If an argument is out of its range.
+    """
+    above_zero("stiffness", stiffness)
+    not_negative("rest length", rest)
+    not_negative("repulsion a", repulsion)
+    not_negative("density", density)
+    return _mean(stiffness, rest, repulsion, density)
+
+
+def rest_length(stiffness: float, repulsion: float, length: float, density: float = 0.0) -> float:
+    """The rest length with which a bond has a mean length: the inverse of `mean_length`.
+
+    Parameters
+    ----------
+    stiffness, repulsion, density : float
+        As in `mean_length`.
+    length : float
+        The mean, in r_c.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    ValueError
+        If the mean is larger than that even with the rest length 0, or an argument is out of its
+        range.
+
+    Examples
+    --------
+    >>> rest = rest_length(200, 25, 0.4, 5)
+    >>> round(mean_length(200, rest, 25, 5), 6)
+    0.4
+    """
+    above_zero("bond length", length)
+    shortest = mean_length(stiffness, 0.0, repulsion, density)
+    if length < shortest:
+        raise ValueError(
+            f"bond length: with a stiffness of {stiffness:g} and a repulsion of {repulsion:g} a "
+            f"mean of {length:g} needs a rest length below 0; allowed: {shortest:.4g} and above, "
+            "or a larger stiffness"
+        )
+
+    def too_long(rest):
+        return _mean(stiffness, rest, repulsion, density) - length
+
+    return brentq(too_long, 0.0, length + 1)
+
+
+def _mean(stiffness, rest, repulsion, density):
+    r = np.linspace(0.0, max(rest, 1.0) + WIDTHS / np.sqrt(stiffness), POINTS)
+    energy = 0.5 * stiffness * (r - rest) ** 2 + 0.5 * repulsion * np.maximum(1 - r, 0) ** 2
+    if density:
+        energy = energy - _fluid(density, repulsion).ln_y(r)[:, 0, 0]
+    weight = r**2 * np.exp(energy.min() - energy)
+    return float(np.sum(r * weight) / np.sum(weight))
+
+
+@lru_cache(maxsize=64)
+def _fluid(density, repulsion):
+    """One fluid serves bonds of all lengths."""
+    return solve(density, repulsion)

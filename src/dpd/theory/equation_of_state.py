@@ -1,0 +1,270 @@
+"""Pressure of fluids of beads and of short chains: three equations of state, there and back.
+
+- GW: Groot and Warren, J. Chem. Phys. 107, 4423 (1997).
+- rGW, revised: Liyana-Arachchi et al., J. Chem. Phys. 142, 044902 (2015). It has the right second
+  virial coefficient at low density.
+- crGW, chain-revised: Minkara et al., J. Chem. Phys. 150, 124104 (2019), here "the paper". It knows
+  how many beads a chain has, and how long its bonds are.
+
+Lengths are in units of r_c, energies in kT, the repulsion a in kT / r_c, pressures in kT / r_c^3.
+Arguments are numbers or arrays; arrays are broadcast against each other.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+
+from dpd.theory.checks import above_zero, bead_numbers, not_negative
+from dpd.theory.integral_equations import NoSolution, at_distances, solve
+from dpd.theory.second_virial import chain_second_virial
+from dpd.theory.virial import second_virial
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy.typing as npt
+
+ALPHA = 0.101  # of GW, Eq. 1 of the paper
+C1, C2 = 0.0802, 0.7787  # of F_alpha, Eq. 4
+ETA, BETA = 41.083, 1.967  # of the term of the bonds, below Eq. 14
+DENSITY_STEP = 0.05  # of the central difference d ln y / d rho, below Eq. 10
+LARGEST = 1000.0  # the inverses look among powers of 2 up to the first above this repulsion
+SMALLEST = 1e-3  # below this repulsion they take the pressure as linear in it
+
+
+def virial_switch(density: npt.ArrayLike) -> np.ndarray:
+    """F_B2 of Eq. 3, from 1 at density 0 to 0."""
+    return 1 / (1 + np.asarray(density, dtype=float) ** 3)
+
+
+def quadratic_switch(density: npt.ArrayLike) -> np.ndarray:
+    """F_alpha of Eq. 4, from 0 at density 0 to about the 0.101 of GW."""
+    square = np.asarray(density, dtype=float) ** 2
+    return C1 * square / (1 + C2 * square)
+
+
+def gw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
+    """Pressure by the equation of Groot and Warren, Eq. 1 of the paper.
+
+    Parameters
+    ----------
+    density : float or array
+        Beads per r_c^3, also of chains.
+    a : float or array
+        Repulsion, above 0.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    ValueError
+        If a density or a repulsion is not above 0.
+    """
+    rho, strength = above_zero("density", density), above_zero("repulsion a", a)
+    return rho + ALPHA * strength * rho**2
+
+
+def rgw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
+    """Pressure by the revised equation, Eq. 2 of the paper; arguments and errors as `gw`."""
+    rho, strength = above_zero("density", density), above_zero("repulsion a", a)
+    factor = second_virial(strength) * virial_switch(rho) + strength * quadratic_switch(rho)
+    return rho + factor * rho**2
+
+
+def crgw(
+    rho_chain: npt.ArrayLike, a: npt.ArrayLike, m: npt.ArrayLike = 1, length: npt.ArrayLike = 0.0
+) -> float | np.ndarray:
+    """Pressure by the chain-revised equation, Eq. 14 of the paper.
+
+    The cavity function y of single beads at the density of the chains' beads comes from the
+    Ornstein-Zernike equation with the HNC closure. For m = 1 the equation is that of `rgw`.
+
+    Parameters
+    ----------
+    rho_chain : float or array
+        Chains per r_c^3, above 0.
+    a : float or array
+        Repulsion of all beads, above 0.
+    m : int or array
+        Beads of a chain.
+    length : float or array
+        Of a bond, 0 or more; without a meaning for m = 1.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none, with the last state that converged.
+    ValueError
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> round(float(crgw(3.432, 8.57, 2, 0.39)), 1)
+    42.0
+    """
+    strength = above_zero("repulsion a", a)
+    rho, strength, beads, bond = _chains(rho_chain, strength, m, length)
+    x = beads * rho
+    slope = ln_y_slope(x, strength, bond, where=beads > 1)
+    bonds = ETA * (beads - 1) / (beads + BETA) * slope
+    virial = virial_switch(rho) * chain_second_virial(strength, beads, bond) * rho**2
+    return rho + virial + quadratic_switch(x) * x**2 * (strength - bonds)
+
+
+def ln_y_slope(
+    density: npt.ArrayLike, a: npt.ArrayLike, length: npt.ArrayLike, where: npt.ArrayLike = True
+) -> np.ndarray:
+    """d ln y(length) / d density of the fluid of single beads, by a central difference.
+
+    Parameters
+    ----------
+    density, a, length : float or array
+        Below a density of twice `DENSITY_STEP` the step of the difference is half of the density.
+    where : bool or array
+        Where it is needed; 0 elsewhere.
+
+    Returns
+    -------
+    array
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none.
+    ValueError
+        If an argument is out of its range.
+    """
+    points = np.broadcast(density, a, length, where)
+    slopes = [
+        float(at_distances(_slopes(float(rho), float(one)), distance)) if needed else 0.0
+        for rho, one, distance, needed in points
+    ]
+    return np.reshape(slopes, points.shape)
+
+
+def gw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
+    """The repulsion at which `gw` gives a pressure.
+
+    Parameters
+    ----------
+    density, pressure : float or array
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    ValueError
+        If a density or pressure is not above 0, or no repulsion gives that pressure.
+    """
+    rho, p = above_zero("density", density), above_zero("pressure", pressure)
+    rho, p = np.broadcast_arrays(rho, p)
+    for one, own in zip(rho.flat, p.flat, strict=True):
+        _above_ideal(own, one)
+    return (p - rho) / (ALPHA * rho**2)
+
+
+def rgw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
+    """The repulsion at which `rgw` gives a pressure; arguments and errors as `gw_repulsion`."""
+    rho, p = above_zero("density", density), above_zero("pressure", pressure)
+    return _each(lambda rho, p: _repulsion(lambda a: float(rgw(rho, a)), rho, p), rho, p)
+
+
+def crgw_repulsion(
+    rho_chain: npt.ArrayLike,
+    pressure: npt.ArrayLike,
+    m: npt.ArrayLike = 1,
+    length: npt.ArrayLike = 0.0,
+) -> float | np.ndarray:
+    """The repulsion at which `crgw` gives a pressure.
+
+    Parameters
+    ----------
+    rho_chain, pressure, m, length : float or array
+        As in `crgw`.
+
+    Returns
+    -------
+    float or array
+
+    Raises
+    ------
+    NoSolution
+        If the integral equation has none before that pressure is reached.
+    ValueError
+        If an argument is out of its range, or no repulsion gives that pressure.
+
+    Examples
+    --------
+    >>> round(float(crgw_repulsion(3.432, 41.89, 2, 0.39)), 2)
+    8.54
+    """
+    p = above_zero("pressure", pressure)
+    rho, p, beads, bond = _chains(rho_chain, p, m, length)
+
+    def one(rho, p, m, length):
+        return _repulsion(lambda a: float(crgw(rho, a, m, length)), rho, p)
+
+    return _each(one, rho, p, beads, bond)
+
+
+def _chains(rho_chain, values, m, length):
+    rho = above_zero("density of chains", rho_chain)
+    m, length = bead_numbers("number of beads", m), not_negative("bond length", length)
+    return np.broadcast_arrays(rho, values, m, length)
+
+
+@lru_cache(maxsize=1024)
+def _slopes(density, a):
+    """d ln y / d density at the distances of the grid; one fluid serves chains of any bonds."""
+    step = min(DENSITY_STEP, density / 2)
+    lower = solve(density - step, a)
+    upper = solve(density + step, a, start=lower)
+    return (upper.gamma - lower.gamma)[:, 0, 0] / (2 * step)
+
+
+def _each(function, *values):
+    """A function of numbers, for arrays of them."""
+    points = np.broadcast(*values)
+    return np.reshape([function(*map(float, point)) for point in points], points.shape)[()]
+
+
+def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: float) -> float:
+    """A repulsion that gives a pressure, found between powers of 2."""
+    _above_ideal(wanted, ideal)
+    weak = pressure_of(SMALLEST)
+    if weak >= wanted:  # the pressure is linear there
+        return SMALLEST * (wanted - ideal) / (weak - ideal)
+    low, high = SMALLEST, 1.0
+    try:
+        while (most := pressure_of(high)) < wanted and high < LARGEST:
+            low, high = high, 2 * high
+        if most >= wanted:
+            return brentq(lambda a: pressure_of(a) - wanted, low, high, xtol=1e-10)
+    except NoSolution as problem:
+        raise NoSolution(
+            f"pressure: no repulsion up to {low:g} gives {wanted:g}, and {problem}", problem.last
+        ) from None
+    raise ValueError(
+        f"pressure: no repulsion up to {high:g} gives {wanted:g}, and that gives {most:.5g}; "
+        "allowed: less, or a higher density"
+    )
+
+
+def _above_ideal(wanted, ideal):
+    if wanted <= ideal:
+        raise ValueError(
+            f"pressure: no repulsion gives {wanted:g}; allowed: more than {ideal:g}, the pressure "
+            "of an ideal gas of this density"
+        )

@@ -1,0 +1,56 @@
+"""Mean lengths of harmonic bonds, alone and in a fluid."""
+
+import numpy as np
+import pytest
+
+from dpd.theory.bonds import mean_length, rest_length
+
+
+def test_a_bond_without_repulsion():
+    """Rest length 0: the mean of a Maxwell distribution, sqrt(8 / (pi C))."""
+    assert mean_length(4, 0) == pytest.approx(np.sqrt(8 / (np.pi * 4)), rel=1e-6)
+
+
+def test_a_stiff_bond_has_its_rest_length():
+    """In the limit; before it, 2 / (C l) is added by the measure r^2."""
+    assert mean_length(1e6, 0.4) == pytest.approx(0.4, abs=1e-5)
+    assert mean_length(1000, 0.4) == pytest.approx(0.4 + 2 / (1000 * 0.4), rel=1e-3)
+
+
+def test_the_soft_repulsion_is_a_second_spring():
+    """Below r_c both are harmonic: one spring with the sum of the stiffnesses, and its mean."""
+    stiffness, rest, a = 400.0, 0.3, 40.0
+    both = (stiffness * rest + a) / (stiffness + a)
+    assert mean_length(stiffness, rest, a) == pytest.approx(
+        mean_length(stiffness + a, both), rel=1e-6
+    )
+
+
+def test_a_fluid_pushes_beads_together():
+    """The denser, the shorter; of beads at density 0 it is the limit."""
+    lengths = [mean_length(200, 0.3, 25, density) for density in (0, 1e-4, 3, 7)]
+    assert lengths[1] == pytest.approx(lengths[0], abs=1e-5)
+    assert lengths[0] > lengths[2] > lengths[3]
+
+
+@pytest.mark.parametrize("density", [0, 5])
+def test_there_and_back(density):
+    """The rest length gives the mean that was asked for."""
+    rest = rest_length(500, 25, 0.4, density)
+    assert mean_length(500, rest, 25, density) == pytest.approx(0.4, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((0, 25, 0.4), "stiffness: 0 is out of range"),
+        ((500, 25, 0), "bond length: 0 is out of range"),
+        ((500, -1, 0.4), "repulsion a: -1 is out of range"),
+        ((500, 25, 0.4, -3), "density: -3 is out of range"),
+        ((10, 40, 0.3), "needs a rest length below 0; allowed: 0.8"),
+    ],
+)
+def test_what_cannot_be(arguments, said):
+    """With name, value, and what is allowed."""
+    with pytest.raises(ValueError, match=said):
+        rest_length(*arguments)

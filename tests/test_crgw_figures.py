@@ -1,0 +1,146 @@
+"""Figures of the chain-revised equation of state, on made-up numbers."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd.errors import UserError
+from dpd.theory.equation_of_state import crgw
+from dpd.theory.mixtures import chain_potential, monomer_potential
+from dpd.theory.second_virial import chain_second_virial
+from paper_figures.crgw_2019 import chain_virial, fig07_solutes, fig08_coexistence, mixtures, shared
+
+SCENE = {
+    "dimension": 3, "box": 8, "molecules": [{"architecture": "A 2", "count": 500}],
+    "repulsion": {"A A": 25}, "bond": {"stiffness": 500, "length": 0.4},
+    "integrator": {"scheme": "gw-vv", "dt": 0.01}, "steps": {"sample": 10},
+}  # fmt: skip
+
+
+def runs(values, coordinates, scene=SCENE):
+    """A collected sweep: each value over all axes but replica, with an error of a hundredth."""
+    dims = tuple(coordinates)
+    shape = tuple(len(labels) for labels in coordinates.values())
+    data = xr.Dataset(coords=coordinates)
+    for name, value in values.items():
+        full = np.broadcast_to(value, shape)[..., None]
+        data[name] = ((*dims, "replica"), full.astype(float))
+        data[f"{name}_error"] = ((*dims, "replica"), 0.01 * np.abs(full))
+    data["scene"] = ((*dims, "replica"), np.full((*shape, 1), json.dumps(scene)))
+    return data
+
+
+def test_mismatches_are_relative_to_the_simulated_pressure():
+    """Predictions of 10 and 20 percent more; the worst is found; crGW knows the bonds."""
+    axes = {"chain": [2, 8], "density": [3, 5], "bond": [0.4], "repulsion": [20]}
+    pressure = np.array([[20.0, 50.0], [10.0, 40.0]])[..., None, None]
+    simulated = runs({"pressure": pressure}, axes)
+    simulated["bond_mean"] = (
+        (*axes, "replica", "block"),
+        np.full((2, 2, 1, 1, 1, 3), 0.402),
+    )
+    more = np.array([[1.1, 1.0], [1.2, 1.1]])[..., None, None]
+    theory = xr.Dataset(
+        {name: (tuple(axes), pressure * more) for name in ("crGW", "rGW", "GW")}, axes
+    )
+    data = shared.mismatches({"oligomers": simulated, "oligomer_pressures": theory})
+    at = data.sel(equation="rGW")
+    mean, error = shared.mean_unsigned(at)
+    assert mean == pytest.approx(10)
+    assert error == pytest.approx(np.hypot(np.hypot(1.1, 1.0), np.hypot(1.2, 1.1)) / 4)
+    worst, _, where = shared.largest(at)
+    assert worst == pytest.approx(20)
+    assert where == "m = 8, rho = 3, l = 0.4, a = 20"
+    assert float(data.bond_ratio.max()) == pytest.approx(1.005)
+    at = data.mismatch.sel(equation="crGW", chain=8, density=5).values.ravel()
+    expected = crgw(5 / 8, 20, 8, 0.402)  # at the length that was simulated
+    assert at == pytest.approx(100 * (expected / 40 - 1))
+
+
+def test_excess_properties_vanish_for_ideal_mixing():
+    """A volume linear in the mole fraction, and a pressure that is off by 5 percent at one end."""
+    both, shares = {"equation": ["crGW", "rGW"]}, [0.25, 0.5]
+    sweeps = {}
+    for ensemble in ("", "_npt"):
+        for name, volume in (("vh1", 300.0), ("vh2", 500.0)):
+            values = {"pressure": 41.89, "volume": volume, "pair_energy": 2 * volume}
+            sweeps[name + ensemble] = runs(values, both)
+        volume = 500.0 - 200.0 * np.array(shares)[:, None] * np.ones((1, 2))
+        values = {"pressure": 41.89 * 1.05, "volume": volume, "pair_energy": 2 * volume}
+        sweeps["vh1_vh2" + ensemble] = runs(values, {"share": shares} | both)
+    data = mixtures.mixture(sweeps, "vh1", "vh2")
+    assert list(data.share.values) == [0, 0.25, 0.5, 1]
+    for name in mixtures.EXCESSES:
+        np.testing.assert_allclose(data[name], 0, atol=1e-9)
+        assert (data[f"{name}_error"].sel(share=0.5) > 0).all()
+    assert mixtures.most(data, "pressure_off", "rGW")[0] == pytest.approx(5)
+
+
+def solute(potential, coupling):
+    """Runs of a solute whose energy with the solvent follows from a potential of a."""
+    step = 1e-4
+    slope = np.array([(potential(a + step) - potential(a - step)) / (2 * step) for a in coupling])
+    scene = SCENE | {
+        "molecules": [{"architecture": "W", "count": 1000}, {"architecture": "S 2", "count": 5},
+                      {"architecture": "M", "count": 10}],
+        "repulsion": {f"{i} {j}": 20 for i, j in ("WW", "SW", "MW", "SS", "MM", "MS")},
+    }  # fmt: skip
+    energy = np.array(coupling) * slope
+    block = np.repeat(energy[:, None, None], 4, axis=2)
+    pairs = np.stack([5 * block, 10 * block], axis=-1)
+    return xr.Dataset(
+        {
+            "energy_of_pair": (("coupling", "replica", "block", "energy_pair"), pairs),
+            "scene": (("coupling", "replica"), np.full((len(coupling), 1), json.dumps(scene))),
+        },
+        {"coupling": coupling, "energy_pair": ["S W", "M W"]},
+    )
+
+
+def test_a_potential_is_integrated_from_its_derivative():
+    """Those of Eqs. 30 and 34 come back; other points than those of Gauss are refused."""
+    nodes = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2
+    for potential in (
+        lambda a: monomer_potential(a, 4.0),
+        lambda a: chain_potential(a, 4.0, 2, 0.4),
+    ):
+        sweep = solute(potential, 20 * nodes)
+        found, _ = fig07_solutes._potential(sweep, "S W", 5, 20.0)
+        assert found == pytest.approx(float(potential(20.0)), rel=1e-3)
+        found, _ = fig07_solutes._potential(sweep, "W M", 10, 20.0)
+        assert found == pytest.approx(float(potential(20.0)), rel=1e-3)
+    with pytest.raises(UserError, match="not the points after Gauss"):
+        fig07_solutes._potential(sweep, "S W", 5, 21.0)
+
+
+def test_bulks_are_the_middles_of_both_slabs():
+    """Wherever the slab is, also across the edge of the box."""
+    z = np.arange(40)
+    for middle in (5, 19, 38):
+        away = np.abs((z - middle + 20) % 40 - 20)
+        rich, poor = fig08_coexistence._bulks(np.where(away < 10, 0.9, 0.1))
+        assert rich.sum() == poor.sum() > 8
+        assert (away[rich] <= 7).all()
+        assert (away[poor] >= 13).all()
+
+
+def test_constants_come_back_from_samples_of_the_form():
+    """Samples that are the fit itself give its constants, and no error."""
+    axes = {"chain": [2, 4, 8], "bond": [0.3, 0.5], "repulsion": [10, 40]}
+    grid = np.meshgrid(*axes.values(), indexing="ij")
+    values = chain_second_virial(grid[2], grid[0], grid[1])
+    virials = xr.Dataset(
+        {
+            "sampled": (tuple(axes), values),
+            "sampled_error": (tuple(axes), 0.001 * values),
+            "fitted": (tuple(axes), 0.9 * values),
+        },
+        axes,
+    )
+    data = chain_virial.compute({"chain_virials": virials})
+    np.testing.assert_allclose(data.constants, [1.954, 0.926, 1.57], rtol=1e-4)
+    found = chain_virial.measured(data)
+    assert found["virial_fit"].value == pytest.approx(10)
+    assert found["virial_form"].value == pytest.approx(0, abs=1e-4)

@@ -1,0 +1,113 @@
+"""Second virial coefficients of chains: samples, quadrature and fits."""
+
+import numpy as np
+import pytest
+
+from dpd.theory.second_virial import (
+    chain_second_virial,
+    older_second_virial,
+    sampled_second_virial,
+)
+from dpd.theory.virial import second_virial
+
+
+def agree(estimate, expected):
+    """Within four standard errors, which are themselves small."""
+    assert estimate.error < 0.01 * estimate.value
+    return abs(estimate.value - expected) < 4 * estimate.error
+
+
+@pytest.mark.parametrize("a", [1.0, 25.0, 100.0])
+def test_single_beads_have_the_closed_form(a):
+    """And a sample of another seed is another one."""
+    one, other = (sampled_second_virial(a, 1, 0, seed=seed) for seed in (1, 2))
+    assert agree(one, second_virial(a)) and agree(other, second_virial(a)) and one != other
+    assert one == sampled_second_virial(a, 1, 0)
+
+
+def dumbbells(a, length, angles, distances):
+    """B2 of two rigid pairs of beads by quadrature over their places and directions."""
+    place, of_place = np.polynomial.legendre.leggauss(2 * angles)
+    tilt, of_tilt = np.polynomial.legendre.leggauss(angles)
+    tilt, of_tilt = (tilt + 1) / 2, of_tilt / 2  # a dumbbell looks the same from behind
+    turn = np.pi * (np.arange(angles) + 0.5) / angles
+    node, of_node = np.polynomial.legendre.leggauss(distances)
+    far, total = 1 + length, 0.0
+    sine = np.sqrt(1 - tilt**2)[None, :, None]
+    second = (sine * np.cos(turn), sine * np.sin(turn), tilt[None, :, None])
+    for part, weight in zip((node + 1) / 2, of_node / 2):
+        r = far * part
+        across = r * np.sqrt(1 - place[:, None, None] ** 2)
+        along = r * place[:, None, None]
+        energy = 0.0
+        for i in (-length / 2, length / 2):
+            for j in (-length / 2, length / 2):
+                vector = across + j * second[0], j * second[1], along + j * second[2] - i
+                apart = np.sqrt(sum(component**2 for component in vector))
+                energy = energy + 0.5 * a * np.maximum(1 - apart, 0) ** 2
+        mayer = np.expm1(-energy).mean(axis=2)
+        total += weight * far * r**2 * (of_place / 2 @ mayer @ of_tilt)
+    return -2 * np.pi * total
+
+
+@pytest.mark.parametrize(("a", "length"), [(10.0, 0.3), (40.0, 0.6)])
+def test_two_beads_with_a_rigid_bond(a, length):
+    """Against quadrature over the three angles and the distance."""
+    expected = dumbbells(a, length, 16, 60)
+    assert expected == pytest.approx(dumbbells(a, length, 12, 48), rel=1e-3)
+    estimate = sampled_second_virial(a, 2, length, samples=50_000)
+    assert abs(estimate.value - expected) < 4 * estimate.error + 1e-3 * expected
+
+
+def test_weak_beads_add_up():
+    """m^2 B2 of a bead as a goes to 0, for any chain; bonds of length 0 make one strong bead."""
+    weak = sampled_second_virial(1e-3, 4, 0.5, samples=20_000)
+    assert agree(weak, 16 * second_virial(1e-3))
+    together = sampled_second_virial(10.0, 2, 0.0, samples=20_000)
+    assert agree(together, second_virial(40.0))
+
+
+def test_the_error_is_that_of_repeated_samples():
+    """The spread of 24 estimates against the errors that they state."""
+    estimates = [sampled_second_virial(25, 4, 0.4, samples=1280, seed=seed) for seed in range(24)]
+    spread = np.std([estimate.value for estimate in estimates], ddof=1)
+    stated = np.mean([estimate.error for estimate in estimates])
+    assert 0.6 < spread / stated < 1.6
+
+
+def test_the_default_is_precise():
+    """Below 0.3 % for the longest and stiffest chains of the paper."""
+    estimate = sampled_second_virial(40.0, 8, 0.3)
+    assert estimate.error < 3e-3 * estimate.value
+
+
+def test_limits_of_the_fit():
+    """One bead; bonds of length 0; the paper's Eqs. 15 and 16."""
+    a = np.array([5.0, 25.0, 60.0])
+    np.testing.assert_allclose(chain_second_virial(a, 1, 0.4), second_virial(a), rtol=1e-12)
+    np.testing.assert_allclose(chain_second_virial(a, 3, 0), second_virial(9 * a), rtol=1e-12)
+    assert chain_second_virial(a[:, None], 2, [0.3, 0.5]).shape == (3, 2)
+
+
+def test_the_older_fit_is_good_below_fifty():
+    """Fig. 1 of the paper: alike below 50, and wild above."""
+    low, high = np.linspace(5, 45, 9), np.linspace(80, 120, 5)
+    np.testing.assert_allclose(older_second_virial(low), second_virial(low), rtol=0.06)
+    assert np.all(older_second_virial(high) > 1.5 * second_virial(high))
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ((0, 2, 0.4), "repulsion a: 0 is out of range"),
+        ((25, 0, 0.4), "number of beads: 0 is out of range; allowed: 1, 2"),
+        ((25, 2.5, 0.4), "number of beads: 2.5 is"),
+        ((25, 2, -0.4), "bond length: -0.4 is out of range"),
+    ],
+)
+def test_bad_chains_are_one_message(values, message):
+    for function in (chain_second_virial, sampled_second_virial):
+        with pytest.raises(ValueError, match=message):
+            function(*values)
+    with pytest.raises(ValueError, match="samples: 3 are too few; allowed: 64"):
+        sampled_second_virial(25, 2, 0.4, samples=3)

@@ -1,0 +1,250 @@
+"""Sweeps that calculate: axes and studies as of others, points made once, and no simulation."""
+
+import inspect
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from dpd.analysis.collect import save
+from dpd.analysis.derive import derive
+from dpd.commands.main import main
+from dpd.errors import UserError
+from dpd.pipeline import calculate as module
+from dpd.pipeline.calculate import calculate
+from dpd.pipeline.derived import resolved, write_derived
+from dpd.pipeline.jobs import jobs_of
+from dpd.pipeline.made_from import page_sources
+from dpd.pipeline.overlay import replaced_values, sweep_in_force
+from dpd.pipeline.paths import Results
+from dpd.pipeline.plan import as_text, plan
+from dpd.pipeline.study import Paper, read_paper
+from dpd.pipeline.theory import check_kind, unfold_theory
+from dpd.scene.schema import schema
+from dpd.theory.calculations import CALCULATIONS, Quantity, monomer_fluid
+from tests.test_pipeline import copy_repository, edit, planned, snakemake
+
+PAPER, SWEEP = "crgw_2019", "bead_virials"
+GIVEN = {
+    "theory": {"monomer_fluid": {"density": 3, "repulsion": 25}},
+    "axes": {
+        "density": {"set": "monomer_fluid.density", "values": [2, 3]},
+        "repulsion": {"set": "monomer_fluid.repulsion", "values": [10, 25], "units": "kT / r_c"},
+    },
+}
+
+
+def unfolded(given=GIVEN, changes=None):
+    """A sweep of theory."""
+    return unfold_theory("fluids", given, changes or {}, "sweeps.fluids", given["axes"], "quick")
+
+
+def test_points_are_those_of_the_axes():
+    """Names, arguments, and a digest for each point that follows its arguments alone."""
+    sweep = unfolded()
+    assert [point.name for point in sweep.points] == [
+        "density=2,repulsion=10", "density=2,repulsion=25",
+        "density=3,repulsion=10", "density=3,repulsion=25",
+    ]  # fmt: skip
+    assert sweep.points[1].arguments == {"density": 2, "repulsion": 25}
+    longer = GIVEN | {"axes": {"density": {"set": "monomer_fluid.density", "values": [3]}}}
+    assert unfolded(longer).points[0].digest == sweep.points[3].digest
+    assert unfolded(longer).digest != sweep.digest
+
+
+def test_a_study_changes_arguments():
+    """Below `theory`, merged key by key; defaults of the schema are filled in."""
+    given = {"theory": {"second_virial": {"repulsion": 25, "samples": 9}}, "axes": {}}
+    sweep = unfolded(given, {"theory": {"second_virial": {"samples": 4}}})
+    expected = {"repulsion": 25, "samples": 4, "beads": 1, "length": 0}
+    assert sweep.points[0].arguments == expected
+    (value,) = replaced_values(
+        {"sweeps": {"x": given}}, {"x": {"theory": {"second_virial": {"samples": 4}}}}
+    )
+    assert (value.key, value.paper, value.study) == ("theory.second_virial.samples", 9, 4)
+
+
+def test_every_calculation_takes_what_its_schema_says():
+    """Names and arguments of src/dpd/schemas/theory.yaml are those of the functions."""
+    rules = schema("theory")["properties"]
+    assert set(rules) == set(CALCULATIONS)
+    for name, function in CALCULATIONS.items():
+        taken = inspect.signature(function).parameters
+        assert set(taken) == set(rules[name]["properties"]), name
+        for argument, rule in rules[name]["properties"].items():
+            always = argument in rules[name]["required"] or "default" in rule
+            assert always == (taken[argument].default is inspect.Parameter.empty), argument
+
+
+def test_a_file_has_axes_values_and_coordinates(tmp_path):
+    """Numbers over the axes, arrays over their own coordinate as well."""
+    sweep = unfolded()
+    data = calculate(sweep, tmp_path / "none.nc")
+    assert data.pressure.dims == ("density", "repulsion")
+    assert data.rdf.dims == ("density", "repulsion", "r")
+    assert data.repulsion.attrs["units"] == "kT / r_c"
+    at = monomer_fluid(3, 25)
+    assert float(data.pressure.sel(density=3, repulsion=25)) == at["pressure"].value
+    np.testing.assert_array_equal(data.rdf.sel(density=3, repulsion=25), at["rdf"].value)
+    np.testing.assert_array_equal(data.r, at["r"].value)
+
+
+def test_only_points_that_changed_are_calculated(tmp_path, monkeypatch):
+    """Others are taken from the former file, to the same bits; none if the sources changed."""
+    path, asked = tmp_path / "fluids.nc", []
+
+    def watched(density, repulsion):
+        asked.append((density, repulsion))
+        r = np.array([0.5, 1.0])
+        return {
+            "r": Quantity(r, "r_c", "distance", ("r",)),
+            "g": Quantity(r * density, "1", "g(r)", ("r",)),
+            "pressure": Quantity(density / 3 + repulsion, "kT / r_c^3", "pressure"),
+        }
+
+    monkeypatch.setitem(CALCULATIONS, "monomer_fluid", watched)
+    first = calculate(unfolded(), path)
+    save(first, path)
+    assert len(asked) == first.points_calculated == 4
+    more = GIVEN | {"axes": GIVEN["axes"] | {"density": {"set": "monomer_fluid.density",
+                                                         "values": [3, 4]}}}  # fmt: skip
+    asked.clear()
+    second = calculate(unfolded(more), path)
+    assert asked == [(4, 10), (4, 25)]
+    xr.testing.assert_equal(
+        second[["g", "pressure"]].sel(density=3), first[["g", "pressure"]].sel(density=3)
+    )
+    save(second, path)
+    asked.clear()
+    assert calculate(unfolded(more), path).points_calculated == 0
+    assert not asked
+    monkeypatch.setattr(module, "stage_digest", lambda stage: "other sources")
+    assert calculate(unfolded(more), path).points_calculated == 4
+    path.write_bytes(b"damaged")
+    assert calculate(unfolded(more), path).points_calculated == 4
+
+
+def test_a_sweep_without_axes(tmp_path):
+    """One point, with the numbers as they are."""
+    sweep = unfolded(GIVEN | {"axes": {}})
+    path = tmp_path / "one.nc"
+    data = calculate(sweep, path)
+    assert data.pressure.dims == ()
+    save(data, path)
+    again = calculate(sweep, path)
+    assert again.points_calculated == 0
+    xr.testing.assert_identical(again.rdf, data.rdf)
+
+
+@pytest.mark.parametrize(
+    ("theory", "said"),
+    [
+        ({"monomer": {}}, "no calculation 'monomer'; .*did you mean 'monomer_fluid'"),
+        ({}, "need one calculation; allowed: monomer_fluid"),
+        ({"monomer_fluid": {}, "second_virial": {}}, "need one calculation"),
+        ({"monomer_fluid": {"density": 3}}, "the key 'repulsion' is missing"),
+        ({"monomer_fluid": {"density": 0, "repulsion": 1}}, "density: 0 is out of range"),
+        ({"monomer_fluid": {"density": 3, "repulsion": 1, "a": 2}}, "unknown key 'a'; allowed: de"),
+    ],
+)
+def test_what_cannot_be_calculated_is_refused(theory, said):
+    """With file, key, and what is allowed."""
+    with pytest.raises(UserError, match=said):
+        unfolded({"theory": theory, "axes": {}})
+
+
+def test_a_point_without_a_solution_is_named(tmp_path):
+    """With the place on the axes and the reason."""
+    given = {
+        "theory": {"chain_repulsion": {"equation": "GW", "density": 3, "pressure": 2}},
+        "axes": {"density": {"set": "chain_repulsion.density", "values": [1, 5]}},
+    }
+    with pytest.raises(UserError, match=r"fluids \(density=5\).*no repulsion gives 2"):
+        calculate(unfolded(given), tmp_path / "none.nc")
+
+
+@pytest.mark.parametrize(
+    ("given", "changes", "said"),
+    [
+        ({}, {}, "need either 'scene' or 'theory'"),
+        ({"scene": {}, "theory": {}}, {}, "need either 'scene' or 'theory'"),
+        ({"theory": {}, "replicas": 2}, {}, "paper.replicas: the sweep is calculated"),
+        ({"theory": {}}, {"sampling": 2}, "study.sampling: the sweep is calculated"),
+        ({"scene": {}}, {"theory": {}}, "study.theory: the sweep is simulated"),
+    ],
+)
+def test_keys_of_the_other_kind_are_refused(given, changes, said):
+    """In the paper and in the study."""
+    with pytest.raises(UserError, match=said):
+        check_kind(given, changes, "paper", "study")
+
+
+def test_a_scene_takes_a_value_that_is_calculated(tmp_path):
+    """Repulsion and rest length of the trimers, each of its own point."""
+    paper = read_paper(PAPER, "smoke", only=["trimers", "trimer_repulsions"])
+    sweep, source = paper.sweeps["trimers"], paper.theory["trimer_repulsions"]
+    data = calculate(source, tmp_path / "none.nc")
+    path = tmp_path / "derived.csv"
+    write_derived(derive(sweep, {"trimer_repulsions": data}), path)
+    for point in resolved(sweep, path).points:
+        at = data.sel(equation=point.labels[0], bond=point.labels[1])
+        found = point.scene.data["repulsion"]["A A"]
+        assert found == pytest.approx(float(at.repulsion), rel=1e-5)
+        length = point.scene.data["bond"]["length"]
+        assert length == pytest.approx(float(at.rest_length), rel=1e-5)
+
+
+def test_a_value_that_is_not_calculated_is_refused(tmp_path):
+    """With those that are."""
+    paper = read_paper(PAPER, "smoke", only=["vh2", "hexane_bonds"])
+    data = calculate(paper.theory["hexane_bonds"], tmp_path / "none.nc")
+    with pytest.raises(UserError, match="no number 'rest_length' is calculated"):
+        derive(paper.sweeps["vh2"], {"hexane_bonds": data.rename(rest_length="other")})
+
+
+def test_commands_keep_both_kinds_apart(capsys):
+    """Each says which stage is meant."""
+    assert main(["simulate", "smoke", PAPER, SWEEP, "x", "-o", "x.nc"]) == 1
+    assert "the stage for it is: python -m dpd calculate" in capsys.readouterr().err
+    assert main(["calculate", "smoke", PAPER, "oligomers", "-o", "x.nc"]) == 1
+    assert "the stages for it are: python -m dpd simulate" in capsys.readouterr().err
+
+
+def test_show_says_what_is_calculated():
+    """Each argument with its file."""
+    said = sweep_in_force("smoke", PAPER, "chain_virials")
+    assert "4 points, calculated" in said
+    assert "theory.second_virial.samples" in said
+    assert "in place of 100000 of config/papers/crgw_2019.yaml" in said
+    assert "replicas" not in said
+
+
+def test_plan_and_status_know_the_sweep():
+    """A row of its own without beads; a job of its own; the page waits for its file."""
+    theory = {"fluids": unfolded()}
+    paper = Paper("mine", "", "", {}, (), {}, (), theory)
+    (row,) = plan([paper])
+    assert (row["runs"], row["beads"], row["bead_steps"]) == (4, 0, 0)
+    assert 0 < row["core_hours"] < 1
+    assert " - " in as_text([row], 2)
+    results = Results("nowhere")
+    jobs = jobs_of([paper], results, "", [], ())
+    assert ("theory", "mine fluids") in [(job.kind, job.name) for job in jobs]
+    assert "nowhere/mine/sweeps/fluids.nc" in page_sources(results, [paper])
+
+
+def test_a_figure_of_theory_starts_no_simulation(tmp_path):
+    """A calculation and a figure, and nothing else; an edited axis makes that again."""
+    repository = copy_repository(tmp_path)
+    target = f"results/smoke/{PAPER}/figures/fig01_bead_virial.csv"
+    asked = (target, "--config", "study=smoke")
+    assert planned(repository, *asked) == {"calculate": 1, "draw_figure": 1}
+    done = snakemake(repository, "--cores", "1", *asked)
+    assert done.returncode == 0, done.stderr
+    assert planned(repository, *asked) == {}
+    edit(repository / f"config/papers/{PAPER}.yaml", "values: [1, 5, 10,", "values: [1, 7, 10,")
+    assert planned(repository, *asked) == {"calculate": 1, "draw_figure": 1}
+    done = snakemake(repository, "--cores", "1", *asked)
+    assert done.returncode == 0, done.stderr
+    log = repository / f"results/smoke/logs/{PAPER}/sweeps/{SWEEP}.log"
+    assert "points: 22, of which calculated now: 1" in log.read_text()
