@@ -66,8 +66,8 @@ class Thermo:
         at = int(arrays["taken"][0])
         arrays["taken"][0] += 1
         # A square takes NumPy less time than a product, and has the same bits.
-        doubled = velocity**2 if momenta is velocity else velocity * momenta
-        arrays["kT"][at] = np.mean(doubled)
+        products = velocity**2 if momenta is velocity else velocity * momenta
+        arrays["kT"][at] = np.mean(products)
         arrays["momentum"][at] = momenta.sum(axis=1)
         if "volume" in arrays:
             arrays["volume"][at] = simulation.volume
