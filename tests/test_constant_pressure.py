@@ -12,7 +12,7 @@ import pytest
 
 from dpd import files
 from dpd.engine.checkpoint import Checkpoint, key_of
-from dpd.engine.simulation import Simulation
+from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
@@ -325,7 +325,7 @@ def test_to_be_moved_with_the_box_is_no_displacement():
             way += 0.1 * edge
         box = (edge,) * 3
         state = State(scaled * edge, np.zeros((3, 20)), None, identity, None, t, box=box)
-        observer.sample(SimpleNamespace(state=state, box=box, first_box=(4.0,) * 3), None)
+        observer.sample(Snapshot(system_of(scene), state), None)
     expected = np.zeros((3, 20))
     expected[0, 7] = way
     np.testing.assert_allclose(observer.arrays["moved"], expected, atol=1e-11)

@@ -1,12 +1,10 @@
 """Displacements by multiple-tau correlation are those of the whole trajectory."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation
+from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
@@ -141,7 +139,7 @@ def watch(velocity, samples, observer=None, first=0):
         place = (begun + t * velocity) % np.array(scene.box)[:, None]
         order = np.random.default_rng(t).permutation(10)
         state = State(place[:, order], np.zeros((2, 10)), None, order.astype(np.uint32), None, t)
-        observer.sample(SimpleNamespace(state=state, box=scene.box, first_box=scene.box), None)
+        observer.sample(Snapshot(system_of(scene), state), None)
     return scene, observer
 
 

@@ -1,11 +1,10 @@
 """Density fields, structure factors, mixing and diffusion of beads whose places are known."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from dpd.engine.queries.waves import density_waves
+from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
@@ -46,11 +45,10 @@ def state_of(scene, position, step=0):
 def look(data, observe, *positions):
     """Arrays of the file after some looks of the one observable at those positions."""
     scene = Scene(data | {"observe": [observe]}, "scene.yaml")
-    observer, *_ = observables(scene, system_of(scene))
+    system = system_of(scene)
+    observer, *_ = observables(scene, system)
     for step, position in enumerate(positions):
-        state = state_of(scene, position, step)
-        seen = SimpleNamespace(state=state, box=scene.box, first_box=scene.box)
-        observer.sample(seen, None)
+        observer.sample(Snapshot(system, state_of(scene, position, step)), None)
     return scene, {name: found[1] for name, found in observer.variables().items()}
 
 

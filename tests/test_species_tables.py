@@ -1,10 +1,9 @@
 """Friction of pairs of species and masses, as scenes, starts, files and pages have them."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
+from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe.displacement import Displacement
@@ -199,8 +198,7 @@ def test_displacements_are_those_of_centres_of_mass():
     place = np.full((2, 6), 5.0)
     for _ in range(2):
         state = State(place.copy(), place, None, np.arange(6, dtype=np.uint32), scene.kinds, 0)
-        seen = SimpleNamespace(state=state, box=scene.box, first_box=scene.box)
-        observer.sample(seen, None)
+        observer.sample(Snapshot(system_of(scene), state), None)
         place[0, 0] += 0.8
     found = observer.variables()["msd_centre"][1][0]
     np.testing.assert_allclose(found[0], (0.8 / 4 - 0.8 / 8) ** 2, rtol=1e-12)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dpd.engine.simulation import Snapshot
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.observe.chains import ends_square, in_one_piece, sizes, unwrapped
@@ -404,14 +405,6 @@ def test_end_to_end_vectors_go_from_end_to_end(architecture):
     np.testing.assert_allclose(vector, place[:, kind.ends[-1]] - place[:, kind.ends[0]])
 
 
-class Still:
-    """What an observer sees: one configuration."""
-
-    def __init__(self, scene):
-        self.state = make_start(scene)
-        self.box = self.first_box = scene.box
-
-
 def test_distributions_have_the_area_one():
     """Of ends and of bonds; kinds of single beads have none; the share beyond is kept."""
     observe = [
@@ -420,8 +413,9 @@ def test_distributions_have_the_area_one():
         {"end_to_end": {"every": 1}}, {"displacement": {"every": 1}},
     ]  # fmt: skip
     scene = Scene(SCENE | {"bond": PAIRS, "observe": observe})
-    still = Still(scene)
-    ends, bonds, chains, vectors, moved, _ = observables(scene, system_of(scene))
+    system = system_of(scene)
+    still = Snapshot(system, make_start(scene))
+    ends, bonds, chains, vectors, moved, _ = observables(scene, system)
     for observer in (ends, bonds, chains, vectors, moved):
         for _ in range(scene.steps.sample):
             observer.sample(still, None)

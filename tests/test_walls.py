@@ -1,7 +1,5 @@
 """Scenes with walls and body forces: what they may say, where beads begin, what is observed."""
 
-from types import SimpleNamespace
-
 import gsd.hoomd
 import numpy as np
 import pytest
@@ -9,8 +7,8 @@ import pytest
 from dpd import files
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation
-from dpd.engine.state import Sums
+from dpd.engine.simulation import Simulation, Snapshot
+from dpd.engine.state import State, Sums
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.particles.formats import read, write
@@ -269,8 +267,8 @@ def seen(scene, samples):
     system = system_of(Scene(scene))
     (observable,) = observables(Scene(scene), system)
     for position, velocity, sums in samples:
-        state = SimpleNamespace(position=position, velocity=velocity, species=None)
-        observable.sample(SimpleNamespace(state=state, box=system.box), sums)
+        state = State(position, velocity, None, None, None, 0)
+        observable.sample(Snapshot(system, state), sums)
     return {name: variable[1] for name, variable in observable.variables().items()}
 
 

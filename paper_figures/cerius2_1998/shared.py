@@ -6,7 +6,7 @@ from dpd.report.pictures.camera import camera_of, corners, seen
 from dpd.report.pictures.frame import draw_edges
 from dpd.report.pictures.layers import depth_of
 from dpd.report.pictures.look import SMOOTH, Look
-from dpd.report.pictures.smooth import smoothed
+from dpd.report.pictures.smooth import middles, smoothed
 from dpd.report.pictures.surfaces import draw_surfaces, field_at_points, surface_of
 from dpd.report.style import BLACK, mpl
 
@@ -27,25 +27,13 @@ def middle_slice(density, edges):
     -------
     (PIXELS, PIXELS) array
     """
-    across, up = ((np.arange(PIXELS) + 0.5) * (edge / PIXELS) for edge in edges[:2])
-    places = [across, up, np.array([0.5 * edges[2]])]
+    places = [middles(count, edge) for count, edge in zip((PIXELS, PIXELS, 1), edges)]
     return smoothed(density, edges, places, SMOOTH)[:, :, 0]
 
 
 def smoothed_cells(density, edges):
-    """A density in its cells, smoothed as in the pictures.
-
-    Parameters
-    ----------
-    density : (nx, ny, nz) array
-    edges : (3,) array
-        Of the box in r_c.
-
-    Returns
-    -------
-    (nx, ny, nz) array
-    """
-    places = [(np.arange(n) + 0.5) * (edge / n) for n, edge in zip(density.shape, edges)]
+    """The same in the cells of the density, an array of its shape."""
+    places = [middles(count, edge) for count, edge in zip(density.shape, edges)]
     return smoothed(density, edges, places, SMOOTH)
 
 

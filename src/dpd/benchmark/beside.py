@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +11,7 @@ from dpd.benchmark.lammps import Lammps
 from dpd.benchmark.speed import SCHEME, installed, race
 from dpd.benchmark.timing import TURNS, labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import MEMORY, WORKLOADS, workload
+from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
 from dpd.observe import observables
@@ -175,19 +175,17 @@ def seen(
         ],
     }
     scene = Scene(scene.data | changes, scene.where)
-    observers = observables(scene, system_of(scene))
+    system = system_of(scene)
+    observers = observables(scene, system)
     pressure = np.empty(snapshots)
     identity = np.arange(scene.beads, dtype=np.uint32)
     for k in range(snapshots):
         position, velocity, pressure[k] = look()
         position = np.ascontiguousarray(wrapped(position, scene.box))
         # Observables of positions and velocities need neither forces nor a simulation.
-        now = State(position, velocity, None, identity, None, k)
-        seen_now = SimpleNamespace(
-            state=now, box=scene.box, first_box=scene.box, volume=float(np.prod(scene.box))
-        )
+        now = Snapshot(system, State(position, velocity, None, identity, None, k))
         for observer in observers:
-            observer.sample(seen_now, None)  # type: ignore[arg-type]
+            observer.sample(now, None)  # type: ignore[arg-type]
     values: dict[str, np.ndarray] = {}
     for observer in observers:
         values |= {name: array for name, (_, array, _, _) in observer.variables().items()}

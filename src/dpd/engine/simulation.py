@@ -53,7 +53,40 @@ class BehindWall(Unstable):
         )
 
 
-class Simulation:
+class Snapshot:
+    """A `System` and its `State`, as observables see them.
+
+    Parameters
+    ----------
+    system : System
+    state : State
+    """
+
+    def __init__(self, system: System, state: State) -> None:
+        self.system, self.state = system, state
+
+    @property
+    def box(self) -> tuple[float, ...]:
+        """Edges of the box as it is now, in r_c; under shear with images where they are now."""
+        return self.first_box if self.state.box is None else self.state.box
+
+    @property
+    def first_box(self) -> tuple[float, ...]:
+        """The same of the box of the system, which constant pressure has not stretched.
+
+        Beads are followed in it, so that to be moved with the box does not count as a motion.
+        """
+        system, state = self.system, self.state
+        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the box as it is now, in r_c^dimension; between walls that of the fluid."""
+        box = self.state.box
+        return self.system.volume if box is None else float(np.prod(box))
+
+
+class Simulation(Snapshot):
     """A `System` and its `State`, advanced by the compiled loop.
 
     Parameters
@@ -73,8 +106,7 @@ class Simulation:
     """
 
     def __init__(self, system: System, state: State, threads: int = 1) -> None:
-        self.system = system
-        self.state = state
+        super().__init__(system, state)
         state.refuse_nowhere()
         if system.scheme.exchange is not None and threads > 1:
             raise UserError(
@@ -96,26 +128,6 @@ class Simulation:
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
             self._call(0, measure=False)
-
-    @property
-    def box(self) -> tuple[float, ...]:
-        """Edges of the box as it is now, in r_c; under shear with images where they are now."""
-        return self.first_box if self.state.box is None else self.state.box
-
-    @property
-    def first_box(self) -> tuple[float, ...]:
-        """The same of the box of the system, which constant pressure has not stretched.
-
-        Beads are followed in it, so that to be moved with the box does not count as a motion.
-        """
-        system, state = self.system, self.state
-        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
-
-    @property
-    def volume(self) -> float:
-        """Volume of the box as it is now, in r_c^dimension; between walls that of the fluid."""
-        box = self.state.box
-        return self.system.volume if box is None else float(np.prod(box))
 
     def advance(self, steps: int, measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps.

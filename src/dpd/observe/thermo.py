@@ -65,7 +65,9 @@ class Thermo:
         momenta = self._system.momenta(simulation.state)
         at = int(arrays["taken"][0])
         arrays["taken"][0] += 1
-        arrays["kT"][at] = np.mean(velocity * momenta)
+        # A square takes NumPy less time than a product, and has the same bits.
+        products = velocity**2 if momenta is velocity else velocity * momenta
+        arrays["kT"][at] = np.mean(products)
         arrays["momentum"][at] = momenta.sum(axis=1)
         if "volume" in arrays:
             arrays["volume"][at] = simulation.volume

@@ -171,11 +171,12 @@ class Scene:
     @cached_property
     def notes(self) -> list[str]:
         """Sentences for a person on what the scene does not quite get."""
-        return [
+        missed = [
             f"molecules.{density.place}.density: {self._sizes(density)} instead of "
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
-        ] + [*chi_notes(self), *flow_notes(self)]
+        ]
+        return missed + chi_notes(self) + flow_notes(self)
 
     def _sizes(self, density):
         """Box, count and the density that they make, in words."""

@@ -25,7 +25,7 @@ from dpd.report.pictures.frame import (
 )
 from dpd.report.pictures.layers import depth_of
 from dpd.report.pictures.look import AXES, COLUMN, INCH, SMOOTH
-from dpd.report.pictures.smooth import smoothed
+from dpd.report.pictures.smooth import middles, smoothed
 from dpd.report.pictures.surfaces import (
     draw_surfaces,
     field_at_points,
@@ -202,7 +202,7 @@ def _axes_of_slice(look):
 def _slice(fields, number, species, look):
     """The density in the plane of a slice, at the middles of pixels."""
     box = fields.box[number]
-    places = [(np.arange(count) + 0.5) * (edge / count) for edge, count in zip(box, _pixels(box))]
+    places = [middles(count, edge) for edge, count in zip(box, _pixels(box))]
     if fields.dimension == 2:
         return smoothed(fields.density[number, species], box, places, look.smooth)
     axis = AXES.index(look.slice.axis)

@@ -45,11 +45,15 @@ def smoothed(
     return density
 
 
+def middles(count: int, edge: float) -> np.ndarray:
+    """Middles of so many cells along an edge."""
+    return (np.arange(count) + 0.5) * (edge / count)
+
+
 def _weights(cells, edge, places, width):
     """(places, cells) array: the share of each cell in the mean at each place."""
     cell = edge / cells
-    middles = (np.arange(cells) + 0.5) * cell
     images = edge * np.arange(-IMAGES, IMAGES + 1)
-    apart = places[:, None, None] - middles[:, None] - images
+    apart = places[:, None, None] - middles(cells, edge)[:, None] - images
     weights = np.exp(-0.5 * (apart / max(width, LEAST * cell)) ** 2).sum(axis=2)
     return weights / weights.sum(axis=1, keepdims=True)
