@@ -7,16 +7,13 @@ so that only points whose arguments changed are calculated again.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dpd.digest import value_digest
 from dpd.errors import UserError
 from dpd.pipeline.points import check_axes
 from dpd.pipeline.sweep import Axis, axes_of, merge, placed, places
 from dpd.scene.schema import schema, suggestion, validate, with_defaults
-
-if TYPE_CHECKING:
-    pass
 
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
 
