@@ -27,7 +27,7 @@ PAPER_SHOWS = (
     f"that they lie on those of Delta a = {REFERENCE:g}. It fits k (1 - chi_crit / (chi N))^mu: "
     f"chi_crit = {CRITICAL}, mu = {EXPONENT}; with chi_crit = 2, mu = {FIXED}. Dashed: its Eq. 33. "
     "Here all factors, chi_crit and mu are fitted at once; the factors shown are those of chi_crit "
-    f"= 2. Tensions come from the profile of the pressure. {NOT_SETTLED}."
+    f"= 2. Tensions come from the pressure tensor of the box. {NOT_SETTLED}."
 )
 
 
