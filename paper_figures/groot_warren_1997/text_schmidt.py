@@ -122,7 +122,7 @@ def draw(data):
                color, marker)  # fmt: skip
         axes.plot(gamma, law(gamma, density), color=color, lw=0.8, label=f"{labels[name]}, theory")
         label = "published" if name != "nu" else None
-        axes.plot(GAMMA, PUBLISHED[row].value, "*", color=BLACK, markersize=11, fillstyle="none",
+        axes.plot(GAMMA, PUBLISHED[row].value, "*", color=BLACK, markersize=9, fillstyle="none",
                   zorder=5, label=label)  # fmt: skip
     for axes in (left, right):
         axes.set(xscale="log", yscale="log", xlim=gamma[[0, -1]],
