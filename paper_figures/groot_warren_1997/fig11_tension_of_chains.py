@@ -9,11 +9,12 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points, pu
 from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
 from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
+    OUTSIDE,
     VAN_DER_WAALS,
     law_of,
     measured_part,
     put_law,
-    scaled_tensions,
+    tensions_of_chains,
 )
 
 PUBLISHED = shown_by(__file__)
@@ -31,13 +32,13 @@ PAPER_SHOWS = (
     "curve if there is one. Dotted: mean field for "
     "long chains, rho b (chi / 6)^(1/2) [1 - k / (chi N)], k = pi^2 / 6 (Broseta et al.) and "
     "2 ln 2 (Helfand et al.), with b from the size of our chains and at the middle chi. "
-    f"{NOT_SETTLED}."
+    f"{NOT_SETTLED}, {OUTSIDE}."
 )
 
 
 def compute(sweeps):
     """Scaled tensions of both sweeps, the fit of Eq. 33's prefactor, and mean field."""
-    parts = {name: scaled_tensions(sweeps[name], SLOPE.value) for name in SWEEPS}
+    parts = {name: tensions_of_chains(sweeps[name], SLOPE.value) for name in SWEEPS}
     law = law_of(list(parts.values()), alpha=ALPHA, **VAN_DER_WAALS)
     data = xr.concat(
         [_in_a_row(part, name) for name, part in parts.items()], "run", combine_attrs="drop"
