@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+import yaml
 from docutils.core import publish_parts
 from jinja2 import Environment
 
@@ -207,9 +208,11 @@ def test_labels_of_figures():
     assert label("bond_lengths") == "Own figure: bond lengths"
 
 
-NO_FIGURES = ("__init__", "shared")
-FIGURES = [path for path in sorted((ROOT / "paper_figures").glob("*/*.py"))
-           if path.stem not in NO_FIGURES]  # fmt: skip
+FIGURES = [
+    ROOT / "paper_figures" / paper.stem / f"{figure}.py"
+    for paper in sorted((ROOT / "config" / "papers").glob("*.yaml"))
+    for figure in yaml.safe_load(paper.read_text(encoding="utf-8")).get("figures", {})
+]
 
 
 @pytest.mark.parametrize("path", FIGURES, ids=[f"{p.parent.name}-{p.stem}" for p in FIGURES])

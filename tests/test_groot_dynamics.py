@@ -97,6 +97,7 @@ def test_viscosity_without_shear():
     found = dynamics.sheared(runs)
     assert found.nu == pytest.approx(eta / 3)
     assert found.at_rest.value == pytest.approx(0.3)
+    assert found.slope == pytest.approx(-0.05 / 3)
     assert 0 < found.at_rest.error < 0.01
 
 
@@ -104,12 +105,23 @@ def test_a_cube_slows_a_bead():
     """What its images cost is put back, with the error of the viscosity."""
     in_cube, nu = dynamics.Found(0.28, 0.003), dynamics.Found(0.3, 0.03)
     found = dynamics.in_an_infinite_box(in_cube, 10.0, nu, 3.0, 1.0)
-    slowed = 2.837297 / (6 * np.pi * 0.9 * 10)
+    slowed = 2.837297 / (6 * np.pi * 3 * 0.58 * 10)
     assert found.value == pytest.approx(0.28 + slowed)
-    assert found.error == pytest.approx(np.hypot(0.003, 0.1 * slowed))
+    assert found.error == pytest.approx(np.hypot(0.003, slowed * 0.03 / 0.58))
     assert dynamics.Found(2.0, 0.2).over(dynamics.Found(4.0, 0.4)) == pytest.approx(
         (0.5, 0.05 * np.sqrt(2))
     )
+
+
+def test_the_drag_of_images_by_a_line():
+    """1 for a D that falls as theory has it; no error where D has none."""
+    viscosity = module("text_viscosity")
+    nu, d = dynamics.Found(0.3, 0.003), dynamics.Found(0.28, 0.002)
+    slope = -1.02 * 2.837297 / (6 * np.pi * 3 * 0.58)
+    line = xr.Dataset({"slope": slope, "slope_error": 0.1 * abs(slope), "kT": 1.02})
+    assert viscosity.drag_of_images(line, nu, d, 3.0) == pytest.approx((1.0, 0.1))
+    unknown = viscosity.drag_of_images(line, nu, dynamics.Found(0.28, np.nan), 3.0)
+    assert np.isnan(unknown.error)
 
 
 def test_labels_of_a_sweep():

@@ -112,6 +112,25 @@ def test_a_sweep_of_slabs():
     assert found.tension_error.values == pytest.approx(one.tension_error.values / np.sqrt(2))
 
 
+def test_a_sweep_with_tensors():
+    """The series of the tensor goes before the profile; its mean alone is no series."""
+    run = made_up((0.4, 0.0))
+    scene = json.dumps(Scene(json.loads(run.attrs["scene"])).data)
+    one = run.drop_attrs().assign(scene=scene).expand_dims(replica=1, excess=[7.0])
+    time = 0.12 * (1 + np.arange(400))
+    tensor = np.zeros((1, 1, 400, 3, 3))
+    tensor[..., 2, 2] = 0.15 + RNG.normal(0, 0.02, 400)
+    along = ("excess", "replica", "time", "axis", "axis2")
+    with_mean = one.assign(
+        pressure_tensor=(("excess", "replica", "axis", "axis2"), tensor[:, :, 0])
+    )
+    with_series = with_mean.assign(pressure_tensor_series=(along, tensor)).assign_coords(time=time)
+    assert float(sweep_tension(with_mean).tension[0]) == pytest.approx(1.2, abs=0.01)
+    found = sweep_tension(with_series)
+    assert float(found.tension[0]) == pytest.approx(10 * 0.15, abs=0.05)
+    assert float(found.tension_error[0]) == pytest.approx(10 * 0.02 / 20, rel=0.3)
+
+
 def test_mean_field():
     """Helfand's limit on a lattice, and both corrections."""
     assert tension_of_long_chains(6.0) == pytest.approx(1)

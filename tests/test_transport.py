@@ -99,6 +99,7 @@ def test_theory_of_the_paper():
 
 
 def test_images_slow_a_bead_less_in_a_larger_box():
-    """As one over the edge, and over the viscosity."""
-    assert float(slowed_by_images(10, 0.9)) == pytest.approx(2.837297 / (6 * np.pi * 9))
-    assert slowed_by_images(20, 0.45, 2.0) == pytest.approx(2 * slowed_by_images(10, 0.9))
+    """As one over the edge, and over the density times the sum of nu and D."""
+    one = float(slowed_by_images(10, 3, 0.2, 0.1))
+    assert one == pytest.approx(2.837297 / (6 * np.pi * 9))
+    assert slowed_by_images(20, 1.5, 0.05, 0.25, 2.0) == pytest.approx(2 * one)

@@ -40,6 +40,7 @@ class Sheared(NamedTuple):
     nu: np.ndarray
     error: np.ndarray
     at_rest: Found
+    slope: float  # over the square of the rate
 
 
 def sheared(runs):
@@ -60,11 +61,11 @@ def sheared(runs):
     nu, error = (eta[name].values / density_of(runs) for name in ("viscosity", "viscosity_error"))
     known = np.isfinite(error) & (error > 0)
     if known.sum() < 2:
-        return Sheared(rates, nu, error, Found(np.nan, np.nan))
+        return Sheared(rates, nu, error, Found(np.nan, np.nan), np.nan)
     basis = [np.ones(known.sum()), rates[known] ** 2]
     fit = linear_fit(basis, nu[known], error[known])
     at_rest = Found(float(fit.values[0]), float(fit.errors[0]))
-    return Sheared(rates, nu, error, at_rest)
+    return Sheared(rates, nu, error, at_rest, float(fit.values[1]))
 
 
 def of_two_flows(runs):
@@ -107,5 +108,7 @@ def in_an_infinite_box(found, edge, nu, density, kT):
     Found
         The error is that of both D and nu.
     """
-    slowed = float(slowed_by_images(edge, density * nu.value, kT))
-    return Found(found.value + slowed, float(np.hypot(found.error, slowed * nu.error / nu.value)))
+    slowed = float(slowed_by_images(edge, density, nu.value, found.value, kT))
+    # What D adds to this error is small beside D's own.
+    of_nu = slowed * nu.error / (nu.value + found.value)
+    return Found(found.value + slowed, float(np.hypot(found.error, of_nu)))

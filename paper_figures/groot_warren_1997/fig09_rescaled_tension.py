@@ -10,8 +10,9 @@ from dpd.report.style import BLACK, panels, points, published_line
 from paper_figures.groot_warren_1997.tensions import (
     GROUPS,
     NOT_SETTLED,
+    OUTSIDE,
     VAN_DER_WAALS,
-    scaled_tensions,
+    tensions_of_chains,
 )
 
 PUBLISHED = shown_by(__file__)
@@ -27,13 +28,13 @@ PAPER_SHOWS = (
     f"that they lie on those of Delta a = {REFERENCE:g}. It fits k (1 - chi_crit / (chi N))^mu: "
     f"chi_crit = {CRITICAL}, mu = {EXPONENT}; with chi_crit = 2, mu = {FIXED}. Dashed: its Eq. 33. "
     "Here all factors, chi_crit and mu are fitted at once; the factors shown are those of chi_crit "
-    f"= 2. Tensions come from the profile of the pressure. {NOT_SETTLED}."
+    f"= 2. Tensions come from the pressure tensor of the box. {NOT_SETTLED}, {OUTSIDE}."
 )
 
 
 def compute(sweeps):
     """Tensions, brought to one curve, and the shape of that curve."""
-    data = scaled_tensions(sweeps["tension"], SLOPE.value)
+    data = tensions_of_chains(sweeps["tension"], SLOPE.value)
     group, _ = np.indices(data.scaled.shape)
     use = data.fitted.values
     columns = [

@@ -9,7 +9,7 @@ from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.tension_laws import collapse
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, panels, points, published_line
-from paper_figures.groot_warren_1997.tensions import VAN_DER_WAALS, scaled_tensions
+from paper_figures.groot_warren_1997.tensions import VAN_DER_WAALS, tensions_of_chains
 
 PUBLISHED = shown_by(__file__)
 SLOPE, PUBLISHED_SLOPE = PUBLISHED["chain_slope"], PUBLISHED["scale_slope"]
@@ -27,7 +27,7 @@ PAPER_SHOWS = (
 
 def compute(sweeps):
     """Heights over chi, and the slope of their logarithms."""
-    tensions = scaled_tensions(sweeps["tension"], SLOPE.value)
+    tensions = tensions_of_chains(sweeps["tension"], SLOPE.value)
     group, _ = np.indices(tensions.scaled.shape)
     use = tensions.fitted.values
     columns = (tensions[n].values[use] for n in ("segregation", "scaled", "scaled_error"))

@@ -9,11 +9,12 @@ from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points, pu
 from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
 from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
+    OUTSIDE,
     VAN_DER_WAALS,
     law_of,
     measured_part,
     put_law,
-    scaled_tensions,
+    tensions_of_chains,
 )
 
 PUBLISHED = shown_by(__file__)
@@ -27,16 +28,17 @@ PAPER_SHOWS = (
     "The paper shows sigma / (rho kT chi^0.4) against 1 / (chi N), and Eq. 33, sigma = "
     f"({PREFACTOR}) rho kT r_c chi^0.4 [1 - 2 / (chi N)]^(3/2) (dashed). It adds experiments on "
     "PS/PMMA that are rescaled in both directions; we leave them out. The runs of Figure 8 have "
-    "another Delta a for each N, and lie on the same curve if there is one. Dotted: mean field for "
+    "another Delta a for each N, and chi N is 4 in all of them: they lie on one point of the same "
+    "curve if there is one. Dotted: mean field for "
     "long chains, rho b (chi / 6)^(1/2) [1 - k / (chi N)], k = pi^2 / 6 (Broseta et al.) and "
     "2 ln 2 (Helfand et al.), with b from the size of our chains and at the middle chi. "
-    f"{NOT_SETTLED}."
+    f"{NOT_SETTLED}, {OUTSIDE}."
 )
 
 
 def compute(sweeps):
     """Scaled tensions of both sweeps, the fit of Eq. 33's prefactor, and mean field."""
-    parts = {name: scaled_tensions(sweeps[name], SLOPE.value) for name in SWEEPS}
+    parts = {name: tensions_of_chains(sweeps[name], SLOPE.value) for name in SWEEPS}
     law = law_of(list(parts.values()), alpha=ALPHA, **VAN_DER_WAALS)
     data = xr.concat(
         [_in_a_row(part, name) for name, part in parts.items()], "run", combine_attrs="drop"

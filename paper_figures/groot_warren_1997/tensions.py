@@ -13,6 +13,10 @@ NOT_SETTLED = (
     "Open points are not fitted: the composition drifted by more than 2 standard errors between "
     "the halves of the run, or the run is too short for an error"
 )
+# chi N in which the laws of chains are fitted. The paper gives no list of N and Delta a: from a
+# little above the critical point up to N = 10 at its reference, chi = 1.53.
+LEAST_SEGREGATED, MOST_SEGREGATED = 2.2, 15.3
+OUTSIDE = f"or chi N is not between {LEAST_SEGREGATED:g} and {MOST_SEGREGATED:g}"
 GROUPS = tuple(zip((BLUE, ORANGE, GREEN, RED, PURPLE, SKY), ("o", "s", "^", "D", "v", "P")))
 
 
@@ -42,6 +46,24 @@ def scaled_tensions(sweep, slope):
             one, long_name=f"{data[name].long_name}, over rho kT r_c"
         )
     data["fitted"] = (data.settled == 1) & (data.scaled_error > 0)
+    return data
+
+
+def tensions_of_chains(sweep, slope):
+    """The same of chains, of which those with chi N inside the window are fitted.
+
+    Parameters
+    ----------
+    sweep, slope
+        As for `scaled_tensions`.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    data = scaled_tensions(sweep, slope)
+    inside = (data.segregation >= LEAST_SEGREGATED) & (data.segregation <= MOST_SEGREGATED)
+    data["fitted"] = data.fitted & inside
     return data
 
 

@@ -60,6 +60,7 @@ def of_sweep(runs):
             "infinite": ((), values[0], constant | {"long_name": "in an infinite box"}),
             "infinite_error": ((), errors[0], constant | {"long_name": "standard error"}),
             "slope": ((), values[1], {"units": "r_c^3 / tau", "long_name": "over 1 / L"}),
+            "slope_error": ((), errors[1], {"units": "r_c^3 / tau", "long_name": "standard error"}),
             "reduced_chi_square": ((), quality, {"units": "1"}),
             "longest": ((), min(ends), {"units": "tau", "long_name": "longest time apart"}),
             "dt": ((), first_scene(runs).data["integrator"]["dt"], {"units": "tau"}),

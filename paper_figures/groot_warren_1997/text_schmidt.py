@@ -29,9 +29,9 @@ PAPER_SHOWS = (
     "Not a figure of the paper, which has one friction, gamma = 6.75 (stars), and the theory of a "
     "fluid without conservative forces (lines): D = 45 kT / (2 pi gamma rho), nu = D / 2 + "
     "2 pi gamma rho / 1575, Sc = nu / D. nu is that of two opposite flows which a body force "
-    "drives, D that of displacements in a periodic cube, with 2.837 kT / (6 pi eta L) added for an "
-    "infinite box. Friction and noise are split off the forces (Shardlow), so that kT is right at "
-    "all these frictions."
+    "drives, D that of displacements in a periodic cube, with 2.837 kT / [6 pi rho (nu + D) L] "
+    "added for an infinite box. Friction and noise are split off the forces (Shardlow), so that kT "
+    "is right at all these frictions."
 )
 
 
@@ -122,9 +122,8 @@ def draw(data):
                color, marker)  # fmt: skip
         axes.plot(gamma, law(gamma, density), color=color, lw=0.8, label=f"{labels[name]}, theory")
         label = "published" if name != "nu" else None
-        axes.plot(
-            GAMMA, PUBLISHED[row].value, "*", color=BLACK, markersize=6, zorder=5, label=label
-        )
+        axes.plot(GAMMA, PUBLISHED[row].value, "*", color=BLACK, markersize=9, fillstyle="none",
+                  zorder=5, label=label)  # fmt: skip
     for axes in (left, right):
         axes.set(xscale="log", yscale="log", xlim=gamma[[0, -1]],
                  xlabel=r"friction $\gamma$ / ($m$ $\tau^{-1}$)")  # fmt: skip

@@ -10,6 +10,7 @@ from dpd.analysis.spreading import diffusion_of_labels
 from dpd.analysis.statistics import COVERAGE, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
+from dpd.theory.transport import slowed_by_images
 from paper_figures.groot_warren_1997.dynamics import (
     AFTER,
     Found,
@@ -37,8 +38,8 @@ PAPER_SHOWS = (
     "straight line in the square of the rate, whose end is nu without shear. (b) nu of this line; "
     "of two opposite flows that a body force drives; and of a fluid at rest, from how the integral "
     "of its stress spreads. (c) D from displacements, on a straight line in 1 / L for an infinite "
-    "box; and from how labelled beads spread over a box, less the drag of a bead's own images, "
-    "2.837 kT / (6 pi eta L)."
+    "box; and from how labelled beads spread over a box, with what the drag of a bead's own images "
+    "takes off it, 2.837 kT / [6 pi rho (nu + D) L], put back."
 )
 
 
@@ -62,11 +63,13 @@ def compute(sweeps):
         ),
         "labels": in_an_infinite_box(spread, edge, nu["shear"], density, kT),
     }
+    images = drag_of_images(line, nu["shear"], diffusion["displacements"], density)
     constant = {"units": "r_c^2 / tau"}
     return xr.Dataset(
         {
             "shear_nu": ("rate", shear.nu, constant | {"long_name": "nu under shear"}),
             "shear_nu_error": ("rate", shear.error, constant | {"long_name": "standard error"}),
+            "shear_slope": ((), shear.slope, {"units": "r_c^2 tau", "long_name": "over rate^2"}),
             "shear_kT": ("rate", sweeps["shear"].kT.mean("replica").values, {"units": "kT"}),
             "nu": ("way_of_nu", [part.value for part in nu.values()], constant),
             "nu_error": ("way_of_nu", [part.error for part in nu.values()], constant),
@@ -74,6 +77,8 @@ def compute(sweeps):
             "D_error": ("way_of_D", [part.error for part in diffusion.values()], constant),
             "in_cube": ((), spread.value, constant | {"long_name": "D of labels in their box"}),
             "edge": ((), edge, {"units": "r_c"}),
+            "images": ((), images.value, {"units": "1", "long_name": "fall of D over theory's"}),
+            "images_error": ((), images.error, {"units": "1", "long_name": "standard error"}),
             "wave": ("time", wave, {"units": "1 / r_c^3", "long_name": "height of the wave"}),
         },
         {
@@ -99,6 +104,13 @@ def of_stress(runs):
         return Found(np.nan, np.nan)
     value, error = over_replicas(*found.T, axis=-1)
     return Found(float(value) / density, float(error) / density)
+
+
+def drag_of_images(line, nu, diffusion, density):
+    """How D falls with 1 / L over how theory has it fall, see `slowed_by_images`."""
+    theory = float(slowed_by_images(1.0, density, nu.value, diffusion.value, float(line.kT)))
+    error = float(line.slope_error) if np.isfinite(diffusion.error) else np.nan
+    return Found(-float(line.slope) / theory, error / theory)
 
 
 def of_labels(runs):
@@ -133,6 +145,11 @@ def measured(data):
     for way in ("flows", "stress"):
         note = f"nu {nu[way].value:.4f} +- {nu[way].error:.4f}"
         found[f"viscosity_{way}"] = Measured(*nu[way].over(nu["shear"]), note)
+    found["diffusion_images"] = Measured(
+        float(data.images),
+        float(data.images_error),
+        f"(nu + D) / nu is {1 + diffusion['displacements'].over(nu['shear']).value:.2f}",
+    )
     labels = diffusion["labels"]
     found["diffusion_labels"] = Measured(
         *labels.over(diffusion["displacements"]),
@@ -159,9 +176,8 @@ def draw(data):
     label = f"rate 0: {rest.value:.3f} ± {COVERAGE * rest.error:.3f}"
     points(rates, [0], [rest.value], [rest.error], label, BLUE, filled=False)
     if np.isfinite(rest.value):
-        last = float(data.rate.max()) ** 2
-        line = np.polyfit(data.rate.values**2, data.shear_nu.values, 1)
-        rates.plot([0, last], [rest.value, np.polyval(line, last)], color=BLUE, lw=0.8)
+        ends = np.array([0.0, float(data.rate.max()) ** 2])
+        rates.plot(ends, rest.value + float(data.shear_slope) * ends, color=BLUE, lw=0.8)
     rates.set(xlabel=r"squared shear rate / $\tau^{-2}$")
     _ways(nu, data, "nu", WAYS_OF_NU, BLUE)
     _ways(diffusion, data, "D", WAYS_OF_D, RED)

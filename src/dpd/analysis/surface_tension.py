@@ -66,6 +66,14 @@ class SlabTension(NamedTuple):
     composition: Composition
 
     @property
+    def best(self) -> Measured:
+        """The tension of the pressure tensor if there is one, else that of the profile.
+
+        A sample of the tensor costs less than one of the profile, so it is taken more often.
+        """
+        return self.of_profile if self.of_tensor is None else self.of_tensor
+
+    @property
     def settled(self) -> bool:
         """Whether the composition stayed: it changed by less than `STEADY` standard errors.
 

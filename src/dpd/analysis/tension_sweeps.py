@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 TENSION = "kT / r_c^2"
 VARIABLES = {
-    "tension": (TENSION, "surface tension from the profile of the pressure"),
+    "tension": (TENSION, "surface tension"),
     "tension_error": (TENSION, "standard error"),
     "bulk": ("kT / r_c^3", "p_N - p_T in the bulk of both slabs"),
     "bulk_error": ("kT / r_c^3", "standard error"),
@@ -39,7 +39,8 @@ def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     ----------
     sweep : xarray.Dataset
         Collected runs of two species in slabs, with the observables ``profile`` and
-        ``stress_profile``.
+        ``stress_profile``. Where the sweep keeps the series ``pressure_tensor``, the tension is
+        that of the tensor of the box, else that of the profile.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def _of_point(runs):
     scene = first_scene(runs)
     found = list(_of_replicas(runs))
     drift = max((each.composition.drift for each in found), key=abs)
-    tension, error = _together([each.of_profile for each in found])
+    tension, error = _together([each.best for each in found])
     bulk, bulk_error = _together([part for each in found for part in each.bulks])
     width, width_error = _together([each.width for each in found])
     a, b = (scene.species.index(name) for name in "AB")
@@ -89,8 +90,27 @@ def _of_point(runs):
 
 def _of_replicas(runs: xr.Dataset) -> Iterator[SlabTension]:
     for k in range(runs.sizes["replica"]):
-        run = runs.isel(replica=k)
-        yield slab_tension(run.assign_attrs(scene=str(run.scene.values)))
+        yield slab_tension(one_run(runs.isel(replica=k)))
+
+
+def one_run(run: xr.Dataset) -> xr.Dataset:
+    """One run of a collected sweep, as `slab_tension` takes it.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Without axes of the sweep.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``pressure_tensor`` is the series over time; it is left out where the sweep kept its mean
+        alone.
+    """
+    found = run.drop_vars("pressure_tensor", errors="ignore")
+    if "pressure_tensor_series" in run:
+        found = found.assign(pressure_tensor=run.pressure_tensor_series)
+    return found.assign_attrs(scene=str(run.scene.values))
 
 
 def _together(measured):

@@ -56,18 +56,32 @@ def schmidt_number(gamma: npt.ArrayLike, density: float, kT: float = 1.0) -> np.
     return kinematic_viscosity(gamma, density, kT) / diffusion_constant(gamma, density, kT)
 
 
-def slowed_by_images(edge: npt.ArrayLike, viscosity: npt.ArrayLike, kT: float = 1.0) -> np.ndarray:
+def slowed_by_images(
+    edge: npt.ArrayLike, density: float, viscosity: npt.ArrayLike, diffusion: npt.ArrayLike,
+    kT: float = 1.0,
+) -> np.ndarray:  # fmt: skip
     """By how much D of a bead is smaller in a periodic cube than in an infinite box.
 
     A bead drags the fluid along, and with it its own images: D is smaller by
-    2.837 kT / (6 pi eta L) (Duenweg and Kremer 1993, Yeh and Hummer 2004).
+
+        2.837 kT / (6 pi rho (nu + D) L)
+
+    The usual form has nu alone in the place of nu + D (Duenweg and Kremer 1993, Yeh and Hummer
+    2004). It is for liquids in which momentum spreads much faster than beads do. Here both spread
+    at about the same rate, and a bead leaves the flow that it has set up while this flow fades:
+    then the sum of both counts, as in the long tail of the velocity autocorrelation (Ernst, Hauge
+    and van Leeuwen 1970; Donev, Bell, de la Fuente and Garcia 2011).
 
     Parameters
     ----------
     edge : float or array
         L in r_c.
+    density : float
+        rho in 1 / r_c^3.
     viscosity : float or array
-        eta in kT tau / r_c^3.
+        Kinematic viscosity nu in r_c^2 / tau.
+    diffusion : float or array
+        D in r_c^2 / tau.
     kT : float
 
     Returns
@@ -75,5 +89,6 @@ def slowed_by_images(edge: npt.ArrayLike, viscosity: npt.ArrayLike, kT: float = 
     float or array
         In r_c^2 / tau.
     """
-    eta, length = (np.asarray(part, dtype=float) for part in (viscosity, edge))
-    return SUM_OF_IMAGES * kT / (6 * math.pi * eta * length)
+    spreading = np.asarray(viscosity, dtype=float) + np.asarray(diffusion, dtype=float)
+    length = np.asarray(edge, dtype=float)
+    return SUM_OF_IMAGES * kT / (6 * math.pi * density * spreading * length)
