@@ -10,10 +10,13 @@ import xarray as xr
 import yaml
 
 from dpd import files
+from dpd.analysis.collect import save
 from dpd.errors import UserError
+from dpd.pipeline.calculate import calculate
 from dpd.pipeline.paths import LONG_STUDY, Results
 from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
 from dpd.pipeline.sweep import Axis, Point, Sweep
+from dpd.pipeline.theory import unfold_theory
 from dpd.report import archive, whole_archive
 from dpd.report.page import write_page
 from dpd.report.paper_page import paper_page
@@ -105,6 +108,29 @@ def test_the_manifest_says_what_made_the_archive(kept, results):
     assert names == {"verdicts.csv", f"{figure}.png", f"{figure}.nc", "manifest.yaml"}
     text = (kept / "long" / "manifest.yaml").read_text()
     assert str(results) not in text and "/" not in text.replace(f"{PAPER}/", "").split("study:")[1]
+
+
+def test_the_manifest_has_sweeps_of_theory(kept, results):
+    """Whole once the file is there, and only while it has the points that the sweep has."""
+    given = {"theory": {"second_virial": {"repulsion": 25}}, "axes": {}}
+    sweep = unfold_theory("virials", given, {}, "here", {}, "long")
+    whole = {"fig02_shapes": Figure((SWEEP,), ())}
+    mine = Paper(PAPER, "", "", paper().sweeps, (), whole, (), {"virials": sweep})
+
+    def found():
+        archive_whole("long", Results(str(results)), [mine], Machine("Some Processor", 2))
+        said = read_manifest("long")
+        assert said["whole"] is said["calculated"][PAPER]["virials"]["whole"]
+        return said["calculated"][PAPER]["virials"]
+
+    path = results / PAPER / "sweeps" / "virials.nc"
+    assert found()["whole"] is False
+    data = calculate(sweep, path)
+    save(data, path)
+    expected = {"whole": True, "calculation": "second_virial", "points": 1}
+    assert found() == expected | {"sources": data.sources, "arguments": sweep.digest}
+    files.write(path, {}, {"points": "others", "sources": "0123456789ab"})
+    assert found()["whole"] is False
 
 
 def test_the_manifest_has_a_checksum_of_each_file(kept, results):

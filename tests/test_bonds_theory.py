@@ -47,6 +47,7 @@ def test_there_and_back(density):
         ((500, 25, 0), "bond length: 0 is out of range"),
         ((500, -1, 0.4), "repulsion a: -1 is out of range"),
         ((500, 25, 0.4, -3), "density: -3 is out of range"),
+        ((0.001, 25, 0.4, 3), "bond length: with a stiffness of 0.001 .* beyond the grid"),
         ((10, 40, 0.3), "needs a rest length below 0; allowed: 0.8"),
     ],
 )

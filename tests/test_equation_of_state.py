@@ -192,6 +192,10 @@ BAD = [
     (lambda: rgw([3, np.inf], 25), "density: inf is out of range"),
     (lambda: crgw(3, 25, 0, 0.4), "number of beads: 0 is out of range; allowed: 1, 2, 3"),
     (lambda: crgw(3, 25, 2, -0.4), "bond length: -0.4 is out of range"),
+    (lambda: crgw(2, 25, 2, 30), "bond length: 30 is beyond the grid of the integral equation"),
+    (lambda: gw("three", 25), "density: 'three' is not a number"),
+    (lambda: crgw(3, 25, [2, "two"], 0.4), "number of beads: .* is not a number, nor an array of"),
+    (lambda: crgw(4, 1e6, 2, 0.4), "no solution at density 7.95.*last state that converged"),
     (lambda: gw_repulsion(3, 3), "no repulsion gives 3; allowed: more than 3, the pressure of"),
     (lambda: rgw_repulsion([3, 4], 3.5), "no repulsion gives 3.5; allowed: more than 4"),
     (lambda: crgw_repulsion(3, 2, 2, 0.4), "no repulsion gives 2; allowed: more than 3"),
@@ -238,6 +242,16 @@ def test_the_command_shows_three_equations(tmp_path):
             ("--density", 3, "--pressure", 20, "--beads", 2, "--length=-1"),
             2,
             "'-1' is out of range; allowed: 0 or more",
+        ),
+        (
+            ("--density", 3, "--pressure", 20, "--beads", 2, "--length", 30),
+            1,
+            "parameters: bond length: 30 is beyond the grid",
+        ),
+        (
+            ("--density", 3, "--pressure", 1e9, "--beads", 2, "--length", 0.4),
+            1,
+            "the last state that converged has repulsions",
         ),
     ],
 )

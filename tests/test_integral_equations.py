@@ -161,6 +161,12 @@ def test_a_repulsion_that_is_far_too_large_is_raised_as_far_as_it_goes():
     assert 130 < caught.value.last.repulsions[0, 0] < 1e6
 
 
+def test_a_state_beyond_all_numbers_has_no_solution():
+    """Where Newton's method overflows."""
+    with pytest.raises(NoSolution, match=r"density 1000 and repulsion 1e\+06; the last state"):
+        solve(1000, 1e6)
+
+
 @pytest.mark.parametrize(
     ("densities", "repulsions", "message"),
     [
@@ -168,6 +174,8 @@ def test_a_repulsion_that_is_far_too_large_is_raised_as_far_as_it_goes():
         (-1, 25, "density: -1 is out of range; allowed: 0 and numbers above"),
         (3, -25, "repulsion: -25 is out of range"),
         (3, np.nan, "repulsion: nan is out of range"),
+        ([[3]], [[25]], "densities: .1, 1. is not the shape of a list"),
+        ("many", 25, "density: 'many' is not a number"),
         ([1, 2], 25, "not their shape for 2 species"),
         ([1, 2], [[25, 30], [31, 25]], "not symmetric"),
     ],

@@ -145,12 +145,47 @@ def test_a_sweep_without_axes(tmp_path):
         ({"monomer_fluid": {"density": 3}}, "the key 'repulsion' is missing"),
         ({"monomer_fluid": {"density": 0, "repulsion": 1}}, "density: 0 is out of range"),
         ({"monomer_fluid": {"density": 3, "repulsion": 1, "a": 2}}, "unknown key 'a'; allowed: de"),
+        ({"monomer_fluid": {"density": "many", "repulsion": 1}}, "density: .*many.* is not"),
+        ({"chain_pressure": {"density": 3, "repulsion": 1, "beads": 0}}, "beads: 0 is out of"),
+        ({"chain_pressure": {"density": 3, "repulsion": 1, "length": -1}}, "length: -1 is out of"),
+        ({"rest_length": {"stiffness": 9, "repulsion": 1, "length": 0}}, "length: 0 is out of"),
     ],
 )
 def test_what_cannot_be_calculated_is_refused(theory, said):
     """With file, key, and what is allowed."""
     with pytest.raises(UserError, match=said):
         unfolded({"theory": theory, "axes": {}})
+
+
+@pytest.mark.parametrize(
+    ("theory", "said"),
+    [
+        (
+            {"monomer_fluid": {"density": 8, "repulsion": 1e6}},
+            "no solution at density 8 and repulsion 1e[+]06; the last state that converged has",
+        ),
+        (
+            {"chain_repulsion": {"equation": "crGW", "density": 3, "pressure": 1e6, "beads": 2}},
+            "pressure: no repulsion up to .* gives 1e[+]06",
+        ),
+        (
+            {"rest_length": {"stiffness": 0.001, "repulsion": 25, "length": 0.4, "density": 3}},
+            "bond length: with a stiffness of 0.001 .*beyond the grid of the integral equation",
+        ),
+        (
+            {"cross_repulsion": {"one": {"density": 3, "repulsion": 25},
+                                 "other": {"density": 3, "repulsion": 25}, "inverse_chi": 1e-3}},
+            "chi: no repulsion gives 1000; allowed: ",
+        ),
+        ({"second_virial": {"repulsion": 25, "samples": 9}}, "samples: 9 are too few; allowed: 64"),
+    ],
+)  # fmt: skip
+def test_what_has_no_solution_is_one_sentence(theory, said, tmp_path):
+    """With the sweep and the calculation, and what is allowed or how far it went."""
+    (calculation,) = theory
+    with pytest.raises(UserError, match=f"sweeps.fluids.*{calculation}: .*{said}") as caught:
+        calculate(unfolded({"theory": theory, "axes": {}}), tmp_path / "none.nc")
+    assert "\n" not in str(caught.value)
 
 
 def test_a_point_without_a_solution_is_named(tmp_path):

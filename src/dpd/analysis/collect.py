@@ -129,8 +129,9 @@ def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
                 if _alike(places):
                     data = data.assign_coords({own: places[0]})
                 elif f"{own}_of_run" not in data:
-                    about = (places[0].attrs[key] for key in ("units", "long_name"))
-                    put(f"{own}_of_run", [place.values for place in places], *about, (own,))
+                    units, long_name = (places[0].attrs[key] for key in ("units", "long_name"))
+                    values = [place.values for place in places]
+                    put(f"{own}_of_run", values, units, long_name, (own,))
     if len({run.time.values.tobytes() for run in runs}) == 1:
         data = data.assign_coords(time=("time", runs[0].time.values, runs[0].time.attrs))
         for name in sweep.series:

@@ -36,7 +36,8 @@ QUANTITIES = {"closest_contact": _closest_contact}  # those of `dpd.pipeline.der
 
 def axes_of(source: xr.Dataset) -> tuple[str, ...]:
     """Names of the axes of a sweep that was collected or calculated."""
-    return source["point_digest" if "point_digest" in source else "kT"].dims
+    dims = source["point_digest" if "point_digest" in source else "kT"].dims
+    return tuple(map(str, dims))
 
 
 def _value(at, quantity):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Collection
 
-    from dpd.pipeline.sweep import Sweep
+    from dpd.pipeline.sweep import Point, Sweep
     from dpd.pipeline.theory import TheorySweep
 
 LITTLE = 2**20  # bytes of a result whose size is not known before
@@ -83,6 +84,15 @@ def resolved_sweep(options: Namespace) -> Sweep:
     from dpd.pipeline.derived import resolved
 
     return resolved(sweep_of(options), options.derived)
+
+
+def resolved_point(options: Namespace) -> Point:
+    """The point that a stage is about, the same way; no time goes into the others."""
+    from dpd.pipeline.derived import resolved
+
+    sweep = sweep_of(options)
+    alone = replace(sweep, points=(sweep.point(options.point),))
+    return resolved(alone, options.derived).points[0]
 
 
 def data_of(options: Namespace, names: Collection[str]) -> dict[str, Path]:

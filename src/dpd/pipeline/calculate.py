@@ -73,6 +73,7 @@ def calculate(
         "calculation": sweep.calculation,
         "description": _description(sweep),
         "sources": stage_digest("calculate"),
+        "points": sweep.digest,
         "points_calculated": made,
         "seconds": time.perf_counter() - begun,
     }

@@ -15,7 +15,7 @@ import yaml
 from dpd.analysis.collect import reading
 from dpd.digest import value_digest
 from dpd.errors import UserError
-from dpd.files import attribute, replace_whole
+from dpd.files import attribute, attributes, replace_whole
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.archive import ARCHIVE, archive
@@ -35,7 +35,8 @@ DECIMALS = 3  # of core-hours
 HEAD = """\
 # Written by `python -m dpd archive`: what made the files beside this one. core_hours is the time of
 # the runs alone; commit, machine and versions are those of the day on which the archive was made.
-# `runs` is a digest of seed, scene and sources of each run of a sweep.
+# `runs` is a digest of seed, scene and sources of each run of a sweep. `calculated` has the sweeps
+# of theory, with a digest of the arguments of their points.
 """
 
 
@@ -148,7 +149,12 @@ def _manifest(study, papers, results, machine, missing):
         paper.name: {name: _sweep(paper.name, s, results) for name, s in paper.sweeps.items()}
         for paper in papers
     }
+    calculated = {
+        paper.name: {name: _theory(paper.name, s, results) for name, s in paper.theory.items()}
+        for paper in papers
+    }
     found = [sweep for some in sweeps.values() for sweep in some.values()]
+    theory = [sweep for some in calculated.values() for sweep in some.values()]
     return {
         "study": study,
         "commit": commit(),
@@ -156,9 +162,10 @@ def _manifest(study, papers, results, machine, missing):
         "machine": {"processor": machine.processor, "cores": machine.cores},
         "versions": library_versions(),
         "core_hours": round(sum(sweep["core_hours"] for sweep in found), DECIMALS),
-        "whole": all(sweep["whole"] for sweep in found) and not missing,
+        "whole": all(sweep["whole"] for sweep in (*found, *theory)) and not missing,
         "figures_missing": missing,
         "sweeps": sweeps,
+        "calculated": {paper: some for paper, some in calculated.items() if some},
     }
 
 
@@ -186,6 +193,20 @@ def _sweep(paper, sweep, results):
         "steps_equilibrate": _span([scene.steps.equilibrate for scene in scenes]),
         "steps_sample": _span([scene.steps.sample for scene in scenes]),
         "runs": value_digest(runs) if runs else "none",
+    }
+
+
+def _theory(paper, sweep, results):
+    """What the file of a sweep of theory says of itself, if it is there and not of other points."""
+    path = Path(results.sweep(paper, sweep.name))
+    said = attributes(path) if path.is_file() else {}
+    whole = said.get("points") == sweep.digest
+    return {
+        "whole": whole,
+        "calculation": sweep.calculation,
+        "points": len(sweep.points),
+        "sources": str(said["sources"]) if whole else "none",
+        "arguments": sweep.digest,
     }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dpd.theory.checks import above_zero, not_negative
-from dpd.theory.integral_equations import solve
+from dpd.theory.integral_equations import R, solve
 
 POINTS = 2001  # of the quadrature
 WIDTHS = 8.0  # standard deviations of the bond's length that it covers beyond the rest length
@@ -102,6 +102,12 @@ def rest_length(stiffness: float, repulsion: float, length: float, density: floa
 
 def _mean(stiffness, rest, repulsion, density):
     r = np.linspace(0.0, max(rest, 1.0) + WIDTHS / np.sqrt(stiffness), POINTS)
+    if density and r[-1] > R[-1]:
+        raise ValueError(
+            f"bond length: with a stiffness of {stiffness:g} and a rest length of {rest:g} it "
+            f"reaches {r[-1]:.4g}, beyond the grid of the integral equation; allowed: up to "
+            f"{R[-1]:g}, with a larger stiffness or a shorter bond"
+        )
     energy = 0.5 * stiffness * (r - rest) ** 2 + 0.5 * repulsion * np.maximum(1 - r, 0) ** 2
     if density:
         energy = energy - _fluid(density, repulsion).ln_y(r)[:, 0, 0]

@@ -26,22 +26,29 @@ def above_zero(name: str, values: npt.ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        With the first that is not above 0, or not finite.
+        With the first that is not above 0, or not finite, or if they are no numbers.
     """
-    found = np.asarray(values, dtype=float)
+    found = _numbers(name, values)
     return _checked(name, found, found > 0, "numbers above 0")
 
 
 def not_negative(name: str, values: npt.ArrayLike) -> np.ndarray:
     """The values as an array of floats, none of them below 0; else as `above_zero`."""
-    found = np.asarray(values, dtype=float)
+    found = _numbers(name, values)
     return _checked(name, found, found >= 0, "0 and numbers above")
 
 
 def bead_numbers(name: str, values: npt.ArrayLike) -> np.ndarray:
     """The values as an array of floats, all of them 1, 2, ...; else as `above_zero`."""
-    found = np.asarray(values, dtype=float)
+    found = _numbers(name, values)
     return _checked(name, found, (found >= 1) & (found == np.round(found)), "1, 2, 3, ...")
+
+
+def _numbers(name, values):
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: {values!r} is not a number, nor an array of numbers") from None
 
 
 def _checked(name, values, good, allowed):

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dpd.theory.checks import above_zero, bead_numbers, not_negative
-from dpd.theory.integral_equations import NoSolution, at_distances, solve
+from dpd.theory.integral_equations import NoSolution, R, at_distances, solve
 from dpd.theory.second_virial import chain_second_virial
 from dpd.theory.virial import second_virial
 
@@ -222,6 +222,11 @@ def crgw_repulsion(
 def _chains(rho_chain, values, m, length):
     rho = above_zero("density of chains", rho_chain)
     m, length = bead_numbers("number of beads", m), not_negative("bond length", length)
+    if np.any((m > 1) & (length > R[-1])):
+        raise ValueError(
+            f"bond length: {np.max(length):g} is beyond the grid of the integral equation; "
+            f"allowed: 0 to {R[-1]:g}"
+        )
     return np.broadcast_arrays(rho, values, m, length)
 
 

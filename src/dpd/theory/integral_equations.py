@@ -219,6 +219,8 @@ def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
 def _checked(densities, repulsions):
     rho = np.atleast_1d(not_negative("density", densities))
     a = np.atleast_2d(not_negative("repulsion", repulsions))
+    if rho.ndim != 1:
+        raise ValueError(f"densities: {rho.shape} is not the shape of a list, one for each species")
     if a.shape != (len(rho), len(rho)):
         raise ValueError(f"repulsions: {a.shape} is not their shape for {len(rho)} species")
     if not np.array_equal(a, a.T):
@@ -273,7 +275,7 @@ def _converged(rho, a, start):
             pairs = newton_krylov(
                 residual, start[:, *upper], method="gmres", f_tol=TOLERANCE, maxiter=MOST_STEPS
             )
-    except (NoConvergence, ValueError, np.linalg.LinAlgError):
+    except (NoConvergence, ValueError, OverflowError, np.linalg.LinAlgError):
         return None
     gamma = full(pairs)
     found = Structure(rho, a, gamma, _closure(gamma, u))
