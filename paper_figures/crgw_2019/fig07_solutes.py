@@ -10,7 +10,6 @@ from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from dpd.theory.mixtures import chain_potential, monomer_potential
 
-SOLUTES = (5, 10)  # chains S and single beads M in a box
 DIMERS = 23.39  # a_ij of Table III
 OTHERS = {"solute_trimers": 15.74, "solute_tetramers": 17.73, "solute_hexamers": 7.33}
 STUDIES = {
@@ -51,10 +50,12 @@ def compute(sweeps):
 def _row(study, x, runs, repulsion):
     """One solute: what is simulated, and what is predicted."""
     scene = first_scene(runs)
-    density = scene.beads / scene.volume
-    m, bond = len(scene.molecules[1].beads), scene.data["bond"]["length"]
-    chain, chain_error = _potential(runs, "S W", SOLUTES[0], repulsion)
-    bead, bead_error = _potential(runs, "M W", SOLUTES[1], repulsion)
+    solvent, chains, beads = scene.molecules
+    m, bond = len(chains.beads), scene.data["bond"]["length"]
+    # Solutes take up no room at the beginning of the integral, and that of their beads at its end.
+    density = (solvent.count + 0.5 * (m * chains.count + beads.count)) / scene.volume
+    chain, chain_error = _potential(runs, "S W", chains.count, repulsion)
+    bead, bead_error = _potential(runs, "M W", beads.count, repulsion)
     ratio = chain / bead
     error = ratio * np.hypot(chain_error / chain, bead_error / bead)
     predicted = chain_potential(repulsion, density, m, bond) / monomer_potential(repulsion, density)
