@@ -12,8 +12,8 @@ FITTED = 0.6  # r_c, the longest bond to which the equation was fitted
 
 TITLE = "Pressure of chains of three beads at the repulsion that an equation gives for 41.89."
 PAPER_SHOWS = (
-    "Density of chains 1.67. Top: the simulated pressure; dashed: that which was asked for. "
-    "Bottom: the repulsion. The paper finds that crGW alone changes it with bond length, such that "
+    "Density of chains 1.67. (a) The simulated pressure; dashed: that which was asked for. "
+    "(b) The repulsion. The paper finds that crGW alone changes it with bond length, such that "
     "the pressure is near that which was asked for, and that beyond a bond length of 1 nothing "
     "changes any more."
 )

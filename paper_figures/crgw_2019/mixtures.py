@@ -86,7 +86,11 @@ def _energy(runs):
 
 
 def _enthalpy(runs):
-    """Potential energy and pressure times volume per molecule, and its error."""
+    """Potential energy and pressure times volume per molecule, and its error.
+
+    The energy of beads that repel each other falls where the volume grows. Here the errors of both
+    are joined as if they were independent, so that this one is an upper bound.
+    """
     energy, volume = _energy(runs), _volume(runs)
     return energy[0] + TARGET * volume[0], np.hypot(energy[1], TARGET * volume[1])
 
