@@ -81,7 +81,8 @@ def _energy(runs):
     value, error = mean_of(runs, "pair_energy")
     if "bond_energy" in runs:
         bonds, spread = mean_of(runs, "bond_energy")
-        value, error = value + bonds, np.hypot(error, spread.fillna(0.0))
+        spread = spread.where(bonds != 0, 0.0)  # single beads have none
+        value, error = value + bonds, np.hypot(error, spread)
     return value / count, error / count
 
 
