@@ -112,11 +112,11 @@ def draw(data):
                 panel.plot(one.fraction, one.inverse_chi, color=look.color, linewidth=0.7)
                 known = np.isfinite(one.error.values)
                 for seen, face in ((known, look.color), (~known, "white")):
-                    label = look.label if k == 0 and face != "white" else None
+                    entry = look.label if k == 0 and face != "white" else None
                     panel.errorbar(
                         one.fraction[seen], one.inverse_chi[seen], xerr=COVERAGE * one.error[seen],
                         fmt=look.marker, color=look.color, markerfacecolor=face, markersize=3.5,
-                        elinewidth=0.7, capsize=1.5, label=label,
+                        elinewidth=0.7, capsize=1.5, label=entry,
                     )  # fmt: skip
         panel.set(xlim=(-0.03, 1.03), xlabel=f"mole fraction of {label.split()[0]}, in {label}")
     axes[0].set(ylabel=r"$1 / \chi$")
