@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dpd.theory.calculations import cross_repulsion
 from dpd.theory.equation_of_state import (
     DENSITY_STEP,
     crgw,
@@ -143,6 +144,30 @@ def test_athermal_with_the_prefactors_of_the_equation():
     a = crgw_repulsion(DENSITIES, TARGET, BEADS, LENGTHS)
     cross = [athermal(fluids(a)[i], fluids(a)[j], (TARGET, TARGET)) for i, j in PAIRS]
     np.testing.assert_allclose(cross, [17.26, 21.40, 10.59], atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("equation", "own", "printed"),
+    [
+        ("crGW", (35.0, 8.57, 13.2), (17.3, 21.5, 10.6)),
+        ("rGW", (35.0, 7.43, 11.9), (16.1, 20.4, 9.4)),
+        ("GW", (32.3, 7.36, 11.6), (15.4, 19.4, 9.24)),
+    ],
+)
+def test_mixtures_of_table_one(equation, own, printed):
+    """Eqs. 25 and 27 with the printed repulsions give every printed digit, by each equation."""
+    parts = [fluid._asdict() for fluid in fluids(own)]
+    cross = [
+        float(cross_repulsion(parts[i], parts[j], equation)["repulsion"].value) for i, j in PAIRS
+    ]
+    digits = [2 if value == 9.24 else 1 for value in printed]
+    assert [round(value, n) for value, n in zip(cross, digits)] == list(printed)
+
+
+def test_an_equation_and_a_chi_do_not_go_together():
+    one, other = (fluid._asdict() for fluid in fluids((35.0, 8.57, 13.2))[:2])
+    with pytest.raises(ValueError, match="equation: rGW is for mixtures without heat"):
+        cross_repulsion(one, other, "rGW", 0.3)
 
 
 @pytest.mark.parametrize("density", [3.0, 3.5, 4.0, 4.5, 5.0, 5.5])

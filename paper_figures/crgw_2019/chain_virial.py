@@ -15,8 +15,8 @@ MARKERS = {10: "o", 20: "s", 30: "^", 40: "D"}
 TITLE = "B2 of two chains by Eqs. 18 to 24 of the paper, less the sampled one."
 PAPER_SHOWS = (
     "The paper fits its own samples within 1.6 % on average, and shows the errors in its "
-    "supplement. Ours are samples of two chains with rigid bonds; for single beads they "
-    "give the closed form, and for dimers what a quadrature gives. Right: the same form with "
+    "supplement. Ours are samples of two chains with rigid bonds; for single beads they give the "
+    "closed form, and for dimers what a quadrature gives. (a) As printed. (b) The same form with "
     "constants from a least-squares fit to our samples."
 )
 ERRORS = "Error bars: 95 % intervals of the samples."

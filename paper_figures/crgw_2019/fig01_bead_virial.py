@@ -29,16 +29,19 @@ def compute(sweeps):
 
 
 def measured(data):
-    """How far apart both are below 50 and above."""
-    away = np.abs(data.ratio - 1)
+    """How far apart both are below 50, on the scale of the figure's inset, and above."""
     small = data.repulsion < ALIKE
-    below, above = away.where(small), away.isel(repulsion=-1)
+    below = (np.abs(data.fitted - data.closed) / data.closed.sel(repulsion=ALIKE)).where(small)
+    relative = np.abs(data.ratio - 1)
+    most = relative.where(small)
     return {
         "virials_alike": Measured(
-            float(below.max()), 0.0, f"largest at a = {float(below.idxmax()):g}"
+            float(below.max()), 0.0,
+            f"largest at a = {float(below.idxmax()):g}; relative to B2 there at most "
+            f"{float(most.max()):.3f}, at a = {float(most.idxmax()):g}",
         ),
         "virials_diverge": Measured(
-            float(above), 0.0, f"at a = {float(data.repulsion[-1]):g}"
+            float(relative[-1]), 0.0, f"at a = {float(data.repulsion[-1]):g}"
         ),
     }  # fmt: skip
 

@@ -1,15 +1,19 @@
 """Figure 5: a fluid of beads and one of dimers of the same volume, Vh1 and Vh2."""
 
+from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import panels
 from paper_figures.crgw_2019.mixtures import EXCESSES, draw_mixture, mixture, most
 
+PUBLISHED = shown_by(__file__)
+
 TITLE = "Mixtures of Vh1 and Vh2, single beads and dimers that stand for the same molecule."
 PAPER_SHOWS = (
     "Repulsions are those of Table I. (a) Pressure at constant volume, less the 41.89 that was "
-    "asked for: the paper finds up to 2.5 % for crGW, and up to 11 % for the others. (b) to (d) "
-    "Excess enthalpy, energy and volume at constant pressure, relative to ideal mixing; the paper "
-    "finds them small for all equations. Energies are those of pairs and bonds."
+    f"asked for: the paper finds up to {PUBLISHED['nvt_crgw'].value:g} % for crGW (gray), and up "
+    f"to {PUBLISHED['nvt_others'].value:g} % for the others. (b) to (d) Excess enthalpy, energy "
+    "and volume at constant pressure, relative to ideal mixing; the paper finds them small for "
+    "all equations. Energies are those of pairs and bonds."
 )
 
 
@@ -47,7 +51,9 @@ def draw(data):
     draw_mixture(axes[0, 0], data, "pressure_off", "pressure off / %")
     for panel, (name, label) in zip((axes[0, 1], axes[1, 0], axes[1, 1]), EXCESSES.items()):
         draw_mixture(panel, data, name, label)
-    axes[0, 0].legend(loc="best")
+    bound = PUBLISHED["nvt_crgw"].value
+    axes[0, 0].axhspan(-bound, bound, color="0.93", zorder=0)
+    axes[0, 0].legend(loc="lower right")
     for panel in axes[1]:
         panel.set(xlabel="mole fraction of Vh1")
     return figure

@@ -8,11 +8,14 @@ from paper_figures.crgw_2019.mixtures import EXCESSES, draw_mixture, mixture, mo
 
 PAIRS = {"Vh1": ("vh1", "vo2"), "Vh2": ("vh2", "vo2")}
 
+BOUND = 2.5  # percent, which the text gives for crGW in Figure 5
+
 TITLE = "Mixtures of Vo2, dimers of a larger molecule, with Vh1 (left) and with Vh2 (right)."
 PAPER_SHOWS = (
-    "Top: pressure at constant volume, less the 41.89 that was asked for. Below: excess enthalpy, "
-    "energy and volume at constant pressure, relative to ideal mixing. The paper finds small "
-    "deviations that are alike for both mixtures with crGW, and the wrong pressure with the others."
+    "(a) and (b) Pressure at constant volume, less the 41.89 that was asked for, with the band of "
+    "Figure 5 (gray). (c) to (h) Excess enthalpy, energy and volume at constant pressure, "
+    "relative to ideal mixing. The paper finds small deviations that are alike for both mixtures "
+    "with crGW, and the wrong pressure with the others."
 )
 
 
@@ -51,6 +54,7 @@ def draw(data):
         at = data.sel(with_vo2=name)
         for row, (quantity, label) in enumerate(rows.items()):
             draw_mixture(axes[row, column], at, quantity, label if column == 0 else "")
+        axes[0, column].axhspan(-BOUND, BOUND, color="0.93", zorder=0)
         axes[-1, column].set(xlabel=f"mole fraction of {name}")
-    axes[0, 0].legend(loc="best", ncols=3)
+    axes[0, 1].legend(loc="center", ncols=3, bbox_to_anchor=(0.5, 0.5))
     return figure

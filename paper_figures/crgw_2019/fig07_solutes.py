@@ -10,8 +10,8 @@ from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from dpd.theory.mixtures import chain_potential, monomer_potential
 
-SOLUTES = (5, 10)  # chains S and single beads M in a box
 DIMERS = 23.39  # a_ij of Table III
+BOND = 0.4  # r_c, of solutes of all lengths
 OTHERS = {"solute_trimers": 15.74, "solute_tetramers": 17.73, "solute_hexamers": 7.33}
 STUDIES = {
     "density": ("input density of the solvent / $r_c^{-3}$", RED, "o"),
@@ -24,8 +24,9 @@ PAPER_SHOWS = (
     "A chain is inserted into a fluid of beads at the pressure 41.89. The ratio of its excess "
     "chemical potential to that of one of its beads is compared with Eqs. 30 and 34, over the "
     "density of the solvent, the beads of the chain, and the bond length, the other two held. The "
-    "paper says within 4 %, and a change of sign with m. Here the energy of solute and "
-    "solvent is integrated over their repulsion, from 0 to that of Table III."
+    "paper says within 4 % (gray), from above zero for short chains to below it for long ones, and "
+    "less at higher density. Here the energy of solute and solvent is integrated over their "
+    "repulsion, from 0 to that of Table III."
 )
 
 
@@ -38,6 +39,8 @@ def compute(sweeps):
         )
     for bond in sweeps["solute_bonds"].bond.values:
         rows.append(_row("bond", bond, sweeps["solute_bonds"].sel(bond=bond), DIMERS))
+        if bond == BOND:
+            rows.append(rows[-1] | {"study": "chain", "x": 2.0})
     for name, repulsion in OTHERS.items():
         rows.append(_row("chain", None, sweeps[name], repulsion))
     names = {"study": "1", "x": "1", "mu_chain": "kT", "mu_chain_error": "kT", "mu_bead": "kT",
@@ -51,10 +54,12 @@ def compute(sweeps):
 def _row(study, x, runs, repulsion):
     """One solute: what is simulated, and what is predicted."""
     scene = first_scene(runs)
-    density = scene.beads / scene.volume
-    m, bond = len(scene.molecules[1].beads), scene.data["bond"]["length"]
-    chain, chain_error = _potential(runs, "S W", SOLUTES[0], repulsion)
-    bead, bead_error = _potential(runs, "M W", SOLUTES[1], repulsion)
+    solvent, chains, beads = scene.molecules
+    m, bond = len(chains.beads), scene.data["bond"]["length"]
+    # Solutes take up no room at the beginning of the integral, and that of their beads at its end.
+    density = (solvent.count + 0.5 * (m * chains.count + beads.count)) / scene.volume
+    chain, chain_error = _potential(runs, "S W", chains.count, repulsion)
+    bead, bead_error = _potential(runs, "M W", beads.count, repulsion)
     ratio = chain / bead
     error = ratio * np.hypot(chain_error / chain, bead_error / bead)
     predicted = chain_potential(repulsion, density, m, bond) / monomer_potential(repulsion, density)
@@ -91,19 +96,34 @@ def measured(data):
     off, error = np.abs(data.off.values), data.off_error.values
     worst = int(off.argmax())
     at = data.isel(solute=worst)
-    bead = data.bead_predicted.values / data.mu_bead.values - 1
-    bead_error = data.mu_bead_error.values / data.mu_bead.values
+    _, once = np.unique(data.mu_bead.values, return_index=True)  # some dimers are in two studies
+    bead = (data.bead_predicted.values / data.mu_bead.values - 1)[once]
+    bead_error = (data.mu_bead_error.values / data.mu_bead.values)[once]
     place = int(np.abs(bead).argmax())
     return {
         "ratio_error": Measured(
             float(off[worst]), float(error[worst]), f"at {at.study.values!s} {float(at.x):g}"
         ),
+        "ratio_over_chain": _change(data, "chain", "m"),
+        "ratio_over_density": _change(data, "density", "density"),
         "bead_potential": Measured(
             100 * float(np.abs(bead).mean()),
             100 * float(np.sqrt((bead_error**2).sum()) / len(bead)),
             f"largest {100 * float(bead[place]):+.1f} %",
         ),
     }  # fmt: skip
+
+
+def _change(data, study, name):
+    """The error at the last point of a study less that at the first."""
+    at = data.where(data.study == study, drop=True)
+    if at.sizes["solute"] < 2:
+        return Measured(np.nan, np.nan)
+    x, off, error = (at[key].values[[0, -1]].astype(float) for key in ("x", "off", "off_error"))
+    return Measured(
+        off[1] - off[0], float(np.hypot(*error)),
+        f"{off[0]:+.1f} % at {name} = {x[0]:g}, {off[1]:+.1f} % at {x[1]:g}",
+    )  # fmt: skip
 
 
 def describe(data):

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import panels
 from paper_figures.crgw_2019.shared import LOOKS
@@ -17,7 +17,8 @@ PAPER_SHOWS = (
     "The paper starts from both pure fluids in two boxes that exchange molecules; here they lie "
     "beside each other as slabs in one long box, at the pressure 41.89 across the interfaces. It "
     "finds that crGW mixes at a much larger 1 / chi than the others, and that only with crGW both "
-    "mixtures are alike. No number is printed."
+    "mixtures are alike. No number is printed. Hollow points are of runs that are too short "
+    "for an error."
 )
 
 
@@ -68,7 +69,7 @@ def _bulks(fraction):
 def measured(data):
     """How much further apart the phases of crGW are, and whether both mixtures are alike."""
     gap = data.fraction.sel(phase="rich") - data.fraction.sel(phase="poor")
-    error = np.sqrt((data.error**2).sum("phase"))
+    error = np.sqrt((data.error**2).sum("phase", skipna=False))
     most = gap.inverse_chi.values[-1]
     gap, error = gap.sel(inverse_chi=most), error.sel(inverse_chi=most)
     found = {}
@@ -85,7 +86,7 @@ def measured(data):
         )  # fmt: skip
     ours = gap.sel(equation="crGW")
     found["alike"] = Measured(
-        float(ours[0] - ours[1]), float(np.sqrt((error.sel(equation="crGW") ** 2).sum())),
+        float(ours[0] - ours[1]), float(np.hypot(*error.sel(equation="crGW").values)),
         f"difference of the mole fractions, {float(ours[0]):.2f} and {float(ours[1]):.2f}, at "
         f"1 / chi = {float(most):g}",
     )  # fmt: skip
@@ -108,11 +109,15 @@ def draw(data):
             look, at = LOOKS[str(name)], data.sel(mixture=label, equation=name)
             for k, phase in enumerate(("rich", "poor")):
                 one = at.sel(phase=phase)
-                panel.errorbar(
-                    one.fraction, one.inverse_chi, xerr=1.96 * one.error, color=look.color,
-                    marker=look.marker, markersize=3.5, linewidth=0.7, capsize=1.5,
-                    label=look.label if k == 0 else None,
-                )  # fmt: skip
+                panel.plot(one.fraction, one.inverse_chi, color=look.color, linewidth=0.7)
+                known = np.isfinite(one.error.values)
+                for seen, face in ((known, look.color), (~known, "white")):
+                    entry = look.label if k == 0 and face != "white" else None
+                    panel.errorbar(
+                        one.fraction[seen], one.inverse_chi[seen], xerr=COVERAGE * one.error[seen],
+                        fmt=look.marker, color=look.color, markerfacecolor=face, markersize=3.5,
+                        elinewidth=0.7, capsize=1.5, label=entry,
+                    )  # fmt: skip
         panel.set(xlim=(-0.03, 1.03), xlabel=f"mole fraction of {label.split()[0]}, in {label}")
     axes[0].set(ylabel=r"$1 / \chi$")
     axes[0].legend(loc="best")

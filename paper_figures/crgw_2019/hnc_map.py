@@ -93,5 +93,5 @@ def draw(data):
         data.r, 10 * (data.g_hnc - data.g), color=BLACK, linewidth=0.7, label="10 × difference"
     )
     right.set(xlim=(0, 2.5), xlabel="$r$ / $r_c$", ylabel="$g(r)$")
-    right.legend(loc="lower right")
+    right.legend(loc="center right", bbox_to_anchor=(1.0, 0.5))
     return figure

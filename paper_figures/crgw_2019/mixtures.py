@@ -81,12 +81,17 @@ def _energy(runs):
     value, error = mean_of(runs, "pair_energy")
     if "bond_energy" in runs:
         bonds, spread = mean_of(runs, "bond_energy")
-        value, error = value + bonds, np.hypot(error, spread.fillna(0.0))
+        spread = spread.where(bonds != 0, 0.0)  # single beads have none
+        value, error = value + bonds, np.hypot(error, spread)
     return value / count, error / count
 
 
 def _enthalpy(runs):
-    """Potential energy and pressure times volume per molecule, and its error."""
+    """Potential energy and pressure times volume per molecule, and its error.
+
+    The energy of beads that repel each other falls where the volume grows. Here the errors of both
+    are joined as if they were independent, so that this one is an upper bound.
+    """
     energy, volume = _energy(runs), _volume(runs)
     return energy[0] + TARGET * volume[0], np.hypot(energy[1], TARGET * volume[1])
 

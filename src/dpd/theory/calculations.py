@@ -207,14 +207,18 @@ def chain_repulsion(
 
 
 def cross_repulsion(
-    one: Mapping[str, Any], other: Mapping[str, Any], inverse_chi: float | None = None
-) -> dict[str, Quantity]:
+    one: Mapping[str, Any], other: Mapping[str, Any], equation: str | None = None,
+    inverse_chi: float | None = None,
+) -> dict[str, Quantity]:  # fmt: skip
     """a_ij of two fluids of chains, athermal or at a chi.
 
     Parameters
     ----------
     one, other : dict
         Fields of a `dpd.theory.mixtures.Fluid`.
+    equation : str or None
+        crGW, rGW or GW, which gives the prefactors of an athermal mixture. Without it they are
+        equal.
     inverse_chi : float or None
         Without it they mix without heat.
 
@@ -224,15 +228,38 @@ def cross_repulsion(
 
     Raises
     ------
+    NoSolution
+        If the integral equation has none.
     ValueError
-        If no repulsion gives that chi.
+        If no repulsion gives that chi, or both an equation and a chi are given.
     """
     fluids = Fluid(**one), Fluid(**other)
     if inverse_chi is None:
-        found = mixtures.athermal(*fluids)
-    else:
+        found = _athermal(fluids, equation)
+    elif equation is None:
         found = mixtures.thermal(*fluids, 1 / inverse_chi)
+    else:
+        raise ValueError(
+            f"equation: {equation} is for mixtures without heat, and a chi is given; leave out "
+            "equation or inverse_chi"
+        )
     return {"repulsion": Quantity(found, REPULSION, "repulsion a_ij")}
+
+
+def _athermal(fluids, equation):
+    """a_ij without heat; GW and rGW take a chain for as many single beads."""
+    if equation is None:
+        return mixtures.athermal(*fluids)
+    if equation == "crGW":
+        pressures = [
+            equation_of_state.crgw(fluid.density, fluid.repulsion, fluid.beads, fluid.length)
+            for fluid in fluids
+        ]
+    else:
+        of_beads = {"rGW": equation_of_state.rgw, "GW": equation_of_state.gw}[equation]
+        fluids = [Fluid(fluid.bead_density, fluid.repulsion) for fluid in fluids]
+        pressures = [of_beads(fluid.density, fluid.repulsion) for fluid in fluids]
+    return mixtures.athermal(*fluids, pressures)
 
 
 def chain_potential(

@@ -58,15 +58,16 @@ def athermal(one: Fluid, other: Fluid, pressures: tuple[float, float] | None = N
 
         a_ij = (h_i + h_j) / (2 alpha x_i x_j)
 
-    with the geometric mean alpha of alpha_i and alpha_j. Without pressures both alpha are taken as
-    equal, which is Eq. 26, and what gives Table I.
+    with the geometric mean alpha of alpha_i and alpha_j. With the pressures of each equation at the
+    printed repulsions this gives all numbers of Table I. Without pressures both alpha are taken as
+    equal, which is Eq. 26.
 
     Parameters
     ----------
     one, other : Fluid
     pressures : pair of floats, optional
         Of both pure fluids by an equation of state; that of the paper is
-        `dpd.theory.equation_of_state.crgw`.
+        `dpd.theory.equation_of_state.crgw`. Those of GW and rGW go with fluids of single beads.
 
     Returns
     -------
