@@ -274,7 +274,7 @@ def test_the_command_shows_three_equations(tmp_path):
             "parameters: bond length: 30 is beyond the grid",
         ),
         (
-            ("--density", 3, "--pressure", 1e9, "--beads", 2, "--length", 0.4),
+            ("--density", 3, "--pressure", 2500, "--beads", 2, "--length", 0.4),
             1,
             "the last state that converged has repulsions",
         ),
