@@ -10,6 +10,7 @@ from dpd.analysis.tension_laws import collapse, tension_law
 from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.scene.scene import Scene
 from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
+from paper_figures.groot_warren_1997.tensions import scaled_tensions, tensions_of_chains
 from tests.test_surface_tension import made_up
 
 RNG = np.random.default_rng(24)
@@ -110,6 +111,18 @@ def test_a_sweep_of_slabs():
     assert found.beads.values.tolist() == [1, 1]
     one = sweep_tension(sweep.isel(replica=[0]))
     assert found.tension_error.values == pytest.approx(one.tension_error.values / np.sqrt(2))
+
+
+def test_chains_outside_the_window_are_not_fitted():
+    """Those that have settled are, where chi N is neither too small nor too large."""
+    run = made_up((0.4, 0.0))
+    scene = json.dumps(Scene(json.loads(run.attrs["scene"])).data)
+    sweep = run.drop_attrs().assign(scene=scene).expand_dims(replica=1, excess=[20.0])
+    for slope, inside in ((0.1, False), (0.3, True), (0.8, False)):  # chi N is 2, 6 and 16
+        found = tensions_of_chains(sweep, slope)
+        assert float(found.segregation[0]) == pytest.approx(20 * slope)
+        assert bool(found.fitted[0]) is inside
+        assert bool(scaled_tensions(sweep, slope).fitted[0])
 
 
 def test_a_sweep_with_tensors():

@@ -70,7 +70,7 @@ def describe(data):
     return (
         "Scaled tensions of chains of all lengths and repulsions lie on one curve of 1 / (chi N), "
         f"{float(data.master_prefactor):.3f} [1 - 2 / (chi N)]^(3/2), beside the dashed published "
-        "one. Both mean-field curves start near it on the left and fall in straight lines."
+        "one. Both mean-field curves start below it on the left and fall in flatter straight lines."
     )
 
 
