@@ -56,7 +56,8 @@ def measured(data):
     at = data.sel(equation="crGW")
     last = 100 * (float(at.pressure[-1]) / TARGET - 1)
     long = data.where(data.bond >= APART, drop=True)
-    bonds = f"bonds of {float(long.bond[-1]):g} over {float(long.bond[0]):g}"
+    ends = long.bond.values
+    bonds = f"bonds of {ends[-1]:g} over {ends[0]:g}" if ends.size else ""
     by_rgw, by_crgw = long.sel(equation="rGW"), long.sel(equation="crGW")
     return {
         "target_crgw": Measured(*_off(data.where(data.bond <= FITTED, drop=True), "crGW")),

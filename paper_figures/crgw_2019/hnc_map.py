@@ -81,7 +81,7 @@ def draw(data):
     image = left.imshow(off, origin="lower", cmap="RdBu_r", vmin=-span, vmax=span, aspect="auto")
     for (row, column), value in np.ndenumerate(off):
         dark = abs(value) > 0.6 * span
-        left.text(column, row, f"{value:+.2f}", ha="center", va="center", fontsize=6,
+        left.text(column, row, f"{value:+.2f}", ha="center", va="center", fontsize=7,
                   color="white" if dark else BLACK)  # fmt: skip
     left.set_xticks(range(data.sizes["density"]), [f"{v:g}" for v in data.density.values])
     left.set_yticks(range(data.sizes["repulsion"]), [f"{v:g}" for v in data.repulsion.values])
