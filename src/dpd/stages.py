@@ -50,6 +50,8 @@ TERMS = {
 # Methods of `start` that only some scenes name.
 METHODS = {"file": "dpd.start.from_file"}
 OBSERVE = "dpd.observe"  # the package whose OBSERVABLES lists all observables
+# These list what there is: who imports one of them does not need all that it names.
+LISTS = frozenset({OBSERVE, "dpd.engine.state"})
 
 
 @cache
@@ -185,7 +187,7 @@ def unused_modules(
         (terms, TERMS), (observables, observable_modules()), (methods, METHODS),
     ):  # fmt: skip
         used = tuple(module for name, module in modules.items() if name in named)
-        needed = reachable(used, frozenset({OBSERVE})).union({None})  # None: there is no such page
+        needed = reachable(used, LISTS).union({None})  # None: there is no such page
         unused |= {module for module in modules.values() if file_of(module) not in needed}
     return frozenset(unused)
 
