@@ -328,6 +328,7 @@ def test_the_whole_scenes_have_every_key():
     assert set(observables) - observed == {
         "crossings",  # in two dimensions
         "configurational",  # without a core
+        "pair_energies",  # without a core
         "trajectory",  # a file of its own
     }
 

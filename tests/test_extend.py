@@ -71,8 +71,11 @@ FLUID = {
     "repulsion": {"A A": 25},
     "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 20, "sample": 1300},
-    "observe": ["thermo", {"rdf": {"range": 2}}, {"displacement": {"every": 1}}],
-}
+    "observe": [
+        "thermo", {"rdf": {"range": 2}}, {"displacement": {"every": 1}},
+        {"pair_energies": {"every": 2}},
+    ],
+}  # fmt: skip
 
 
 def with_scheme(scheme, base=FLUID):
