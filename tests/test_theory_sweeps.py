@@ -214,6 +214,17 @@ def test_keys_of_the_other_kind_are_refused(given, changes, said):
         check_kind(given, changes, "paper", "study")
 
 
+@pytest.mark.parametrize("name", ["vh1_vh2", "solvents", "vh1"])
+def test_a_point_alone_is_that_of_the_whole_sweep(name):
+    """A job reads no other point; a name that is none is refused as by the whole sweep."""
+    whole = read_paper(PAPER, "quick", [name]).sweeps[name]
+    for point in whole.points:
+        (alone,) = read_paper(PAPER, "quick", [name], point.name).sweeps[name].points
+        assert (alone.name, alone.labels) == (point.name, point.labels)
+        assert alone.scene.digest == point.scene.digest and alone.scene.where == point.scene.where
+    assert len(read_paper(PAPER, "quick", [name], "none").sweeps[name].points) == len(whole.points)
+
+
 def test_a_scene_takes_a_value_that_is_calculated(tmp_path):
     """Repulsion and rest length of the trimers, each of its own point."""
     paper = read_paper(PAPER, "smoke", only=["trimers", "trimer_repulsions"])

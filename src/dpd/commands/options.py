@@ -53,11 +53,11 @@ def add_data(parser: ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def sweep_of(options: Namespace) -> Sweep:
-    """The sweep that a stage is about, of those that are simulated."""
+def sweep_of(options: Namespace, point: str | None = None) -> Sweep:
+    """The sweep that a stage is about, of those that are simulated; a named point alone."""
     from dpd.pipeline.study import read_paper
 
-    paper = read_paper(options.paper, options.study, only=[options.sweep])
+    paper = read_paper(options.paper, options.study, [options.sweep], point)
     if options.sweep in paper.theory:
         raise UserError(
             f"sweep {options.sweep}: it is calculated and has no runs; the stage for it is: "
@@ -90,7 +90,7 @@ def resolved_point(options: Namespace) -> Point:
     """The point that a stage is about, the same way; no time goes into the others."""
     from dpd.pipeline.derived import resolved
 
-    sweep = sweep_of(options)
+    sweep = sweep_of(options, options.point)
     alone = replace(sweep, points=(sweep.point(options.point),))
     return resolved(alone, options.derived).points[0]
 

@@ -89,7 +89,7 @@ def _start(options: Namespace) -> None:
     from dpd.scene.start import start_work
     from dpd.start.files import write_start
 
-    scene = sweep_of(options).point(options.point).scene
+    scene = sweep_of(options, options.point).point(options.point).scene
     check_room(options.output, LITTLE)
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         write_start(scene, options.output, progress)

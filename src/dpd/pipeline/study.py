@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from dpd.digest import ROOT
 from dpd.errors import UserError, shown
 from dpd.pipeline.derived import check_derived
-from dpd.pipeline.sweep import described_axes, unfold
+from dpd.pipeline.sweep import described_axes, narrowed, unfold
 from dpd.pipeline.theory import check_kind, unfold_theory
 from dpd.scene.schema import read_yaml, schema, suggestion, validate, with_defaults
 
@@ -91,7 +91,9 @@ def read_study(name: str) -> dict[str, Any]:
     return study
 
 
-def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Paper:
+def read_paper(
+    name: str, study: str, only: Collection[str] | None = None, point: str | None = None
+) -> Paper:
     """A paper's sweeps and figures under a study.
 
     Parameters
@@ -99,6 +101,8 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
     name, study : str
     only : collection of str or None
         Unfold these sweeps alone.
+    point : str or None
+        Unfold this point alone of each of them, with its replicas, if they have it.
 
     Returns
     -------
@@ -149,11 +153,12 @@ def read_paper(name: str, study: str, only: Collection[str] | None = None) -> Pa
         change, key = changes.get(sweep, {}), f"{where}: sweeps.{sweep}"
         if only is not None and sweep not in only:
             continue
+        described = axes[sweep] if point is None else narrowed(axes[sweep], point)
         if "theory" in given:
-            theory[sweep] = unfold_theory(sweep, given, change, key, axes[sweep], study)
+            theory[sweep] = unfold_theory(sweep, given, change, key, described, study)
         else:
             sweeps[sweep] = unfold(
-                name, sweep, given, change, key, axes[sweep], study, CONFIG / "papers"
+                name, sweep, given, change, key, described, study, CONFIG / "papers"
             )
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")

@@ -91,6 +91,20 @@ def described_axes(
     return described
 
 
+def narrowed(described: dict[str, dict[str, Any]], point: str) -> dict[str, dict[str, Any]]:
+    """The axes with the labels of a named point alone; with all if there is no such point."""
+    labels = dict(part.partition("=")[::2] for part in point.split(","))
+    narrow = {}
+    for axis, rule in described.items():
+        own = [value for value in rule["values"] if text_of(value) == labels.get(axis)]
+        if not own:
+            return described
+        values = rule["values"]
+        kept = {own[0]: values[own[0]]} if isinstance(values, dict) else own
+        narrow[axis] = rule | {"values": kept}
+    return narrow
+
+
 def unfold(
     paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
     described: dict[str, dict[str, Any]], study: str, folder: str | Path = "",
