@@ -35,6 +35,7 @@ def runs(values, coordinates, scene=SCENE):
         full = np.broadcast_to(value, shape)[..., None]
         data[name] = ((*dims, "replica"), full.astype(float))
         data[f"{name}_error"] = ((*dims, "replica"), 0.01 * np.abs(full))
+        data[f"{name}_spread"] = ((*dims, "replica"), 0.1 * np.abs(full))
     data["scene"] = ((*dims, "replica"), np.full((*shape, 1), json.dumps(scene)))
     return data
 
@@ -61,6 +62,11 @@ def test_mismatches_are_relative_to_the_simulated_pressure():
     assert worst == pytest.approx(20)
     assert where == "m = 8, rho = 3, l = 0.4, a = 20"
     assert float(data.bond_ratio.max()) == pytest.approx(1.005)
+    simulated["pressure_error"][1, 0] = np.nan  # too short a run: its scatter bounds the error
+    data = shared.mismatches({"oligomers": simulated, "oligomer_pressures": theory})
+    _, error = shared.mean_unsigned(data.sel(equation="rGW"))
+    assert error == pytest.approx(np.hypot(np.hypot(1.1, 1.0), np.hypot(12, 1.1)) / 4)
+    assert np.isnan(shared.largest(data.sel(equation="rGW"))[1])
     at = data.mismatch.sel(equation="crGW", chain=8, density=5).values.ravel()
     expected = crgw(5 / 8, 20, 8, 0.402)  # at the length that was simulated
     assert at == pytest.approx(100 * (expected / 40 - 1))

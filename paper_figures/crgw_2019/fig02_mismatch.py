@@ -44,7 +44,7 @@ def measured(data):
         f"{float(v):+.1f} % for m = {int(m)}" for m, v in zip(by_chain.chain, by_chain)
     )
     rise = float(by_chain[-1] - by_chain[0])
-    ends = at.mismatch_error.isel(chain=[0, -1]).values
+    ends = at.mismatch_bound.isel(chain=[0, -1]).values
     noise = float(np.sqrt((ends**2).sum()) / (ends.size / 2))
     bonds = (
         f"bonds are {float(at.bond_ratio.min()):.3f} to {float(at.bond_ratio.max()):.3f} times l"
