@@ -187,13 +187,13 @@ def test_runs_conserve_momentum_and_fit_in_memory(study, paper):
     The Langevin controls are there because they do not conserve momentum; nor do walls and body
     forces.
     """
-    for path in (study / "results" / "smoke" / paper / "sweeps").glob("*.nc"):
-        sweep = xr.load_dataset(path)
+    for name in read_paper(paper, "smoke").sweeps:
+        sweep = xr.load_dataset(study / "results" / "smoke" / paper / "sweeps" / f"{name}.nc")
         data = first_scene(sweep).data
         from_outside = {"walls", "body_force"} & set(data)
         conserved = float(sweep.momentum_per_bead.max()) < 1e-12
         is_langevin = data["thermostat"]["kind"] == "langevin"
-        assert conserved == (not from_outside and not is_langevin), path
+        assert conserved == (not from_outside and not is_langevin), name
         assert float(sweep.peak_memory_MiB.max()) < 1024
 
 

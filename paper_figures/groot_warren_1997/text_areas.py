@@ -34,7 +34,7 @@ def compute(sweeps):
     areas = parts[0][["width", "width_error", "tension", "tension_error", "drift"]]
     fig6 = parts[1][list(areas.data_vars)].expand_dims(edge=[edge])
     data = xr.concat(
-        [areas.assign_coords(edge=areas.edge.astype(float)), fig6], "edge", combine_attrs="drop"
+        [areas.assign_coords(edge=areas.edge.astype(float)), fig6], "edge", combine_attrs="drop_conflicts"
     )
     data["of_figure_6"] = ("edge", [False] * areas.sizes["edge"] + [True])
     data.edge.attrs = {"units": "r_c", "long_name": "lateral edge of the box"}
@@ -44,7 +44,7 @@ def compute(sweeps):
     data["sigma_error"] = ((), float(weight.sum() ** -0.5), {"units": "kT / r_c^2"})
     theory = OF_VARIANCE / (2 * np.pi * tension)
     data["theory"] = ((), theory, {"units": "r_c^2", "long_name": "d xi^2 / d ln L by theory"})
-    return data.merge(of_figure_6(sweeps["interface"]), combine_attrs="drop")
+    return data.merge(of_figure_6(sweeps["interface"]), combine_attrs="drop_conflicts")
 
 
 def of_figure_6(runs):

@@ -49,7 +49,7 @@ def compute(sweeps):
         dt.append(first_scene(strong).data["integrator"]["dt"])
     over_step = xr.concat(steps, xr.DataArray(dt, dims="dt", name="dt", attrs={"units": "tau"}))
     over_step = over_step.rename({name: f"step_{name}" for name in over_step.data_vars})
-    data = xr.merge([over_strength, over_step], combine_attrs="drop")
+    data = xr.merge([over_strength, over_step], combine_attrs="drop_conflicts")
     found, at = best_wall(over_strength)
     data["best"] = ((), found, {"units": "kT / r_c", "long_name": "a_w that fits the paper best"})
     for name, (value, error) in at.items():
