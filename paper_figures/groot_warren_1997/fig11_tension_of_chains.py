@@ -41,7 +41,9 @@ def compute(sweeps):
     parts = {name: tensions_of_chains(sweeps[name], SLOPE.value) for name in SWEEPS}
     law = law_of(list(parts.values()), alpha=ALPHA, **VAN_DER_WAALS)
     data = xr.concat(
-        [_in_a_row(part, name) for name, part in parts.items()], "run", combine_attrs="drop_conflicts"
+        [_in_a_row(part, name) for name, part in parts.items()],
+        "run",
+        combine_attrs="drop_conflicts",
     )
     put_law(data, "master", law)
     data["middle_chi"] = ((), float(np.exp(np.log(data.chi).mean())), {"units": "1"})

@@ -34,7 +34,9 @@ def compute(sweeps):
     areas = parts[0][["width", "width_error", "tension", "tension_error", "drift"]]
     fig6 = parts[1][list(areas.data_vars)].expand_dims(edge=[edge])
     data = xr.concat(
-        [areas.assign_coords(edge=areas.edge.astype(float)), fig6], "edge", combine_attrs="drop_conflicts"
+        [areas.assign_coords(edge=areas.edge.astype(float)), fig6],
+        "edge",
+        combine_attrs="drop_conflicts",
     )
     data["of_figure_6"] = ("edge", [False] * areas.sizes["edge"] + [True])
     data.edge.attrs = {"units": "r_c", "long_name": "lateral edge of the box"}
