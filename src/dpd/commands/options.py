@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Collection
 
-    from dpd.pipeline.sweep import Point, Sweep
+    from dpd.pipeline.sweep import Sweep
     from dpd.pipeline.theory import TheorySweep
 
 LITTLE = 2**20  # bytes of a result whose size is not known before
@@ -79,20 +78,11 @@ def theory_of(options: Namespace) -> TheorySweep:
     return paper.theory[options.sweep]
 
 
-def resolved_sweep(options: Namespace) -> Sweep:
-    """The sweep with what other sweeps have measured for it."""
+def resolved_sweep(options: Namespace, point: str | None = None) -> Sweep:
+    """The same with what other sweeps have measured for it."""
     from dpd.pipeline.derived import resolved
 
-    return resolved(sweep_of(options), options.derived)
-
-
-def resolved_point(options: Namespace) -> Point:
-    """The point that a stage is about, the same way; no time goes into the others."""
-    from dpd.pipeline.derived import resolved
-
-    sweep = sweep_of(options, options.point)
-    alone = replace(sweep, points=(sweep.point(options.point),))
-    return resolved(alone, options.derived).points[0]
+    return resolved(sweep_of(options, point), options.derived)
 
 
 def data_of(options: Namespace, names: Collection[str]) -> dict[str, Path]:

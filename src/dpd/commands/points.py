@@ -12,7 +12,6 @@ from dpd.commands.options import (
     add_derived,
     add_threads,
     data_of,
-    resolved_point,
     resolved_sweep,
     sweep_of,
     theory_of,
@@ -101,7 +100,7 @@ def _simulate(options: Namespace) -> None:
 
     inputs = (options.start,) if options.start else ()
     check_output(options.output, ".nc", inputs)
-    scene = resolved_point(options).scene
+    scene = resolved_sweep(options, options.point).point(options.point).scene
     found = run_alone(
         Order(
             scene, options.output, f"{options.sweep} {options.point}", options.start,
