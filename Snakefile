@@ -19,9 +19,10 @@ from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline import made_from, resources as asked
+from dpd.pipeline.order import priorities
 from dpd.pipeline.overlay import edited_in_vain
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
-from dpd.pipeline.study import read_config, read_paper
+from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
@@ -48,6 +49,7 @@ configfile: str(ROOT / "config" / "config.yaml")
 try:
     CONFIG = read_config(dict(config))
     STUDY = CONFIG["study"]
+    FIRST = read_study(STUDY).get("first", ())
     LONGEST = CONFIG["longest_job"]
     PAGE = page_suffix(CONFIG["papers"], read_config()["papers"])
     REPORTED = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}

@@ -26,6 +26,7 @@ WITH_TRAJECTORY = trajectories()
 SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
 CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
 KERNELS = {name: made_from.kernels_for(paper) for name, paper in PAPERS.items()}
+PRIORITY = priorities(PAPERS, FIRST)
 WAITING = {name: made_from.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
@@ -111,21 +112,20 @@ def sources_of_run(wildcards):
     return run_sources(point_of(wildcards).scene)
 
 
-def work_of(wildcards):
-    """Millions of bead-steps of a run: its priority, so that no long run is left to the end."""
-    return 1 + round(point_of(wildcards).scene.work / 1e6)
+def priority_of(wildcards):
+    """Of a run: see `dpd.pipeline.order`."""
+    return PRIORITY[wildcards.paper, wildcards.sweep, wildcards.point]
 
 
-def work_compiled_for(wildcards):
-    """The same for compilation: of the longest run of a paper."""
-    sweeps = PAPERS[wildcards.paper].sweeps.values()
-    works = (point.scene.work for sweep in sweeps for point in sweep.points)
-    return 1 + round(max(works, default=0) / 1e6)
+def priority_of_kernels(wildcards):
+    """Of compilation: more than that of any run of the paper."""
+    return 1 + max((PRIORITY[run] for run in PRIORITY if run[0] == wildcards.paper), default=0)
 
 
-def work_after(wildcards):
-    """The same for a start: of the longest run that waits for it."""
-    return 1 + max(round(point.scene.work / 1e6) for _, point in WAITING[wildcards.paper][wildcards.start])
+def priority_of_start(wildcards):
+    """Of a start: more than that of any run that waits for it."""
+    paper, waiting = wildcards.paper, WAITING[wildcards.paper][wildcards.start]
+    return 1 + max(PRIORITY[paper, sweep, point.name] for sweep, point in waiting)
 
 
 def minutes_of_run(wildcards, attempt):

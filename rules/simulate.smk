@@ -19,7 +19,7 @@ rule simulate:
         scene=planned_digest,
         start=option("start"),
         derived=option("derived"),
-    priority: work_of
+    priority: priority_of
     threads: 1
     resources:
         runtime=minutes_of_run,

@@ -12,7 +12,7 @@ rule compile_kernels:
     params:
         study=STUDY,
         terms=terms_to_compile,
-    priority: work_compiled_for
+    priority: priority_of_kernels
     resources:
         runtime=lambda wildcards, attempt: 20 * attempt,  # half a minute was measured
         mem_mb=lambda wildcards, attempt: 2000 * attempt,  # 537 were
@@ -32,7 +32,7 @@ rule make_start:
         study=STUDY,
         sources=sources_of_start,
         point=names_with_start,
-    priority: work_after
+    priority: priority_of_start
     resources:
         runtime=minutes_of_start,
         mem_mb=memory_of_start,

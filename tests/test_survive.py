@@ -268,6 +268,15 @@ def test_a_plan_on_a_busy_machine_says_so(monkeypatch):
     assert "busy" not in as_text([row | {"share": 0.97}], 2)
 
 
+def test_a_plan_of_a_sweep_whose_middle_blows_up():
+    """Melts run at that friction, random positions do not: another point is measured."""
+    paper = read_paper("liu_2008", "paper", only=["friction"])
+    (row,) = plan([paper], measure_seconds=0.05)
+    assert np.isfinite(row["rate"]) and row["core_hours"] > 0
+    assert "Without" not in as_text([row], 2)
+    assert "Without friction:" in as_text([row | {"rate": np.nan, "core_hours": np.nan}], 2)
+
+
 def test_a_plan_counts_what_observables_cost():
     """Looking for bonds that pass through each other at every step costs more than to move."""
     point = read_paper("nikunen_2007", "smoke", only=["passes"]).sweeps["passes"].points[0]

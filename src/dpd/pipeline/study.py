@@ -88,6 +88,8 @@ def read_study(name: str) -> dict[str, Any]:
     validate(study, "study", where)
     for paper in study.get("papers", {}):
         _known(f"{where}: papers", paper, "papers")
+    for number, said in enumerate(study.get("first", ())):
+        _known(f"{where}: first.{number}", said.rpartition(".")[0], "papers")
     return study
 
 
@@ -117,7 +119,9 @@ def read_paper(
     where = f"config/papers/{name}.yaml"
     paper = read_yaml(CONFIG / "papers" / f"{name}.yaml")
     validate(paper, "paper", where)
-    changes = read_study(study).get("papers", {}).get(name, {})
+    studied = read_study(study)
+    changes = studied.get("papers", {}).get(name, {})
+    _check_first(studied.get("first", ()), name, paper["sweeps"], f"config/studies/{study}.yaml")
     for sweep in changes:
         if sweep not in paper["sweeps"]:
             raise UserError(
@@ -164,6 +168,17 @@ def read_paper(
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
     reference = paper.get("reference", "")
     return Paper(name, paper["title"], reference, sweeps, measurements, figures, sampling, theory)
+
+
+def _check_first(first, name, sweeps, where):
+    """Refuse an order of sweeps that names one which the paper has not."""
+    for number, said in enumerate(first):
+        paper, _, sweep = said.rpartition(".")
+        if paper == name and sweep not in sweeps:
+            raise UserError(
+                f"{where}: first.{number}: {name} has no sweep {sweep!r}; "
+                f"{suggestion(sweep, sweeps)}"
+            )
 
 
 def _check_seeds(sweeps, key):

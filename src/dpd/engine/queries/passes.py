@@ -79,11 +79,16 @@ def passed_bonds(
     offset = start - middle
     ends = np.stack([offset, offset + bond])  # relative to the middle, before
     # A bond reaches no further from its middle than its ends do, at either time.
-    reach = 2 * float(np.sqrt(max(((ends + part) ** 2).sum(axis=1).max() for part in (0, move))))
-    reach = min(reach, 0.5 * min(box))
+    radius = np.sqrt(np.maximum(_squares(ends), _squares(ends + move)))
+    reach = min(2 * float(radius.max()), 0.5 * min(box))
     space = space_of(box)
     cells = grid(space, max(reach, SMALLEST_CELL))
-    return _passed(rows_of(wrapped(middle, box)), ends, move, members, space, cells, reach)
+    return _passed(rows_of(wrapped(middle, box)), radius, ends, move, members, space, cells, reach)
+
+
+def _squares(ends):
+    """Larger square of the distances of both ends from the middle, for each bond."""
+    return (ends**2).sum(axis=1).max(axis=0)
 
 
 @part()
@@ -123,7 +128,7 @@ def _axis(k, bond, ends, move, t):
 
 
 @kernel()
-def _passed(middle, ends, move, members, space, grid, reach):
+def _passed(middle, radius, ends, move, members, space, grid, reach):
     bonds = len(middle)
     beads = Beads(middle, middle, None, np.arange(bonds).astype(np.uint32), None)
     ordered, search = sorted_beads(beads, space, grid)
@@ -138,6 +143,10 @@ def _passed(middle, ends, move, members, space, grid, reach):
             one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
             for k in range(3):
                 x[k] = pairs.separation[k, s]
+            # The search takes all bonds for as long as the longest one.
+            both = radius[one] + radius[other]
+            if x[0] * x[0] + x[1] * x[1] + x[2] * x[2] > both * both:
+                continue
             low_sign = line_up(x, one, other, ends, move, 0.0).triple
             if low_sign * line_up(x, one, other, ends, move, 1.0).triple >= 0.0:
                 continue
