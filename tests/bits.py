@@ -4,8 +4,8 @@
     ...                                              # rebuild, run again
     python tests/bits.py results/quick before.txt    # what differs; exit code 1 if anything does
 
-The list `tests/bits_quick.txt` is that of the quick study. Another compiler (Numba, LLVM) or
-another kind of processor may round differently; the same machine must not.
+The list `tests/bits_quick.txt` is that of three papers in the quick study. Another compiler (Numba,
+LLVM) or another kind of processor may round differently; the same machine must not.
 """
 
 import hashlib

@@ -14,17 +14,21 @@ import sys
 import warnings
 from functools import cache, partial
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numba
 from numba import njit
 from numba.core.caching import NullCache
 from numba.extending import overload, register_jitable
 
+from dpd.digest import text_digest
 from dpd.errors import reason
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numba.core.caching import IndexDataCacheFile
     from numba.core.dispatcher import Dispatcher
 
 
@@ -69,11 +73,46 @@ def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
             # which the kernel calls was changed.
             _warn("it cannot be written")
             compiled._cache = kept = NullCache()
+        else:
+            kept._cache_file = _FileOfEach(kept._cache_file)
         kept.save_overload = _or_without(kept.save_overload)
         kept.load_overload = _or_without(kept.load_overload)
         return compiled
 
     return decorate
+
+
+class _FileOfEach:
+    """Files of a kernel's variants, each named after the arguments that it is compiled for.
+
+    Numba numbers them, and an index says which is which. Two processes that compile at the same
+    time may take the same number for two variants, and a later one then runs code that was made
+    for other arguments, and crashes.
+
+    Parameters
+    ----------
+    files : numba.core.caching.IndexDataCacheFile
+        That writes and reads them.
+    """
+
+    def __init__(self, files: IndexDataCacheFile) -> None:
+        self._files = files
+
+    def save(self, key: tuple[Any, ...], data: tuple[Any, ...]) -> None:
+        """Write a variant, as Numba reduces it, in the place of what was there."""
+        self._files._save_data(self._name(key), (key, data))
+
+    def load(self, key: tuple[Any, ...]) -> tuple[Any, ...] | None:
+        """A variant; None if it was not written yet."""
+        try:
+            found, data = self._files._load_data(self._name(key))
+        except FileNotFoundError:
+            return None
+        return data if found == key else None
+
+    def _name(self, key):
+        made_with = numba.__version__, self._files._source_stamp, key
+        return f"{Path(self._files._index_name).stem}.{text_digest(repr(made_with))}.nbc"
 
 
 def _or_without(call):

@@ -37,11 +37,23 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
         if scene.beads < smallest.setdefault(variant, scene).beads:
             smallest[variant] = scene
     for scene in smallest.values():
-        system = system_of(scene)
-        simulation = Simulation(system, compile_start(scene))
-        for observer in observables(scene, system):
-            observer.sample(simulation, simulation.measure())
+        compile_observables(scene, Simulation(system_of(scene), compile_start(scene)))
     return [", ".join(variant) for variant in smallest]
+
+
+def compile_observables(scene: Scene, simulation: Simulation) -> None:
+    """Compile what the observables of a scene need, beyond what the engine does.
+
+    Parameters
+    ----------
+    scene : Scene
+    simulation : Simulation
+        Of that scene. It stays where it is.
+    """
+    for observer in observables(scene, simulation.system):
+        observer.sample(simulation, simulation.measure())
+        if 2 * observer.every <= scene.steps.sample:  # some compare a sample with the one before
+            observer.sample(simulation, simulation.measure())
 
 
 def with_terms(scenes: Sequence[Scene], terms: frozenset[str]) -> list[Scene]:

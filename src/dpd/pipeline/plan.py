@@ -13,6 +13,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.errors import LostTrack
 from dpd.observe import observables
+from dpd.pipeline.compiling import compile_observables
 from dpd.start.make import make_start, system_of
 from dpd.start.quick import random_start
 
@@ -168,10 +169,7 @@ def measured_speed(scene: Scene, seconds: float) -> Speed:
     """The `Speed` of a scene, measured for some seconds without its observables and with them."""
     simulation = Simulation(system_of(scene), make_start(random_start(scene)))
     system, most = system_of(scene), scene.steps.sample
-    for observer in observables(scene, system):  # kernels of the observables compile
-        observer.sample(simulation, simulation.measure())
-        if 2 * observer.every <= most:  # some compare each sample with the one before
-            observer.sample(simulation, simulation.measure())
+    compile_observables(scene, simulation)
     observers = observables(scene, system)
 
     def watched(steps):
