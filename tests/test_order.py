@@ -73,6 +73,7 @@ def test_studies_name_sweeps_that_there_are():
             r"mine\.yaml: first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'",
         ),
         ("liu_2009.melts", r"mine\.yaml: first\.0: 'liu_2009' is not in config/papers"),
+        ("crgw_2019.hnc", r"mine\.yaml: first\.0: 'hnc' is calculated and has no runs"),
         ("melts", r"mine\.yaml: first\.0: .*melts"),
     ],
 )
@@ -83,4 +84,5 @@ def test_refused(tmp_path, monkeypatch, said, words):
     study = {"description": "mine", "first": [said]}
     (tmp_path / "config" / "studies" / "mine.yaml").write_text(yaml.safe_dump(study))
     with pytest.raises(UserError, match=words):
-        read_paper("liu_2008", "mine")
+        for paper in ("liu_2008", "crgw_2019"):
+            read_paper(paper, "mine")

@@ -179,6 +179,8 @@ def _check_first(first, name, sweeps, where):
                 f"{where}: first.{number}: {name} has no sweep {sweep!r}; "
                 f"{suggestion(sweep, sweeps)}"
             )
+        if paper == name and "theory" in sweeps[sweep]:
+            raise UserError(f"{where}: first.{number}: {sweep!r} is calculated and has no runs")
 
 
 def _check_seeds(sweeps, key):
