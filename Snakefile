@@ -34,6 +34,9 @@ from dpd.stages import (
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
+# A rule's command writes a log through `tee`. A log that cannot be written, as on a full disk, must
+# not make the job fail, or Snakemake would remove what a long run has made: the first command counts.
+shell.suffix("|| exit ${{PIPESTATUS[0]}}")
 # For the report, which says what the workflow cost.
 CORES = workflow.cores if workflow.nodes is None else 0  # of this machine; none on a cluster
 os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(CORES or ""))

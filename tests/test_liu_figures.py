@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from dpd.analysis.chain_length import power
+from dpd.analysis.diffusion import plateau
+from dpd.analysis.published import published
 from dpd.analysis.resampling import Resampled
 from dpd.report.figures import load_module
 from paper_figures.liu_2008.shared import too_small
@@ -42,6 +45,81 @@ def test_how_far_early_displacements_are_apart():
     apart, error = figure._apart_early({20: curve(short), 100: curve(TIME)}, 5.0)
     assert apart == pytest.approx(0.03)
     assert error == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("law", "decades"), [(1 / 2, 0.782), (2 / 3, 0.196), (1, 0.056)])
+def test_other_powers_are_level_for_a_known_time(law, decades):
+    """ln(1.03 / 0.97) / |8/15 - x|, in decades, within a point of the grid; and no error."""
+    found = plateau(curve(2.0 * TIME**law), 8 / 15, 0.03, 0, np.inf)
+    assert found.decades == pytest.approx(decades, abs=0.002)
+    assert found.error == pytest.approx(0.0, abs=1e-12)
+    assert found.last / found.first == pytest.approx(10**found.decades)
+    assert (found.low, found.high) == pytest.approx(
+        (2.0 * found.first**law, 2.0 * found.last**law), rel=1e-6
+    )
+
+
+def test_where_a_curve_is_level():
+    """From 1 to 10, and a little beyond both ends, where the law is t."""
+    time = np.clip(TIME, 1, 10) ** (8 / 15) * np.minimum(TIME, 1) * np.maximum(TIME / 10, 1)
+    found = plateau(curve(time), 8 / 15, 0.03, 0, np.inf)
+    assert found.first == pytest.approx(1.0, rel=0.12)
+    assert found.last == pytest.approx(10.0, rel=0.12)
+    assert 1.0 < found.decades < 1.1
+
+
+def rouse_chain(beads, time):
+    """g_i of a middle bead, 4 <l^2> and R_g^2 of an ideal chain in a plane (Doi and Edwards)."""
+    modes = np.arange(1, beads)
+    rate = 4 * np.sin(np.pi * modes / (2 * beads)) ** 2  # spring, friction and kT are 1
+    shape = 2 / beads * np.cos(np.pi * modes * (beads // 2 + 0.5) / beads) ** 2
+    inner = 4 * time / beads + 4 * (1 - np.exp(-np.outer(time, rate))) @ (shape / rate)
+    return inner, 4 * 2.0, float((2 / rate).sum() / beads)
+
+
+@pytest.mark.parametrize("beads", [50, 100, 200])
+def test_ideal_chains_have_no_plateau(beads):
+    """Their slope falls through 8/15, over less time than a plateau has to last."""
+    time = np.geomspace(0.01, 1e6, 300)
+    inner, low, high = rouse_chain(beads, time)
+    rows = np.tile(inner, (5, 1))
+    found = plateau(Resampled(time, inner, rows, rows), 8 / 15, 0.03, low, high)
+    limit, _ = published(PAPER)["level"]["range"]
+    assert 0.5 < found.decades < 0.9 < limit
+    assert low <= found.low < found.high <= high
+
+
+@pytest.mark.parametrize(
+    ("end", "error", "decided"), [(1e3, 0.1, True), (1e3, 1.0, False), (1e4, 1.0, True)]
+)
+def test_a_plateau_that_the_times_cut_is_at_least_that_long(end, error, decided):
+    """Of 1.6 decades. Whether it is over or not, it may be long enough to decide."""
+    figure = load_module(PAPER, "slope")
+    at = {
+        "level_first": 25.0, "level_last": 1e3, "level_decades": 1.6, "level_error": error,
+        "level_low": 1.0, "level_high": 6.0, "high": 10.0, "duration": 1e4, "box_edge": 100.0,
+    }  # fmt: skip
+    data = xr.Dataset(at).assign(time=("lag", [1.0, end])).expand_dims(run=["melts 100"])
+    assert (figure._level(data).undecided == "") == decided
+
+
+def test_exponents_of_relaxation_times():
+    """Of three lengths that ran ten tau; two are too few, whatever lies on them."""
+    figure = load_module(PAPER, "relaxation")
+    length = np.array([20.0, 50.0, 100.0, 200.0])
+    at = xr.Dataset(
+        {"tau": ("length", 0.1 * length**1.9), "tau_error": ("length", 1e-3 * length**1.9),
+         "long_enough": ("length", [1.0, 1.0, 1.0, 0.0])},
+        {"length": length},
+    )  # fmt: skip
+    counted = figure._counted(at)
+    assert counted[0].tolist() == [20, 50, 100]
+    assert power(*counted, 0, np.inf).exponent == pytest.approx(1.9)
+    two = at.assign(long_enough=("length", [1.0, 1.0, 0.0, 0.0]))
+    found = power(*figure._counted(two), 0, np.inf)
+    few = two.assign(exponent=found.exponent, exponent_error=found.error)
+    judged = figure._exponent(few.expand_dims(sweep=["melts"]), "melts")
+    assert np.isnan(judged.value) and "fewer than three" in judged.undecided
 
 
 def test_drift_of_the_closest_contact():

@@ -26,17 +26,18 @@ PAPER_SHOWS = (
     "thick where 4 <l^2> < g_i < R_g^2, beyond two bonds and inside the chain's own size, where "
     "the exponent is fitted, which the legend gives with its 95 % interval. Black: t^(8/15) solid, "
     "t^(1/2) dotted, through the first thick point of the longest chains; the law by which a panel "
-    "divides is level there. Times in DPD units tau_0."
+    "divides is level there. Curves of shorter chains may run out of a panel at its "
+    "top. Times in DPD units tau_0."
 )
 ERRORS = (
     "Bands: 95 % intervals; the larger of two jackknife errors, leaving out molecules, and "
     "leaving out tenths of the run, which know about motion that all chains share. Times up to a "
-    "tenth of the run, so that tenths are independent."
+    "tenth of the run, so that tenths are independent; the paper draws the whole run."
 )
 BATHS = ("pairs", "langevin")
 FREE = 20.0  # R_g^2 that g_cm must reach before g_i can be within 5 % of it
 MET = 2.0  # g_i over g_cm where a chain goes over to free diffusion
-FROM = 1.0  # DPD time unit, from which on curves are drawn: before, beads fly
+ROOM = 1.15  # of the ordinates, above the highest point of the longest chains
 
 
 def compute(sweeps):
@@ -196,9 +197,12 @@ def draw(data):
     for row, bath, words in zip(axes, BATHS, ("pair friction", "Langevin")):
         here = data.sel(bath=bath).dropna("length", subset=["duration"])
         for panel, power, label in zip(row, (ROUSE, SEMENOV_JOHNER), ("1/2", "8/15")):
-            _curves(panel, here, power, named=power == ROUSE)
-            _guide(panel, here.isel(length=-1), power)
-            panel.set(xscale="log", xlim=(FROM, None), ylim=(0, None), title=words)
+            for length in here.length.values:
+                _curves(panel, here.sel(length=length), power, named=power == ROUSE)
+            longest = here.isel(length=-1)
+            _guide(panel, longest, power)
+            highest = float((longest.inner / longest.time**power).max())
+            panel.set(xscale="log", ylim=(0, ROOM * highest), title=words)
             panel.set_ylabel(rf"$g(t) / t^{{{label}}}$ / ($r_c^2$ $\tau_0^{{-{label}}}$)")
         for panel in row:
             handles, _ = panel.get_legend_handles_labels()
@@ -209,27 +213,25 @@ def draw(data):
     return figure
 
 
-def _curves(panel, here, power, named):
-    """g_i and g_cm of all N over a power of time."""
-    for length in here.length.values:
-        at, color = here.sel(length=length), LENGTHS.get(int(length), ORANGE)
-        at = at.isel(lag=np.flatnonzero(at.time >= FROM))
-        time, scale = at.time, at.time**power
-        exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
-        text = f"N = {length}: {exponent:.2f} ± {error:.2f}"
-        for kind, style in (("inner", "-"), ("centre", "--")):
-            value, reach = at[kind] / scale, COVERAGE * at[f"{kind}_error"] / scale
-            panel.fill_between(time, value - reach, value + reach, color=color, alpha=0.25,
-                               linewidth=0)  # fmt: skip
-            panel.plot(time, value, style, color=color, linewidth=0.8,
-                       label=text if kind == "inner" and named else None)  # fmt: skip
-        inside = (at.inner >= at.low) & (at.inner <= at.high)
-        panel.plot(time[inside], (at.inner / scale)[inside], color=color, linewidth=2)
+def _curves(panel, at, power, named):
+    """g_i and g_cm of one N over a power of time."""
+    length = int(at.length)
+    color, scale = LENGTHS.get(length, ORANGE), at.time**power
+    exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
+    text = f"N = {length}: {exponent:.2f} ± {error:.2f}"
+    for kind, style in (("inner", "-"), ("centre", "--")):
+        value, reach = at[kind] / scale, COVERAGE * at[f"{kind}_error"] / scale
+        panel.fill_between(at.time, value - reach, value + reach, color=color, alpha=0.25,
+                           linewidth=0)  # fmt: skip
+        panel.plot(at.time, value, style, color=color, linewidth=0.8,
+                   label=text if kind == "inner" and named else None)  # fmt: skip
+    inside = (at.inner >= at.low) & (at.inner <= at.high)
+    panel.plot(at.time[inside], (at.inner / scale)[inside], color=color, linewidth=2)
 
 
 def _guide(panel, at, power):
     """Both power laws through the first point of the window of some chains."""
-    inside = np.flatnonzero(((at.inner >= at.low) & (at.time >= FROM)).values)
+    inside = np.flatnonzero((at.inner >= at.low).values)
     if not len(inside):
         return
     first = at.isel(lag=inside[0])

@@ -1,12 +1,17 @@
 """Local slopes of the innermost beads' displacement: the melt, the box, or the thermostat?"""
 
+from itertools import cycle
+
 import numpy as np
+import pandas as pd
 import xarray as xr
 
-from dpd.analysis.diffusion import subdiffusion
+from dpd.analysis.diffusion import displacements, plateau, subdiffusion
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
+from dpd.report.text import with_error
 from paper_figures.liu_2008.shared import (
     LENGTHS,
     PAPER_LENGTH,
@@ -16,27 +21,36 @@ from paper_figures.liu_2008.shared import (
     too_small,
 )
 
+LIMIT = shown_by(__file__)["level"].low  # decades for which a plateau is to last
+LEVEL = 0.03  # share of its middle within which g_i / t^(8/15) is called level
+# Fields of dpd.analysis.diffusion.Plateau.
+LEVEL_UNITS = {
+    "first": "tau", "last": "tau", "decades": "1", "error": "1", "low": "r_c^2", "high": "r_c^2",
+}  # fmt: skip
+
 TITLE = "Local slope d ln g_i / d ln t of the innermost beads' displacement, melts of set (1)."
 PAPER_SHOWS = (
     "Not a figure of the paper. Dashed: 8/15 (Semenov and Johner), dotted: 1/2 (Rouse). (a) The "
     "paper's dynamics, pair friction gamma 4.5, for several N. (b) The same melts with friction "
     "and noise on each bead (Langevin), which conserve no momentum: chains alone, without flow. "
-    "(c) N = 50 in boxes of other sizes and with other frictions, with and without momentum. "
-    "Where (a) and (b) differ, flow carries the beads, and a power law of g_i is not one of the "
-    "chain. The legends give exponents inside the chain's own size, 4 <l^2> < g_i < R_g^2, in (a) "
-    "and (b) with 95 % intervals. Times in DPD units tau_0."
+    "(c) Boxes of edge L, with and without momentum. (d) Other pair frictions. "
+    "Where (a) and (b) differ, flow carries the beads, and a power law there does not describe the "
+    "chain's own motion. The legends give exponents inside the chain's own size, 4 <l^2> < g_i < "
+    "R_g^2, in (a) and (b) with 95 % intervals. Table: where the slope is smallest; and the longest "
+    "stretch of time inside the chain's own size in which g_i / t^(8/15) stays within "
+    f"{100 * LEVEL:g} % of its middle, as long a plateau as an eye could see. Ideal (Rouse) chains "
+    "of N = 100 have 0.8 decades, as their slope falls through 8/15 to 1/2; a law t^1 has 0.06. "
+    "Times in DPD units tau_0."
 )
 ERRORS = (
     "Each slope is that of a straight line over a factor of 4 in time. Bands: 95 % intervals; the"
     " larger of two jackknife errors, leaving out molecules, and leaving out tenths of the run. "
     "Times up to a tenth of the run, so that tenths are independent."
 )
-COLORS = (BLUE, GREEN, RED, PURPLE, ORANGE, BLACK)
 AXES = {
     "melts": "length", "langevin": "length", "box_size": "box", "langevin_box_size": "box",
     "friction": "gamma",
 }  # fmt: skip
-ALONE = ("box_size", "langevin_box_size", "friction")
 FROM = 0.3  # DPD time units, from which on slopes are drawn: before, beads fly
 PAIR = 50  # chain length of the pair of boxes
 
@@ -46,10 +60,28 @@ def compute(sweeps):
     parts = []
     for name, axis in AXES.items():
         found = subdiffusion(sweeps[name], axis)
+        found = found.merge(_levels(sweeps[name], axis, found))
         labels = [f"{name} {value}" for value in found[axis].values]
         found = found.rename({axis: "run"}).drop_vars("run").assign_coords(run=labels)
         parts.append(found)
     return xr.concat(parts, "run", join="outer")
+
+
+def _levels(sweep, axis, found):
+    """Where g_i / t^(8/15) is level inside the chains' own size, over an axis."""
+    levels = []
+    for place in sweep[axis].values:
+        window = found.sel({axis: place})
+        inner = displacements(sweep.sel({axis: place}), "inner")
+        low, high = float(window.low), float(window.high)
+        levels.append(plateau(inner, SEMENOV_JOHNER, LEVEL, low, high)._asdict())
+    return xr.Dataset(
+        {
+            f"level_{field}": (axis, [level[field] for level in levels], {"units": unit})
+            for field, unit in LEVEL_UNITS.items()
+        },
+        {axis: sweep[axis]},
+    )
 
 
 def _at(data, run):
@@ -88,16 +120,45 @@ def _lowest(data):
     return Measured(value, error, note, small)
 
 
+def _level(data):
+    """How long g_i / t^(8/15) of the paper's chains is level, in decades."""
+    at = _at(data, f"melts {PAPER_LENGTH}")
+    if at is None or not np.isfinite(at.level_decades):
+        return Measured(np.nan, np.nan, "", "fewer than four lags inside the chain's own size")
+    value, error = float(at.level_decades), float(at.level_error)
+    small = too_small(at)
+    if _goes_on(at) and value - 2 * error < LIMIT:
+        small = small or "level until the last time, so it may go on"
+    note = f"{_times(at)} DPD time units, g_i = {_sizes(at)} R_g^2"
+    return Measured(value, error, note, small)
+
+
+def _goes_on(at):
+    """Whether the level stretch ends because the times do: it lasts for as long at least."""
+    return float(at.level_last) >= float(at.time.max()) * (1 - 1e-9)
+
+
+def _times(at):
+    return f"{float(at.level_first):.3g} to {float(at.level_last):.3g}"
+
+
+def _sizes(at):
+    return f"{float(at.level_low / at.high):.2g} to {float(at.level_high / at.high):.2g}"
+
+
 def measured(data):
     """The control's exponent, and how the exponent depends on the box."""
     control = _exponent(data, f"langevin {PAPER_LENGTH}")
     large = _exponent(data, f"melts {PAIR}")
-    found = {"langevin_exponent": control, "lowest_slope": _lowest(data)}
+    found = {
+        "langevin_exponent": control, "lowest_slope": _lowest(data), "level": _level(data),
+    }  # fmt: skip
     for name, prefix, reference in (
         ("box_dependence", "box_size", large),
         ("langevin_box_dependence", "langevin_box_size", _exponent(data, f"langevin {PAIR}")),
     ):
-        runs = sorted(r for r in data.run.values if r.startswith(f"{prefix} "))
+        runs = [r for r in data.run.values if r.startswith(f"{prefix} ")]
+        runs.sort(key=lambda run: float(data.box_edge.sel(run=run)))
         other = _exponent(data, runs[0]) if runs else Measured(np.nan, np.nan)
         edge = float(data.sel(run=runs[0]).box_edge) if runs else np.nan
         found[name] = Measured(
@@ -113,9 +174,43 @@ def measured(data):
     return found
 
 
+def table(data):
+    """Of every run: exponent, smallest slope, and where g_i / t^(8/15) is level."""
+    rows = []
+    for run in data.run.values:
+        at = data.sel(run=run)
+        lowest = "not reached"
+        if np.isfinite(at.lowest):
+            lowest = (
+                f"{with_error(float(at.lowest), float(at.lowest_error))} at "
+                f"{float(at.lowest_time):.3g}, {float(at.lowest_square / at.high):.2g} R_g^2"
+            )
+        level = ("–",) * 3
+        if np.isfinite(at.level_decades):
+            length = with_error(float(at.level_decades), float(at.level_error))
+            level = (f"at least {length}" if _goes_on(at) else length, _times(at), _sizes(at))
+        rows.append((
+            _name(run, at), with_error(float(at.exponent), float(at.exponent_error)), lowest,
+            *level,
+        ))  # fmt: skip
+    return pd.DataFrame(rows, columns=[
+        "run", "exponent inside", "smallest slope", "level for / decades",
+        "from t / tau_0", "at g_i / R_g^2",
+    ])  # fmt: skip
+
+
+def _name(run, at):
+    """Which melt a run is of."""
+    bath = "Langevin" if run.startswith("langevin") else "pairs"
+    return (
+        f"{bath}, N = {int(at.beads)}, L = {float(at.box_edge):.0f}, gamma {float(at.friction):g}"
+    )
+
+
 def describe(data):
     """What is seen, in words."""
-    parts = [f"{_label(run, data.sel(run=run), True)}" for run in data.run.values]
+    points = [(run, data.sel(run=run)) for run in data.run.values]
+    parts = [f"{_name(run, at)}: {float(at.exponent):.2f}" for run, at in points]
     return (
         "Local slopes over time fall from 2, free flight, through about 1 to lower values; 8/15 "
         f"and 1/2 are drawn in. Exponents inside the chain: {'; '.join(parts)}."
@@ -123,46 +218,62 @@ def describe(data):
 
 
 def draw(data):
-    """Three panels of slopes."""
-    figure, panel = panels(3, height=3.0, sharey=True)
-    groups = (
-        ("pair friction", [r for r in data.run.values if r.startswith("melts ")]),
-        ("Langevin", [r for r in data.run.values if r.startswith("langevin ")]),
-        (
-            f"N = {PAIR}",
-            [r for r in data.run.values if r.split()[0] in ALONE]
-            + [r for r in (f"melts {PAIR}", f"langevin {PAIR}") if r in data.run.values],
-        ),
-    )  # fmt: skip
-    for axes, (title, runs) in zip(panel, groups):
-        together = title.startswith("N = ")
-        for run, color in zip(runs, COLORS):
+    """Slopes over chain length with both thermostats, box and friction."""
+    figure, axes = panels(2, rows=2, height=2.6, sharex=True, sharey=True)
+    sweep = {run: run.split()[0] for run in data.run.values}
+    boxes = [run for run in sweep if sweep[run] in ("box_size", "langevin_box_size")]
+    frictions = [run for run in sweep if sweep[run] == "friction"]
+    groups = {
+        "pair friction": [run for run in sweep if sweep[run] == "melts"],
+        "Langevin": [run for run in sweep if sweep[run] == "langevin"],
+        "boxes": boxes + _there(data, f"melts {PAIR}", f"langevin {PAIR}"),
+        "frictions": frictions + _like(data, frictions),
+    }
+    for panel, (title, runs) in zip(axes.flat, groups.items()):
+        colors = cycle((BLUE, GREEN, RED, PURPLE, ORANGE, BLACK))
+        for run, color in zip(runs, colors):
             at = data.sel(run=run)
-            at = at.isel(lag=np.flatnonzero(at.time >= FROM))
-            if not together:
-                color = LENGTHS.get(int(run.split()[1]), color)
-            reach = COVERAGE * at.slope_error
-            style = "--" if run.startswith("langevin") and together else "-"
-            axes.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.2,
-                              linewidth=0)  # fmt: skip
-            axes.plot(at.time, at.slope, style, color=color, label=_label(run, at, together))
-        axes.axhline(SEMENOV_JOHNER, color=BLACK, linestyle="--", linewidth=0.8)
-        axes.axhline(ROUSE, color=BLACK, linestyle=":", linewidth=0.8)
+            if title in ("pair friction", "Langevin"):
+                color, label = LENGTHS.get(int(at.beads), color), _by_length(at)
+            else:
+                label = f"{_name(run, at)}: {float(at.exponent):.2f}".replace("gamma", r"$\gamma$")
+            _curve(panel, at, color, "--" if run.startswith("langevin") else "-", label)
+        panel.axhline(SEMENOV_JOHNER, color=BLACK, linestyle="--", linewidth=0.8)
+        panel.axhline(ROUSE, color=BLACK, linestyle=":", linewidth=0.8)
         # Room above the curves for a line of the legend each.
-        axes.set(xscale="log", xlim=(FROM, None), ylim=(0.4, 1.8), title=title,
-                 xlabel=r"time $t$ / $\tau_0$")  # fmt: skip
-        axes.legend(loc="upper right")
-    panel[0].set_ylabel(r"local slope d ln $g_i$ / d ln $t$")
+        panel.set(xscale="log", xlim=(FROM, None), ylim=(0.4, 2.0), title=title)
+        panel.legend(loc="upper right")
+    for panel in axes[-1]:
+        panel.set_xlabel(r"time $t$ / $\tau_0$")
+    for panel in axes[:, 0]:
+        panel.set_ylabel(r"local slope d ln $g_i$ / d ln $t$")
     return figure
 
 
-def _label(run, at, together):
-    """What a curve is of."""
-    name, value = run.split()
+def _there(data, *runs):
+    return [run for run in runs if run in data.run.values]
+
+
+def _like(data, runs):
+    """Runs of pairs with the melts' friction, in the box and with the chains of some."""
+    alike = {(int(at.beads), float(at.box_edge)) for at in (data.sel(run=run) for run in runs)}
+    return [
+        run for run in data.run.values
+        if run.split()[0] in ("melts", "box_size")
+        and (int(data.beads.sel(run=run)), float(data.box_edge.sel(run=run))) in alike
+    ]  # fmt: skip
+
+
+def _curve(panel, at, color, style, label):
+    """The slope of a run, with its band."""
+    at = at.isel(lag=np.flatnonzero(at.time >= FROM))
+    reach = COVERAGE * at.slope_error
+    panel.fill_between(at.time, at.slope - reach, at.slope + reach, color=color, alpha=0.2,
+                       linewidth=0)  # fmt: skip
+    panel.plot(at.time, at.slope, style, color=color, label=label)
+
+
+def _by_length(at):
+    """Chain length and exponent with its 95 % interval."""
     exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
-    if not together:
-        return f"N = {value}: {exponent:.2f} ± {error:.2f}"
-    kind = "Langevin" if name.startswith("langevin") else "pairs"
-    text = f"{kind}, L = {float(at.box_edge):.0f}"
-    text += rf", $\gamma$ = {value}" if name == "friction" else ""
-    return f"{text}: {exponent:.2f}"
+    return f"N = {int(at.beads)}: {exponent:.2f} ± {error:.2f}"

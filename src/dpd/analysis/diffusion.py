@@ -16,6 +16,18 @@ if TYPE_CHECKING:
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
+PER_DECADE = 1000  # points at which a level stretch may begin or end
+# What `subdiffusion` gives, with units: over lags, and one per point.
+CURVES = {
+    "time": "tau", "inner": "r_c^2", "inner_error": "r_c^2", "centre": "r_c^2",
+    "centre_error": "r_c^2", "slope": "1", "slope_error": "1",
+}  # fmt: skip
+NUMBERS = {
+    "exponent": "1", "exponent_error": "1", "first": "tau", "last": "tau", "low": "r_c^2",
+    "high": "r_c^2", "lowest": "1", "lowest_error": "1", "lowest_time": "tau",
+    "lowest_square": "r_c^2", "duration": "tau", "box_edge": "r_c", "beads": "1",
+    "friction": "kT tau / r_c^2",
+}  # fmt: skip
 
 
 def displacements(runs: xr.Dataset, kind: str) -> Resampled:
@@ -133,6 +145,84 @@ def lowest_slope(found: Resampled) -> LowestSlope:
     return LowestSlope(value, float(error), found.time[at], found.value[at])
 
 
+class Plateau(NamedTuple):
+    """The longest stretch of time over which g / t^x is level.
+
+    Attributes
+    ----------
+    first, last : float
+        Where it begins and ends, in tau.
+    decades, error : float
+        log10 of last / first, and its standard error.
+    low, high : float
+        g at both ends, in r_c^2.
+    """
+
+    first: float
+    last: float
+    decades: float
+    error: float
+    low: float
+    high: float
+
+
+def plateau(found: Resampled, power: float, within: float, low: float, high: float) -> Plateau:
+    """The longest stretch over which g / t^x differs from its middle by no more than a share.
+
+    It is looked for where g lies between two values: outside the subdiffusive window the slope
+    passes through every x on its way. Every curve has one, though it may be short. A law t^y keeps
+    to it over ln((1 + share) / (1 - share)) / |x - y| units of ln t.
+
+    Parameters
+    ----------
+    found : Resampled
+    power : float
+        x.
+    within : float
+        The share.
+    low, high : float
+        Of g, in r_c^2.
+
+    Returns
+    -------
+    Plateau
+        All NaN where there are fewer than four lags.
+    """
+    inside = (found.value >= low) & (found.value <= high)
+    if inside.sum() < 4:
+        return Plateau(*(np.nan,) * 6)
+    logarithm = np.log(found.time[inside])
+    count = int(PER_DECADE * (logarithm[-1] - logarithm[0]) / np.log(10)) + 2
+    x = np.linspace(logarithm[0], logarithm[-1], count)  # finer than the lags, or errors were 0
+    band = np.log((1 + within) / (1 - within))
+
+    def stretch(g):
+        y = np.interp(x, logarithm, np.log(g[inside]) - power * logarithm)
+        return _longest_level(y, band)
+
+    def decades(g):
+        first, last = stretch(g)
+        return (x[last] - x[first]) / np.log(10)
+
+    length, error = found.derived(decades)
+    ends = x[list(stretch(found.value))]
+    first, last = np.exp(ends)
+    squares = np.exp(np.interp(ends, logarithm, np.log(found.value[inside])))
+    return Plateau(first, last, float(length), float(error), squares[0], squares[1])
+
+
+def _longest_level(y, band):
+    """First and last index of the longest stretch in which y varies by no more than a band."""
+    best = 0, 0
+    for first in range(len(y)):
+        rest = y[first:]
+        width = np.maximum.accumulate(rest) - np.minimum.accumulate(rest)
+        last = first + int(np.searchsorted(width, band, side="right")) - 1
+        if last - first > best[1] - best[0]:
+            best = first, last
+    return best
+
+
 def diffusion_constant(found: Resampled, dimension: int, after: float) -> tuple[float, float]:
     """D from the slope of g = 2 d D t + c beyond a time.
 
@@ -171,49 +261,50 @@ def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     -------
     xarray.Dataset
         Over the axis and ``lag``: ``time``, ``inner``, ``centre``, ``slope`` (of inner), each but
-        the first with ``_error`` (standard error). Over the axis: ``exponent`` of inner in
-        the window and its error, ``first`` and ``last`` time and ``low`` and ``high`` square
-        displacement of the window, ``diffusion`` of the centre of mass beyond ``last``, and
-        ``lowest``, the smallest local slope, at ``lowest_time`` and ``lowest_square``, and
-        ``duration`` and ``box_edge`` of the run.
+        the first with ``_error`` (standard error). Over the axis: ``exponent`` of inner in the
+        window and its error, ``first`` and ``last`` time and ``low`` and ``high`` square
+        displacement of the window; ``lowest``, the smallest local slope, at ``lowest_time`` and
+        ``lowest_square``; ``duration``, ``box_edge``, ``beads`` of the longest chain and
+        ``friction`` of the run.
     """
-    rows, curves = [], []
-    for place in sweep[axis].values:
-        at = sweep.sel({axis: place})
-        inner, centre = displacements(at, "inner"), displacements(at, "centre")
-        low = TWO_BONDS * float(at.bond_mean_square.mean())
-        high = float(at.gyration_square.mean())
-        window = exponent_between(inner, low, high)
-        after = window.last if np.isfinite(window.last) else inner.time[-1]
-        constant = diffusion_constant(centre, at.sizes["axis"], after)
-        scene = first_scene(at)
-        time = scene.steps.sample * scene.data["integrator"]["dt"]
-        rows.append((
-            *window, low, high, *constant, *lowest_slope(inner), time, min(scene.box),
-        ))  # fmt: skip
-        slope, slope_error = inner.derived(partial(local_slope, inner.time))
-        curves.append(np.array([
-            inner.time, *inner.derived(lambda g: g), *centre.derived(lambda g: g), slope,
-            slope_error,
-        ]))  # fmt: skip
-    tables = np.stack(padded(curves), axis=1)
-    of_lags = (
-        "time", "inner", "inner_error", "centre", "centre_error", "slope", "slope_error",
-    )  # fmt: skip
-    units_of_lags = ("tau", "r_c^2", "r_c^2", "r_c^2", "r_c^2", "1", "1")
+    points = [_of_chains(sweep.sel({axis: place})) for place in sweep[axis].values]
+    data = xr.Dataset(coords={axis: sweep[axis]})
+    for name, unit in CURVES.items():
+        rows = np.stack(padded([point[name] for point in points]))
+        data[name] = ((axis, "lag"), rows, _named(name, unit))
     # Numbered lags: sweeps of other lengths have others, and are filled up where they are joined.
-    data = xr.Dataset(coords={axis: sweep[axis], "lag": np.arange(tables.shape[-1])})
-    for name, unit, table in zip(of_lags, units_of_lags, tables):
-        data[name] = ((axis, "lag"), table, {"units": unit, "long_name": name.replace("_", " ")})
-    names = (
-        "exponent", "exponent_error", "first", "last", "low", "high", "diffusion",
-        "diffusion_error", "lowest", "lowest_error", "lowest_time", "lowest_square", "duration",
-        "box_edge",
-    )  # fmt: skip
-    units = (
-        "1", "1", "tau", "tau", "r_c^2", "r_c^2", "r_c^2 / tau", "r_c^2 / tau", "1", "1", "tau",
-        "r_c^2", "tau", "r_c",
-    )  # fmt: skip
-    for name, unit, column in zip(names, units, np.array(rows).T):
-        data[name] = (axis, column, {"units": unit, "long_name": name.replace("_", " ")})
+    data["lag"] = np.arange(data.sizes["lag"])
+    for name, unit in NUMBERS.items():
+        data[name] = (axis, [point[name] for point in points], _named(name, unit))
     return data
+
+
+def _named(name, unit):
+    return {"units": unit, "long_name": name.replace("_", " ")}
+
+
+def _of_chains(at):
+    """What `subdiffusion` finds at one point, by name."""
+    inner, centre = displacements(at, "inner"), displacements(at, "centre")
+    low = TWO_BONDS * float(at.bond_mean_square.mean())
+    high = float(at.gyration_square.mean())
+    window = exponent_between(inner, low, high)
+    lowest = lowest_slope(inner)
+    scene = first_scene(at)
+    found = {
+        "time": inner.time, "exponent": window.value, "exponent_error": window.error,
+        "first": window.first, "last": window.last, "low": low, "high": high,
+        "lowest": lowest.value, "lowest_error": lowest.error, "lowest_time": lowest.time,
+        "lowest_square": lowest.square,
+        "duration": scene.steps.sample * scene.data["integrator"]["dt"],
+        "box_edge": min(scene.box), "beads": max(scene.lengths),
+        "friction": scene.data["thermostat"]["gamma"],
+    }  # fmt: skip
+    slope = partial(local_slope, inner.time)
+    for name, (value, error) in {
+        "inner": inner.derived(lambda g: g),
+        "centre": centre.derived(lambda g: g),
+        "slope": inner.derived(slope),
+    }.items():
+        found[name], found[f"{name}_error"] = value, error
+    return found

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.resampling import part_length, resampled
 
@@ -95,7 +96,8 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
         enough = duration >= TEN * tau
         constant = (np.nan, np.nan)
         if enough:
-            constant = diffusion_constant(displacements(at, "centre"), 3, 0.5 * tau)
+            dimension = first_scene(at).dimension
+            constant = diffusion_constant(displacements(at, "centre"), dimension, 0.5 * tau)
         rows.append((tau, tau_error, *constant, duration, float(enough)))
     names = ("tau", "tau_error", "diffusion", "diffusion_error", "duration", "long_enough")
     units = ("tau", "tau", "r_c^2 / tau", "r_c^2 / tau", "tau", "1")
