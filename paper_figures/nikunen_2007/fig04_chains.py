@@ -6,7 +6,7 @@ import xarray as xr
 from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import chain_dynamics, end_to_end, in_tail
+from dpd.analysis.relaxation import SETTLED, chain_dynamics, end_to_end, in_tail
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured
@@ -57,7 +57,6 @@ OTHERS = ("a50", "a150", "a200")
 LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
 SHORT = 8  # from which on exponents of sets are compared
 BOX = 16  # length of the chains in the small box
-SETTLED = 2.0  # relaxation times: of a wrong R^2 at the start exp(-4) is left, 2 %
 MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a Gaussian vector
 
 
@@ -294,7 +293,7 @@ def _draw_correlation(panel, at, chain, color):
     value, error = at.correlation.values, at.correlation_error.values
     low = np.maximum(value - COVERAGE * error, 1e-3)
     panel.fill_between(time, low, value + COVERAGE * error, color=color, alpha=0.25, linewidth=0)
-    flag = "" if at.long_enough else r" (run < 10 $\tau$)"
+    flag = "" if at.long_enough else " (run too short)"
     panel.plot(time, np.where(value > 0, value, np.nan), color=color, label=f"N = {chain:g}{flag}")
     tail = in_tail(value)
     tau = float(at.tau) / chain**2

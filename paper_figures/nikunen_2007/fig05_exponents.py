@@ -21,7 +21,8 @@ PAPER_SHOWS = (
     "The paper shows tau ~ N^2 crossing to N^3 and D ~ 1/N crossing to N^-2 for a 100, k 200, with "
     f"the crossover between N = {CROSSOVER.low:g} and {CROSSOVER.high:g} (shaded). (c), (d): "
     "tau / N^2 and D N, which are level for Rouse chains wherever the crossover is. Only runs of "
-    "ten relaxation times or more count; shorter ones are drawn hollow and left out of the fits, "
+    "ten relaxation times or more, after two to settle, count; others are drawn hollow and left "
+    "out of the fits, "
     f"over N from {SHORTEST} to {CROSSOVER.low:g} and from {CROSSOVER.high:g} on. Dashed and "
     "dotted: laws with the published exponents, fitted to the points of a 100 in each range. The "
     "control a 25, k 50, whose bonds pass through each other, should be Rouse-like at any length. "
@@ -58,7 +59,7 @@ def compute(sweeps):
 
 
 def _counted(data, name, quantity):
-    """N, value and error of the runs of ten relaxation times or more."""
+    """N, value and error of the runs that are long enough."""
     at = data.sel(set=name)
     use = at.long_enough.values > 0
     return (
@@ -104,7 +105,7 @@ def _crossover(data, quantity):
 
 
 def warnings(data):
-    """Runs that are too short."""
+    """Runs that are too short, or began too early."""
     short = [
         f"{STYLES[name].label}, N = {n:g}"
         for name in data.set.values
@@ -113,7 +114,7 @@ def warnings(data):
     ]
     if not short:
         return []
-    return [f"Shorter than ten relaxation times, so without a D: {'; '.join(short)}."]
+    return [f"Without a D, as ten relaxation times or two to settle lack: {'; '.join(short)}."]
 
 
 def table(data):
@@ -130,7 +131,7 @@ def table(data):
                 with_error(float(at.diffusion), float(at.diffusion_error)),
                 with_error(float(at.diffusion) * n, float(at.diffusion_error) * n),
                 f"{float(at.duration):.4g}",
-                "yes" if at.long_enough else "no: shorter than ten tau",
+                "yes" if at.long_enough else "no: run too short",
             ))  # fmt: skip
     return pd.DataFrame(rows, columns=[
         "set", "N", "tau / tau_0", "tau / N^2", "D", "D N", "run / tau_0", "counts",
