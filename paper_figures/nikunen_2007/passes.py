@@ -27,7 +27,8 @@ PAPER_SHOWS = (
     "Table: in how many passes a chain of the longest of these runs takes part within its own "
     "relaxation time tau, which decides whether other chains hold it back; and the "
     f"exponent of tau over N, {ROUSE:g} for Rouse chains, from runs of ten tau or more, after two "
-    f"to settle, with N of {CROSSOVER:g} and more. tau_0 = (m r_c^2 / kT)^(1/2) is the unit of time."
+    f"to settle, with N of {CROSSOVER:g} and more. tau_0 = (m r_c^2 / kT)^(1/2) is the unit of "
+    "time."
 )
 ERRORS = (
     "Bars: 95 % intervals, of rates from the square root of the count. Triangles: none seen, 95 %"
