@@ -205,6 +205,7 @@ def plateau(found: Resampled, power: float, within: float, low: float, high: flo
         return (x[last] - x[first]) / np.log(10)
 
     length, error = found.derived(decades)
+    error = np.hypot(error, 1 / (PER_DECADE * np.sqrt(6)))  # both ends lie on the grid
     ends = x[list(stretch(found.value))]
     first, last = np.exp(ends)
     squares = np.exp(np.interp(ends, logarithm, np.log(found.value[inside])))
