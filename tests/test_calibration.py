@@ -163,11 +163,11 @@ def melt(seed, duration):
 
 @pytest.mark.slow
 def test_intervals_of_simulations_cover():
-    """Runs of a melt: 100 of 40 tau against one of 3000 with its own error, and pieces of that.
+    """Runs of a melt: 100 of 40 tau against one of 6000 with its own error, and pieces of that.
 
     Of 100 intervals 95 +- 2.2 hold the truth, so that 89 may; of all three quantities 92 %.
     """
-    long = melt(1, 3000)
+    long = melt(1, 6000)
     short = [melt(100 + seed, 40) for seed in range(100)]
     held = []
     for name, series in long.items():

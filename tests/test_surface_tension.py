@@ -112,7 +112,9 @@ def test_a_homogeneous_fluid_has_one_pressure(data):
 
 def test_walls_carry_what_the_fluid_does_not():
     """The sum is the same everywhere, also behind the planes: the force per area on each wall."""
-    run = dpd.run(CHANNEL, progress=False)
+    # At dt 0.04 the fluid's pressure is 1 % smaller in the middle than on the walls.
+    fine = {"integrator": CHANNEL["integrator"] | {"dt": 0.01}}
+    run = dpd.run(CHANNEL | fine, progress=False)
     of_beads, of_walls = run.normal_pressure_profile.values, run.wall_pressure_profile.values
     on_walls, wall_error, _ = mean_and_error(run.wall_pressure.values.mean(axis=1))
     mean, error = block_mean_and_error(of_beads + of_walls)
