@@ -7,6 +7,7 @@ from dpd.analysis.diffusion import displacements, subdiffusion
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, ORANGE, panels
+from dpd.report.text import with_error
 from paper_figures.liu_2008.shared import (
     LENGTHS,
     PAPER_LENGTH,
@@ -217,14 +218,13 @@ def _curves(panel, at, power, named):
     """g_i and g_cm of one N over a power of time."""
     length = int(at.length)
     color, scale = LENGTHS.get(length, ORANGE), at.time**power
-    exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
-    text = f"N = {length}: {exponent:.2f} ± {error:.2f}"
+    text = with_error(float(at.exponent), COVERAGE * float(at.exponent_error))
     for kind, style in (("inner", "-"), ("centre", "--")):
         value, reach = at[kind] / scale, COVERAGE * at[f"{kind}_error"] / scale
         panel.fill_between(at.time, value - reach, value + reach, color=color, alpha=0.25,
                            linewidth=0)  # fmt: skip
-        panel.plot(at.time, value, style, color=color, linewidth=0.8,
-                   label=text if kind == "inner" and named else None)  # fmt: skip
+        label = f"N = {length}: {text}" if kind == "inner" and named else None
+        panel.plot(at.time, value, style, color=color, linewidth=0.8, label=label)
     inside = (at.inner >= at.low) & (at.inner <= at.high)
     panel.plot(at.time[inside], (at.inner / scale)[inside], color=color, linewidth=2)
 

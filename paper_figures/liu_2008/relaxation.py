@@ -7,6 +7,7 @@ import xarray as xr
 from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene
 from dpd.analysis.relaxation import TEN, chain_dynamics
+from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, Look, panels, points
 from dpd.report.text import with_error
@@ -24,11 +25,11 @@ PAPER_SHOWS = (
     "Langevin: a control of ours that conserves no momentum. Times in DPD units tau_0."
 )
 ERRORS = (
-    "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
-    " out tenths of the run."
+    "Bars, and exponents in the legend: 95 % intervals, the larger of two jackknife errors, "
+    "leaving out molecules, and leaving out tenths of the run."
 )
 LAWS = {"15/8": (15 / 8, "-"), "2": (2.0, ":")}
-ROOM = 10  # above the points of (a), for the legend
+ROOM = 100  # above the points of (a), for the legend
 BATHS = {"melts": Look("pair friction", BLUE, "o"), "langevin": Look("Langevin", ORANGE, "s")}
 LABELS = {0.0: r"$\tau_N$ / $\tau_0$", LAWS["15/8"][0]: r"$\tau_N / N^{15/8}$ / $\tau_0$"}
 
@@ -123,7 +124,7 @@ def _draw_bath(panel, at, taken, look):
     value, error = at.tau.values / n**taken, at.tau_error.values / n**taken
     label = look.label
     if np.isfinite(float(at.exponent)):
-        label += f": {with_error(float(at.exponent), float(at.exponent_error))}"
+        label += f": {with_error(float(at.exponent), COVERAGE * float(at.exponent_error))}"
     if counts.any():
         points(panel, n[counts], value[counts], error[counts], label, look.color, look.marker)
     rest = ~counts & np.isfinite(value)

@@ -275,5 +275,5 @@ def _curve(panel, at, color, style, label):
 
 def _by_length(at):
     """Chain length and exponent with its 95 % interval."""
-    exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
-    return f"N = {int(at.beads)}: {exponent:.2f} ± {error:.2f}"
+    exponent = with_error(float(at.exponent), COVERAGE * float(at.exponent_error))
+    return f"N = {int(at.beads)}: {exponent}"
