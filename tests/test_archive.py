@@ -1,6 +1,7 @@
 """What git keeps of the long study, and how reports show it."""
 
 import hashlib
+import math
 import re
 
 import numpy as np
@@ -17,12 +18,15 @@ from dpd.pipeline.paths import LONG_STUDY, Results
 from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.pipeline.theory import unfold_theory
-from dpd.report import archive, whole_archive
+from dpd.report import archive, kept_runs, manifest, whole_archive
+from dpd.report.kept_runs import restore
+from dpd.report.manifest import Machine, read_manifest
 from dpd.report.page import write_page
 from dpd.report.paper_page import paper_page
 from dpd.report.sampling import not_said, reached, shorter_points
-from dpd.report.whole_archive import Machine, archive_whole, read_manifest
+from dpd.report.whole_archive import archive_whole
 from dpd.scene.scene import Scene
+from dpd.stages import run_sources
 from tests.test_report import VERDICTS, put_figure, verdict_table
 
 PAPER, SWEEP = "one_1997", "lengths"
@@ -56,22 +60,24 @@ def paper(*sampling, replicas=1):
     return Paper(PAPER, "One", "J. One 1", sweeps, (), figures, sampling)
 
 
-def put_run(results, point):
+def put_run(results, point, seconds=1800.0):
     """The result of a run, with what the archive reads of it."""
+    path = results / PAPER / "runs" / SWEEP / point.name / "run.nc"
     files.write(
-        results / PAPER / "runs" / SWEEP / point.name / "run.nc",
+        path,
         {},
         {
             "seed": point.scene.data["seed"], "scene_digest": point.scene.digest,
-            "sources": "0123456789ab", "seconds": 1800.0,
+            "sources": run_sources(point.scene), "seconds": seconds,
         },
     )  # fmt: skip
+    return path
 
 
 @pytest.fixture
 def kept(tmp_path, monkeypatch):
     """Folder of the archive, empty yet."""
-    for module in (archive, whole_archive):
+    for module in (archive, kept_runs, manifest, whole_archive):
         monkeypatch.setattr(module, "ARCHIVE", tmp_path / "archive")
     return tmp_path / "archive"
 
@@ -86,18 +92,22 @@ def results(tmp_path):
     return folder
 
 
-def keep(results):
+def keep(results, runs_from=math.inf, of=None, processor="Some Processor"):
     """Archive a study."""
-    return archive_whole("long", Results(str(results)), [paper()], Machine("Some Processor", 2))
+    papers, machine = [of or paper()], Machine(processor, 2)
+    return archive_whole("long", Results(str(results)), papers, machine, runs_from)
 
 
 def test_the_manifest_says_what_made_the_archive(kept, results):
     """Hours, sizes and steps of each sweep; what is missing; nothing that tells whose machine."""
     written = keep(results)
     found = read_manifest("long")
-    assert found["machine"] == {"processor": "Some Processor", "cores": 2}
-    assert re.fullmatch(r"\d{4}-\d\d-\d\d", found["date"]) and found["commit"]
-    assert {"numpy", "numba", "Python"} <= set(found["versions"])
+    ((part, made),) = found["parts"].items()
+    assert made["machine"] == {"processor": "Some Processor", "cores": 2}
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", made["date"]) and made["commit"]
+    assert {"numpy", "numba", "Python"} <= set(made["versions"])
+    assert found["figures"] == {f"{PAPER}/fig02_shapes": part}
+    assert found["sweeps"][PAPER][SWEEP]["part"] == part
     assert found["core_hours"] == 1.0  # two runs of half an hour
     sweep = found["sweeps"][PAPER][SWEEP]
     assert (sweep["whole"], sweep["runs_made"], sweep["beads"]) == (True, 2, BEADS)
@@ -128,8 +138,12 @@ def test_the_manifest_has_sweeps_of_theory(kept, results):
     data = calculate(sweep, path)
     save(data, path)
     expected = {"whole": True, "calculation": "second_virial", "points": 1}
-    assert found() == expected | {"sources": data.sources, "arguments": sweep.digest}
+    expected |= {"sources": data.sources, "arguments": sweep.digest}
+    said = found()
+    assert said.pop("part") in read_manifest("long")["parts"] and said == expected
     files.write(path, {}, {"points": "others", "sources": "0123456789ab"})
+    assert found()["whole"] is True  # as in the former archive
+    (kept / "long" / "manifest.yaml").unlink()
     assert found()["whole"] is False
 
 
@@ -151,12 +165,17 @@ def test_runs_are_counted_if_they_belong_to_the_sweep(kept, results):
     before = read_manifest("long")["sweeps"][PAPER][SWEEP]
     folder = results / PAPER / "runs" / SWEEP
     first, second = paper().sweeps[SWEEP].points
+    manifest_file = kept / "long" / "manifest.yaml"
     put_run(results, Point(first.name, first.labels, second.scene))
+    keep(results)
+    assert read_manifest("long")["sweeps"][PAPER][SWEEP] == before  # which had more runs
+    manifest_file.unlink()
     keep(results)
     after = read_manifest("long")["sweeps"][PAPER][SWEEP]
     assert (after["whole"], after["runs_made"], after["core_hours"]) == (False, 1, 0.5)
     assert after["runs"] != before["runs"]
     (folder / second.name / "run.nc").unlink()
+    manifest_file.unlink()
     keep(results)
     after = read_manifest("long")["sweeps"][PAPER][SWEEP]
     assert (after["runs_made"], after["runs"]) == (0, "none")
@@ -173,14 +192,106 @@ def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
     assert before == {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
 
 
-def test_figures_that_are_gone_leave_the_archive(kept, results):
-    """It is of one state of the study."""
-    put_figure(results / PAPER / "figures", PAPER, "drift", {})
+def other_machine(tmp_path, drawn=True):
+    """Results of a study that has the figure without runs alone, or nothing."""
+    folder = tmp_path / "elsewhere"
+    if drawn:
+        put_figure(folder / PAPER / "figures", PAPER, "drift", {"slow": ("check", "deviates", 1.0)})
+    return folder
+
+
+def test_an_archive_grows_on_several_machines(kept, results, tmp_path):
+    """What was made elsewhere stays, with its verdicts, files and what made it."""
     keep(results)
-    assert (kept / "long" / PAPER / "drift.nc").is_file() and read_manifest("long")["whole"]
-    (results / PAPER / "figures" / "drift.nc").unlink()
+    figure, drift = f"{PAPER}/fig02_shapes", f"{PAPER}/drift"
+    picture, before = kept / "long" / f"{figure}.png", read_manifest("long")
+    old = picture.read_bytes()
+    (part,) = before["parts"]
+    renamed = (kept / "long" / "manifest.yaml").read_text().replace(part, "2020-01-01 abc")
+    (kept / "long" / "manifest.yaml").write_text(renamed)
+    keep(other_machine(tmp_path), processor="Another")
+    found = read_manifest("long")
+    assert found["figures"] == {figure: "2020-01-01 abc", drift: part}
+    assert found["sweeps"][PAPER][SWEEP] == before["sweeps"][PAPER][SWEEP] | {
+        "part": "2020-01-01 abc"
+    }
+    processors = [made["machine"]["processor"] for made in found["parts"].values()]
+    assert processors == ["Some Processor", "Another"]
+    assert found["whole"] and not found["figures_missing"] and found["core_hours"] == 1.0
+    assert picture.read_bytes() == old and set(found["files"]) >= {f"{figure}.nc", f"{drift}.nc"}
+    table = archive.read_archive("long")
+    assert list(table.figure) == ["fig02_shapes"] * len(ROWS) + ["drift"]
+    with pytest.raises(UserError, match="no figure is there to keep"):
+        keep(tmp_path / "nothing here")
+
+
+def test_figures_of_other_runs_leave_the_archive(kept, results, tmp_path):
+    """Where the study asks for other runs by now, or no longer for the figure."""
     keep(results)
-    assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"fig02_shapes"}
+    elsewhere = other_machine(tmp_path)
+    same = paper()
+    first = same.sweeps[SWEEP].points[0]
+    edited = Sweep(SWEEP, same.sweeps[SWEEP].axes, (first, Point("b", (4, 0), scene(4, seed=9))))
+    for given in (
+        Paper(PAPER, "", "", {SWEEP: edited}, (), same.figures),
+        Paper(PAPER, "", "", same.sweeps, (), {"drift": Figure((), ())}),
+    ):
+        keep(results)
+        assert (kept / "long" / PAPER / "fig02_shapes.nc").is_file()
+        keep(elsewhere, of=given)
+        assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"drift"}
+        assert set(archive.read_archive("long").figure) == {"drift"}
+
+
+def test_a_sweep_that_was_not_whole_gives_no_figure_later(kept, results, tmp_path):
+    """It has been drawn from something else, and nobody knows from what."""
+    (results / PAPER / "runs" / SWEEP / paper().sweeps[SWEEP].points[0].name / "run.nc").unlink()
+    keep(results)
+    keep(other_machine(tmp_path))
+    assert set(read_manifest("long")["figures"]) == {f"{PAPER}/drift"}
+
+
+@pytest.fixture
+def long_study(monkeypatch, results, tmp_path):
+    """The study that is kept whole is the one of these tests; results of another machine."""
+    monkeypatch.setattr(kept_runs, "read_study", lambda study: {})
+    monkeypatch.setattr(kept_runs, "read_config", lambda: {"papers": [PAPER]})
+    monkeypatch.setattr(kept_runs, "read_paper", lambda name, study: paper())
+    monkeypatch.setattr(kept_runs, "results_of", lambda study: Results(str(tmp_path / "new")))
+    return tmp_path / "new"
+
+
+def test_long_runs_go_to_another_machine_and_back(kept, results, long_study, tmp_path):
+    """Those that took as long as asked for, byte for byte; a run that is there is left alone."""
+    first = paper().sweeps[SWEEP].points[0]
+    put_run(results, first, seconds=7300.0)
+    keep(results)
+    assert not list(kept.rglob("runs"))
+    with pytest.raises(UserError, match=r"no runs are kept there; .*--runs-from HOURS"):
+        restore("long")
+    keep(results, runs_from=2.0)
+    (there,) = (kept / "long" / PAPER / "runs").rglob("*.nc")
+    assert f"{PAPER}/runs/{SWEEP}/{there.name}" in read_manifest("long")["files"]
+    assert there.stem == first.name
+    keep(other_machine(tmp_path), runs_from=2.0)  # it stays as it is not here
+    (written,) = restore("long")
+    assert written == long_study / PAPER / "runs" / SWEEP / first.name / "run.nc"
+    assert written.read_bytes() == there.read_bytes()
+    written.write_bytes(b"mine")
+    assert restore("long") == [] and written.read_bytes() == b"mine"
+    keep(results)
+    assert not list(kept.rglob("runs"))
+
+
+@pytest.mark.parametrize("name", ["sources", "scene_digest"])
+def test_runs_that_cannot_be_used_any_more(kept, results, long_study, name):
+    """They are refused with what to do, and nothing is written."""
+    keep(results, runs_from=0.1)
+    first = min((kept / "long").rglob("runs/*/*.nc"))
+    files.write(first, {}, files.attributes(first) | {name: "0123456789ab"})
+    with pytest.raises(UserError, match=f"made by other sources .{name} 0123.*rm '.*length=2"):
+        restore("long")
+    assert not long_study.exists()
 
 
 def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
@@ -212,7 +323,7 @@ def test_what_git_has_of_the_long_study():
         return
     listed = read_manifest(LONG_STUDY)["files"]
     there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
-    assert there == {*listed, whole_archive.MANIFEST}
+    assert there == {*listed, manifest.MANIFEST}
     assert sum((folder / name).stat().st_size for name in there) <= whole_archive.LIMIT
     for name, said in listed.items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == said["sha256"], name

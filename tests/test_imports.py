@@ -111,11 +111,12 @@ def test_whoever_imports_numba_first_it_has_our_settings(first):
 
 
 def test_of_the_pipeline_a_report_knows_papers_and_paths():
-    """And what it is made from; it does not plan, compile, lock or run anything."""
+    """Sweeps of both kinds, what they are made from; it does not plan, compile or run anything."""
     rooms = [module for module in MODULES if room_of(module) == "report"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    assert known == {"pipeline.made_from", "pipeline.paths", "pipeline.study", "pipeline.sweep"}
+    names = ("made_from", "paths", "study", "sweep", "theory")
+    assert known == {f"pipeline.{name}" for name in names}
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dpd.arguments import positive
 from dpd.commands.options import add_data, data_of
 from dpd.errors import UserError
 
@@ -39,7 +41,12 @@ def add_to(stages: Stages) -> None:
         "schemes", _schemes, "write automatic.yaml, for scheme auto, from the benchmark",
         "study", output="automatic.yaml",
     )  # fmt: skip
-    stages.add("archive", _archive, "keep in git what a study has found", "study")
+    archive = stages.add("archive", _archive, "keep in git what a study has found", "study")
+    archive.add_argument(
+        "--runs-from", type=positive, default=math.inf, metavar="HOURS",
+        help="also keep runs of the long study that took so long or longer, for `restore`",
+    )  # fmt: skip
+    stages.add("restore", _restore, "take runs of the long study from the archive", "study")
     stages.add(
         "readme", _readme, "write README.md's tables, config/README.md and the papers' pages"
     )
@@ -105,11 +112,23 @@ def _schemes(options: Namespace) -> None:
 
 def _archive(options: Namespace) -> None:
     from dpd.benchmark.measure import processor
-    from dpd.report.whole_archive import Machine, keep
+    from dpd.report.manifest import Machine
+    from dpd.report.whole_archive import keep
 
-    for path in keep(options.study, Machine(processor(), os.cpu_count() or 1)):
+    machine = Machine(processor(), os.cpu_count() or 1)
+    for path in keep(options.study, machine, options.runs_from):
         print(f"kept: {path}")
     print("now: python -m dpd readme")
+
+
+def _restore(options: Namespace) -> None:
+    from dpd.report.kept_runs import restore
+
+    paths = restore(options.study)
+    for path in paths:
+        print(f"restored: {path}")
+    if not paths:
+        print("nothing to do: all runs that the archive keeps are there")
 
 
 def _readme(options: Namespace) -> None:

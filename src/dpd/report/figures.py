@@ -69,18 +69,27 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
 
 
 def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:
-    """The verdict tables of some figures as one.
+    """The verdict tables of some figures as one, see `joined`.
 
     Parameters
     ----------
     paths : iterable of path
+    """
+    return joined(verdict_table(path) for path in paths)
+
+
+def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
+    """Verdict tables as one.
+
+    Parameters
+    ----------
+    tables : iterable of pandas.DataFrame
 
     Returns
     -------
     pandas.DataFrame
         Without rows where no figure has a published number, or there is no figure.
     """
-    tables = [_table(path) for path in paths]
     # Without an empty one: it would turn numbers of the others into text.
     filled = [table for table in tables if len(table)]
     if not filled:
@@ -88,7 +97,13 @@ def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:
     return pd.concat(filled, ignore_index=True)
 
 
-def _table(path):
-    """The verdict table of a figure."""
+def verdict_table(path: str | Path) -> pd.DataFrame:
+    """The verdict table of a figure.
+
+    Raises
+    ------
+    UserError
+        If it is missing or damaged.
+    """
     with reading(path, "table of verdicts"):
         return pd.read_csv(path)[COLUMNS]

@@ -2,59 +2,64 @@
 
 from __future__ import annotations
 
-import hashlib
-import shutil
+import math
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import yaml
-
-from dpd.analysis.collect import reading
-from dpd.digest import value_digest
 from dpd.errors import UserError
-from dpd.files import attribute, attributes, replace_whole
+from dpd.files import replace_whole
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
-from dpd.report.archive import ARCHIVE, archive
-from dpd.report.figures import joined_verdicts
-from dpd.report.provenance import commit, library_versions
+from dpd.report.archive import ARCHIVE, archive, read_archive
+from dpd.report.figures import joined, verdict_table
+from dpd.report.kept_runs import runs_to_keep
+from dpd.report.manifest import (
+    DECIMALS,
+    MANIFEST,
+    asks_for,
+    checksum,
+    manifest_text,
+    new_part,
+    read_manifest,
+    runs_made,
+    sweep_record,
+    theory_record,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import pandas as pd
+
     from dpd.pipeline.paths import Results
     from dpd.pipeline.study import Paper
+    from dpd.report.manifest import Machine
 
 LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for ever
-MANIFEST = "manifest.yaml"
 KINDS = ("png", "nc")  # what is kept of a figure
-DECIMALS = 3  # of core-hours
-HEAD = """\
-# Written by `python -m dpd archive`: what made the files beside this one. core_hours is the time of
-# the runs alone; commit, machine and versions are those of the day on which the archive was made.
-# `runs` is a digest of seed, scene and sources of each run of a sweep. `calculated` has the sweeps
-# of theory, with a digest of the arguments of their points.
-"""
+VERDICTS = "verdicts.csv"
 
 
 @dataclass(frozen=True)
-class Machine:
-    """Where the archive was made: model of the processor, and cores."""
+class Kept:
+    """A figure in an archive: its files, its rows of the verdict table, the part that made it."""
 
-    processor: str
-    cores: int
+    files: Sequence[Path]
+    verdicts: pd.DataFrame
+    part: str
 
 
-def keep(study: str, machine: Machine) -> list[Path]:
+def keep(study: str, machine: Machine, runs_from: float = math.inf) -> list[Path]:
     """Keep of a study what git is to have of it: all of the long one, little of the others.
 
     Parameters
     ----------
     study : str
     machine : Machine
+    runs_from : float
+        Hours, see `archive_whole`.
 
     Returns
     -------
@@ -71,16 +76,18 @@ def keep(study: str, machine: Machine) -> list[Path]:
     if study != LONG_STUDY:
         return archive(study, results)
     papers = [read_paper(name, study) for name in read_config()["papers"]]
-    return archive_whole(study, results, papers, machine)
+    return archive_whole(study, results, papers, machine, runs_from)
 
 
 def archive_whole(
-    study: str, results: Results, papers: Sequence[Paper], machine: Machine
-) -> list[Path]:
+    study: str, results: Results, papers: Sequence[Paper], machine: Machine,
+    runs_from: float = math.inf,
+) -> list[Path]:  # fmt: skip
     """Keep all of a study that a reader needs, also of one that was stopped before its end.
 
-    A figure is kept once it is drawn. The manifest says which sweeps are whole and which figures
-    are missing.
+    A figure is kept once it is drawn. One that is not drawn here, as its runs were made elsewhere,
+    stays as the archive has it, while all its sweeps ask for the same runs. The manifest says which
+    sweeps are whole, which figures are missing, and what made each.
 
     Parameters
     ----------
@@ -89,6 +96,9 @@ def archive_whole(
         Of the study.
     papers : list of dpd.pipeline.study.Paper
     machine : Machine
+    runs_from : float
+        Hours. Runs that took as long or longer are kept too, so that the study can go on elsewhere:
+        see `dpd.report.kept_runs`.
 
     Returns
     -------
@@ -98,25 +108,29 @@ def archive_whole(
     Raises
     ------
     UserError
-        If no figure is there, or the archive would be larger than `LIMIT`. Then nothing changes.
+        If there is no figure and no run to keep, or the archive would be larger than `LIMIT`. Then
+        nothing changes.
     """
     target = ARCHIVE / study
-    asked = [(paper.name, figure) for paper in papers for figure in paper.figures]
-    drawn = [figure for figure in asked if _is_drawn(*figure, results)]
-    if not drawn:
+    former = _former(study)
+    part, made = new_part(machine)
+    records = _records(papers, results, former, part)
+    drawn = dict(_drawn(papers, results, part))
+    runs = runs_to_keep(target, papers, results, runs_from)
+    if not drawn and not runs:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
-    table = joined_verdicts([results.figure(*figure, "csv") for figure in drawn])
-    contents = {"verdicts.csv": table.to_csv(index=False).encode()}
-    for paper, name in drawn:
-        for kind in KINDS:
-            source = Path(results.figure(paper, name, kind))
-            contents[f"{paper}/{source.name}"] = source.read_bytes()
-    missing = [f"{paper}/{name}" for paper, name in asked if (paper, name) not in drawn]
-    manifest = _manifest(study, papers, results, machine, missing) | {
-        "files": {name: _checksum(data) for name, data in contents.items()}
-    }
-    text = HEAD + yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
-    contents[MANIFEST] = text.encode()
+    found = dict(_staying(study, papers, former, records)) | drawn
+    asked = [f"{paper.name}/{figure}" for paper in papers for figure in paper.figures]
+    figures = {name: found[name] for name in asked if name in found}
+    missing = [name for name in asked if name not in found]
+    table = joined(kept.verdicts for kept in figures.values())
+    contents = {VERDICTS: table.to_csv(index=False).encode()}
+    for name, kept in figures.items():
+        contents |= {f"{name}{path.suffix}": path.read_bytes() for path in kept.files}
+    contents |= runs
+    manifest = _manifest(study, figures, missing, records, former["parts"] | {part: made})
+    manifest["files"] = {name: checksum(data) for name, data in contents.items()}
+    contents[MANIFEST] = manifest_text(manifest).encode()
     _check_size(target, contents)
     _remove_others(target, contents)
     for name, data in contents.items():
@@ -124,100 +138,84 @@ def archive_whole(
     return [target / name for name in contents]
 
 
-def read_manifest(study: str) -> dict[str, Any]:
-    """The manifest of an archived study.
-
-    Raises
-    ------
-    UserError
-        If there is none.
-    """
-    path = ARCHIVE / study / MANIFEST
-    if not path.is_file():
-        raise UserError(f"{path}: there is no such file; 'python -m dpd archive {study}' writes it")
-    return yaml.safe_load(path.read_text())
+def _former(study):
+    """The manifest of the archive as it is; an empty one where there is none."""
+    empty = {"parts": {}, "figures": {}, "sweeps": {}, "calculated": {}}
+    return empty | (read_manifest(study) if (ARCHIVE / study / MANIFEST).is_file() else {})
 
 
-def _is_drawn(paper, figure, results):
-    """Whether all files of a figure are there."""
-    return all(Path(results.figure(paper, figure, kind)).is_file() for kind in (*KINDS, "csv"))
+def _records(papers, results, former, part):
+    """What is known of each sweep: from its runs here, or from more runs of it elsewhere."""
+    found = {"sweeps": {}, "calculated": {}}
+    for paper in papers:
+        here = {name: sweep_record(paper.name, s, results) for name, s in paper.sweeps.items()}
+        theory = {name: theory_record(paper.name, s, results) for name, s in paper.theory.items()}
+        for kind, records in (("sweeps", here), ("calculated", theory)):
+            before = former[kind].get(paper.name, {})
+            found[kind][paper.name] = {
+                name: _fuller(record, part, before.get(name)) for name, record in records.items()
+            }
+    return found
 
 
-def _manifest(study, papers, results, machine, missing):
+def _fuller(here, part, before):
+    """Of two records of a sweep, the one with more runs; with the part that made them."""
+    if before and asks_for(before) == asks_for(here) and runs_made(before) > runs_made(here):
+        return before
+    return here | {"part": part} if runs_made(here) else here
+
+
+def _drawn(papers, results, part):
+    """Name of each figure of which all files are here, and what is kept of it."""
+    for paper in papers:
+        for figure in paper.figures:
+            files = [Path(results.figure(paper.name, figure, kind)) for kind in (*KINDS, "csv")]
+            if all(path.is_file() for path in files):
+                *kept, verdicts = files
+                yield f"{paper.name}/{figure}", Kept(kept, verdict_table(verdicts), part)
+
+
+def _staying(study, papers, former, records):
+    """The same of the former archive, where sweeps are whole and still ask for the same runs."""
+    for paper in papers:
+        for figure, feeds in paper.figures.items():
+            name = f"{paper.name}/{figure}"
+            if name not in former["figures"] or feeds.measurements:
+                continue
+            before, now = _sweeps_of(former, paper), _sweeps_of(records, paper)
+            if all(_still_whole(before.get(sweep), now[sweep]) for sweep in feeds.sweeps):
+                rows = read_archive(study)
+                rows = rows[(rows.paper == paper.name) & (rows.figure == figure)]
+                kept = [ARCHIVE / study / f"{name}.{kind}" for kind in KINDS]
+                yield name, Kept(kept, rows, former["figures"][name])
+
+
+def _sweeps_of(manifest, paper):
+    """Records of the sweeps of a paper, simulated and calculated ones."""
+    return manifest["sweeps"].get(paper.name, {}) | manifest["calculated"].get(paper.name, {})
+
+
+def _still_whole(before, now):
+    """Whether a sweep was whole, and is what it was."""
+    return before is not None and before["whole"] and asks_for(before) == asks_for(now)
+
+
+def _manifest(study, figures, missing, records, parts):
     """What made an archive, without its files."""
-    sweeps = {
-        paper.name: {name: _sweep(paper.name, s, results) for name, s in paper.sweeps.items()}
-        for paper in papers
-    }
-    calculated = {
-        paper.name: {name: _theory(paper.name, s, results) for name, s in paper.theory.items()}
-        for paper in papers
-    }
-    found = [sweep for some in sweeps.values() for sweep in some.values()]
-    theory = [sweep for some in calculated.values() for sweep in some.values()]
+    sweeps = [sweep for some in records["sweeps"].values() for sweep in some.values()]
+    theory = [sweep for some in records["calculated"].values() for sweep in some.values()]
+    used = {kept.part for kept in figures.values()}
+    used |= {record["part"] for record in (*sweeps, *theory) if "part" in record}
     return {
         "study": study,
-        "commit": commit(),
-        "date": datetime.now(UTC).strftime("%Y-%m-%d"),
-        "machine": {"processor": machine.processor, "cores": machine.cores},
-        "versions": library_versions(),
-        "core_hours": round(sum(sweep["core_hours"] for sweep in found), DECIMALS),
-        "whole": all(sweep["whole"] for sweep in (*found, *theory)) and not missing,
+        "core_hours": round(sum(sweep["core_hours"] for sweep in sweeps), DECIMALS),
+        "whole": all(sweep["whole"] for sweep in (*sweeps, *theory)) and not missing,
+        "parts": {name: made for name, made in parts.items() if name in used},
+        "figures": {name: kept.part for name, kept in figures.items()},
         "figures_missing": missing,
-        "sweeps": sweeps,
-        "calculated": {paper: some for paper, some in calculated.items() if some},
+        "sweeps": records["sweeps"],
+        "calculated": {paper: some for paper, some in records["calculated"].items() if some},
     }
-
-
-def _sweep(paper, sweep, results):
-    """What the runs of a sweep say of themselves, of those that are there."""
-    runs, hours = [], 0.0
-    for point in sweep.points:
-        path = Path(results.run(paper, sweep.name, point.name))
-        if not path.is_file():
-            continue
-        with reading(path):
-            scene, sources = (str(attribute(path, key)) for key in ("scene_digest", "sources"))
-            # A run of another scene is left from before the sweep was edited. What a scene
-            # derives from other runs is not known here.
-            if sweep.derived or scene == point.scene.digest:
-                runs.append([point.name, int(attribute(path, "seed")), scene, sources])
-                hours += float(attribute(path, "seconds")) / 3600
-    scenes = [point.scene for point in sweep.points]
-    return {
-        "whole": len(runs) == len(scenes),
-        "runs_made": len(runs),
-        "runs_planned": len(scenes),
-        "core_hours": round(hours, DECIMALS),
-        "beads": _span([scene.beads for scene in scenes]),
-        "steps_equilibrate": _span([scene.steps.equilibrate for scene in scenes]),
-        "steps_sample": _span([scene.steps.sample for scene in scenes]),
-        "runs": value_digest(runs) if runs else "none",
-    }
-
-
-def _theory(paper, sweep, results):
-    """What the file of a sweep of theory says of itself, if it is there and not of other points."""
-    path = Path(results.sweep(paper, sweep.name))
-    said = attributes(path) if path.is_file() else {}
-    whole = said.get("points") == sweep.digest
-    return {
-        "whole": whole,
-        "calculation": sweep.calculation,
-        "points": len(sweep.points),
-        "sources": str(said["sources"]) if whole else "none",
-        "arguments": sweep.digest,
-    }
-
-
-def _span(numbers):
-    """A number, or the least and the largest."""
-    low, high = int(min(numbers)), int(max(numbers))
-    return low if low == high else [low, high]
-
-
-def _checksum(data):
-    return {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
 
 
 def _check_size(target, contents):
@@ -233,11 +231,10 @@ def _check_size(target, contents):
 
 
 def _remove_others(target, contents):
-    """Remove figures that an earlier archive of the study had, and this one has not."""
-    for kind in KINDS:
-        for path in target.glob(f"*/*.{kind}"):
-            if f"{path.parent.name}/{path.name}" not in contents:
-                path.unlink()
-    for folder in target.glob("*/"):
+    """Remove what an earlier archive of the study had, and this one has not."""
+    for path in target.rglob("*"):
+        if path.is_file() and str(path.relative_to(target)) not in contents:
+            path.unlink()
+    for folder in sorted(target.glob("**/"), reverse=True):
         if not any(folder.iterdir()):
-            shutil.rmtree(folder)
+            folder.rmdir()
