@@ -60,15 +60,16 @@ def paper(*sampling, replicas=1):
     return Paper(PAPER, "One", "J. One 1", sweeps, (), figures, sampling)
 
 
-def put_run(results, point, seconds=1800.0):
-    """The result of a run, with what the archive reads of it."""
+def put_run(results, point, seconds=1800.0, since=1.0, lost=-1):
+    """The result of a run, with what the archive reads of it; it has last gone on at a share."""
     path = results / PAPER / "runs" / SWEEP / point.name / "run.nc"
     files.write(
         path,
         {},
         {
             "seed": point.scene.data["seed"], "scene_digest": point.scene.digest,
-            "sources": run_sources(point.scene), "seconds": seconds,
+            "sources": run_sources(point.scene), "seconds": since * seconds, "lost_step": lost,
+            "bead_steps_per_second": point.scene.work / seconds,
         },
     )  # fmt: skip
     return path
@@ -179,6 +180,14 @@ def test_runs_are_counted_if_they_belong_to_the_sweep(kept, results):
     keep(results)
     after = read_manifest("long")["sweeps"][PAPER][SWEEP]
     assert (after["runs_made"], after["runs"]) == (0, "none")
+
+
+def test_hours_of_a_run_that_was_stopped_and_went_on(results):
+    """All of its steps count, not those since; but of one that blew up those that it made."""
+    (first, _) = paper().sweeps[SWEEP].points
+    for since, lost, hours in ((1.0, -1, 2.0), (0.25, -1, 2.0), (0.25, 7, 0.5)):
+        path = put_run(results, first, 7200.0, since, lost)
+        assert manifest.hours_of(path, first.scene) == pytest.approx(hours)
 
 
 def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):

@@ -13,6 +13,7 @@ from dpd.files import replace_whole
 from dpd.pipeline.paths import Results, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.archive import ARCHIVE
+from dpd.report.manifest import hours_of
 from dpd.stages import run_sources
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def runs_to_keep(
     for paper, sweep, point in _points(papers):
         name = _name(paper, sweep, point)
         for path in (Path(results.run(paper, sweep, point.name)), target / name):
-            if path.is_file() and _seconds(path, point) >= 3600 * hours:
+            if path.is_file() and _hours(path, point) >= hours:
                 found[name] = path.read_bytes()
                 break
     return found
@@ -104,9 +105,8 @@ def _name(paper, sweep, point):
     return f"{paper}/runs/{sweep}/{point.name}.nc"
 
 
-def _seconds(path, point):
+def _hours(path, point):
     """How long a run took; 0 if it is of another scene."""
     with reading(path):
-        said = files.attributes(path)
-        same = said["scene_digest"] == point.scene.digest
-        return float(said["seconds"]) if same else 0.0
+        same = files.attribute(path, "scene_digest") == point.scene.digest
+        return hours_of(path, point.scene) if same else 0.0

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from dpd.pipeline.paths import Results
     from dpd.pipeline.sweep import Sweep
     from dpd.pipeline.theory import TheorySweep
+    from dpd.scene.scene import Scene
 
 MANIFEST = "manifest.yaml"
 DECIMALS = 3  # of core-hours
@@ -82,7 +83,7 @@ def sweep_record(paper: str, sweep: Sweep, results: Results) -> dict[str, Any]:
             # derives from other runs is not known here.
             if sweep.derived or scene == point.scene.digest:
                 runs.append([point.name, int(attribute(path, "seed")), scene, sources])
-                hours += float(attribute(path, "seconds")) / 3600
+                hours += hours_of(path, point.scene)
     scenes = [point.scene for point in sweep.points]
     return {
         "whole": len(runs) == len(scenes),
@@ -95,6 +96,15 @@ def sweep_record(paper: str, sweep: Sweep, results: Results) -> dict[str, Any]:
         "scenes": value_digest([[p.name, sweep.planned_digest(p)] for p in sweep.points]),
         "runs": value_digest(runs) if runs else "none",
     }
+
+
+def hours_of(path: Path, scene: Scene) -> float:
+    """How long a run took; of one that was stopped and went on, all its steps at its last rate."""
+    said = attributes(path)
+    since_it_went_on = float(said["seconds"])
+    if int(said["lost_step"]) >= 0:
+        return since_it_went_on / 3600
+    return max(since_it_went_on, scene.work / float(said["bead_steps_per_second"])) / 3600
 
 
 def theory_record(paper: str, sweep: TheorySweep, results: Results) -> dict[str, Any]:
