@@ -348,6 +348,20 @@ def test_the_page_of_a_paper_counts_every_archived_study(kept):
     for study, number in (("quick", 2), (LONG_STUDY, 3)):
         part = page.split(f"What the study `{study}` finds")[1].split("\n## ")[0]
         assert f"| liu_2008 | {number} | 0 | {number} | 0 | none | none |" in part
+    assert "Not made yet" not in page
+
+
+def test_the_page_of_a_paper_says_what_the_long_study_has_not_made(kept):
+    """It links to the pictures of the rest, and counts no rows of what is missing."""
+    table = verdict_table("liu_2008", "slope", {"kappa": ("simulated", "deviates", 2.0)})
+    (kept / LONG_STUDY).mkdir(parents=True)
+    table.to_csv(kept / LONG_STUDY / "verdicts.csv", index=False)
+    missing = ["liu_2008/fig05_pressure", "nikunen_2007/noise"]
+    (kept / LONG_STUDY / "manifest.yaml").write_text(yaml.safe_dump({"figures_missing": missing}))
+    part = paper_page("liu_2008").split("What the study `paper` finds")[1].split("\n## ")[0]
+    assert "Not made yet: Figure 5." in part
+    assert f"(../../results/archive/{LONG_STUDY}/liu_2008)" in part
+    assert "(slope.py)" in part and "(fig05_pressure.py)" not in part
 
 
 def page_of(results, archived, *sampling):

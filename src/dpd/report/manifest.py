@@ -50,10 +50,16 @@ def read_manifest(study: str) -> dict[str, Any]:
     UserError
         If there is none.
     """
-    path = ARCHIVE / study / MANIFEST
-    if not path.is_file():
+    if not (found := manifest_of(study)):
+        path = ARCHIVE / study / MANIFEST
         raise UserError(f"{path}: there is no such file; 'python -m dpd archive {study}' writes it")
-    return yaml.safe_load(path.read_text())
+    return found
+
+
+def manifest_of(study: str) -> dict[str, Any]:
+    """The same; an empty one where there is none."""
+    path = ARCHIVE / study / MANIFEST
+    return yaml.safe_load(path.read_text()) if path.is_file() else {}
 
 
 def manifest_text(manifest: dict[str, Any]) -> str:

@@ -6,10 +6,12 @@ import yaml
 
 from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.pipeline.paths import LONG_STUDY
 from dpd.pipeline.study import read_paper, read_study
 from dpd.report.archive import FIGURES, pictures, read_archive, studies
 from dpd.report.captions import label
 from dpd.report.figure_file import load_module
+from dpd.report.manifest import manifest_of
 from dpd.report.markdown import counts, deviations, figure_counts
 from dpd.report.notation import typeset
 
@@ -71,7 +73,7 @@ def paper_page(name: str) -> str:
     kept = [picture.stem for picture in pictures(name)]
     parts = [
         head,
-        *(_study(study, table, modules) for study, table in tables.items()),
+        *(_study(name, study, table, modules) for study, table in tables.items()),
         f"## Findings\n\n{typeset(_findings(name))}",
         *(["## Pictures\n"] if kept else []),
         *(_picture(figure, load_module(name, figure)) for figure in kept),
@@ -84,16 +86,29 @@ def _verdicts(study, name):
     return table[table.paper == name]
 
 
-def _study(study, table, modules):
+def _study(name, study, table, modules):
     """What a study finds."""
-    titles = {figure: module.TITLE for figure, module in modules.items()}
-    return STUDY.format(
+    missing = [figure for figure in modules if f"{name}/{figure}" in _missing(study)]
+    titles = {figure: m.TITLE for figure, m in modules.items() if figure not in missing}
+    text = STUDY.format(
         study=study,
         description=read_study(study)["description"],
         counts=counts(table),
         deviations=deviations(table),
         figures=figure_counts(table, titles),
     )
+    if study == LONG_STUDY:
+        folder = f"results/archive/{study}/{name}"
+        text += f"\nPictures and their numbers are in [{folder}](../../{folder})."
+        if missing:
+            text += f" Not made yet: {', '.join(label(figure) for figure in missing)}."
+        text += "\n"
+    return text
+
+
+def _missing(study):
+    """Figures that an archive lacks, as its study was stopped before its end."""
+    return manifest_of(study).get("figures_missing", ())
 
 
 def _picture(figure, module):

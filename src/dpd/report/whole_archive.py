@@ -20,9 +20,9 @@ from dpd.report.manifest import (
     MANIFEST,
     asks_for,
     checksum,
+    manifest_of,
     manifest_text,
     new_part,
-    read_manifest,
     runs_made,
     sweep_record,
     theory_record,
@@ -141,7 +141,7 @@ def archive_whole(
 def _former(study):
     """The manifest of the archive as it is; an empty one where there is none."""
     empty = {"parts": {}, "figures": {}, "sweeps": {}, "calculated": {}}
-    return empty | (read_manifest(study) if (ARCHIVE / study / MANIFEST).is_file() else {})
+    return empty | manifest_of(study)
 
 
 def _records(papers, results, former, part):
