@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.chain_length import end_effect, meeting, power
+from dpd.analysis.chain_length import crossover, end_effect, power
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.figure_file import load_module
 
 LENGTHS = np.array([8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 192.0, 256.0])
-REGIMES = ((8, 40), (60, np.inf))
 DRAWS = 400
 
 
@@ -63,46 +62,68 @@ def test_exponents_and_how_often_their_errors_cover():
     assert np.isnan(power(LENGTHS, LENGTHS, LENGTHS, 150, np.inf).exponent)  # of two lengths
 
 
-def two_regimes(crossover):
+def two_regimes(place):
     """0.3 N^2 up to the crossover, and N^3 from there."""
-    return 0.3 * LENGTHS**2 * np.maximum(1, LENGTHS / crossover)
+    return 0.3 * LENGTHS**2 * np.maximum(1, LENGTHS / place)
 
 
+def noisy(exact, seed):
+    """With errors of 3 %."""
+    return exact * (1 + 0.03 * np.random.default_rng(seed).normal(size=len(exact)))
+
+
+@pytest.mark.parametrize("place", [25.0, 50.0, 110.0])
 @pytest.mark.parametrize("exponents", [(None, None), (2, 3)])
-def test_where_regimes_meet_and_how_often_its_error_covers(exponents):
-    """At 50, from relaxation times of 3 % error at the lengths of the long study."""
+def test_where_regimes_meet_and_how_often_its_error_covers(place, exponents):
+    """Wherever that is among the lengths: nothing but the points says where to look."""
+    exact = two_regimes(place)
+    found = crossover(LENGTHS, exact, 0.03 * exact, exponents)
+    assert found.length == pytest.approx(place, rel=0.02) and found.p_value > 0.99
 
     def draw(rng):
-        tau = two_regimes(50) * (1 + 0.03 * rng.normal(size=len(LENGTHS)))
-        return meeting(LENGTHS, tau, 0.03 * tau, REGIMES, exponents)
+        tau = exact * (1 + 0.03 * rng.normal(size=len(LENGTHS)))
+        return crossover(LENGTHS, tau, 0.03 * tau, exponents)
 
-    exact = two_regimes(50)
-    assert meeting(LENGTHS, exact, 0.03 * exact, REGIMES, exponents)[0] == pytest.approx(50)
-    assert 0.92 < covered(draw, 50) < 1.0
+    rng = np.random.default_rng(3)
+    draws = np.array([draw(rng)[:2] for _ in range(150)])
+    bounded = draws[np.isfinite(draws[:, 1])]
+    assert len(bounded) > 0.9 * len(draws)
+    inside = np.abs(bounded[:, 0] - place) < COVERAGE * bounded[:, 1]
+    assert 0.9 < np.mean(inside) <= 1.0
 
 
 def test_given_exponents_narrow_the_place_where_regimes_meet():
     """And free ones say so by a larger error."""
-    tau = two_regimes(50)
-    free = meeting(LENGTHS, tau, 0.03 * tau, REGIMES)
-    fixed = meeting(LENGTHS, tau, 0.03 * tau, REGIMES, (2, 3))
-    assert 0 < fixed[1] < free[1]
+    tau = noisy(two_regimes(50), 2)
+    free, fixed = (crossover(LENGTHS, tau, 0.03 * tau, e) for e in ((None, None), (2, 3)))
+    assert 0 < fixed.error < free.error
 
 
 def test_diffusion_constants_meet_alike():
     """D N^-1 to N^-2, the slopes falling in place of rising."""
-    constant = 1 / (LENGTHS * np.maximum(1, LENGTHS / 50))
-    found, error = meeting(LENGTHS, constant, 0.03 * constant, REGIMES)
-    assert found == pytest.approx(50)
-    assert error > 0
+    constant = noisy(1 / (LENGTHS * np.maximum(1, LENGTHS / 50)), 1)
+    found = crossover(LENGTHS, constant, 0.03 * constant)
+    assert found.length == pytest.approx(50, abs=3 * found.error)
+    assert found.straight < 1e-6 and found.p_value > 0.01
 
 
-def test_a_missing_regime_has_no_meeting():
-    """Nor do lines of the same slope."""
-    short = LENGTHS[:3]
-    assert np.isnan(meeting(short, short**2, 0.03 * short**2, REGIMES)[0])
-    rouse = LENGTHS**2
-    assert np.isnan(meeting(LENGTHS, rouse, 0.03 * rouse, REGIMES, (2, 2))[0])
+def test_what_has_no_crossover():
+    """One power law fits, and nothing bounds the place; too few lengths give none at all."""
+    for exponent in (2.0, 2.3):
+        law = noisy(LENGTHS**exponent, 4)
+        found = crossover(LENGTHS, law, 0.03 * law)
+        assert found.straight > 0.05
+    rouse = noisy(LENGTHS**2, 4)
+    fixed = crossover(LENGTHS, rouse, 0.03 * rouse, (2, 3))
+    assert fixed.length > 150 or np.isnan(fixed.error)
+    few = LENGTHS[:4]
+    assert np.isnan(crossover(few, few**2, 0.03 * few**2).length)
+
+
+def test_more_than_two_laws_show_in_the_p_value():
+    """A curve that bends everywhere, with small errors."""
+    bending = LENGTHS ** (2 + 0.2 * np.log(LENGTHS))
+    assert crossover(LENGTHS, bending, 0.003 * bending).p_value < 1e-4
 
 
 def test_room_of_a_box_is_counted_in_mean_distances():

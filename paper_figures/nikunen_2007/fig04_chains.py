@@ -5,8 +5,17 @@ import xarray as xr
 
 from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene, padded
+from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import SETTLED, chain_dynamics, end_to_end, in_tail
+from dpd.analysis.relaxation import (
+    DIFFUSES,
+    SETTLED,
+    chain_dynamics,
+    end_to_end,
+    in_tail,
+    relaxation_time,
+    straightness,
+)
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured
@@ -23,6 +32,7 @@ from dpd.report.style import (
     points,
     published_line,
 )
+from dpd.report.text import with_error
 from paper_figures.nikunen_2007.shared import (
     MAIN,
     PAPER_CHAINS,
@@ -74,9 +84,10 @@ def compute(sweeps):
     box = [_size(sweeps["box_size"], MAIN, BOX, dynamics)]
     if MAIN in statics.set.values and BOX in statics.length.values:
         box.append(_size(statics.sel(set=MAIN, length=BOX), MAIN, BOX, dynamics))
-    curves = []
+    curves, straight = [], []
     for n in runs.length.values:
         found, square = end_to_end(runs.sel(length=n))
+        straight.append(straightness(found, square))
         curves.append(np.array([found.time, *found.derived(lambda c, square=square: c / square)]))
     curves = np.stack(padded(curves), axis=1)
     data = xr.Dataset(
@@ -86,8 +97,10 @@ def compute(sweeps):
             "correlation_error": (("chain", "end_lag"), curves[2], {"units": "1"}),
             "tau": ("chain", dynamics.tau.values, {"units": "tau_0"}),
             "long_enough": ("chain", dynamics.long_enough.values, {"units": "1"}),
+            "straightness": (("chain", "estimate"), straight, {"units": "1"}),
+            "box_diffusion": ("estimate", _diffusion_in_box(sweeps), {"units": "1"}),
         },
-        {"chain": runs.length.values.astype(float)},
+        {"chain": runs.length.values.astype(float), "estimate": ["value", "error"]},
     )
     for dimension, table in (("point", rows), ("box", box)):
         names = [f"{dimension}_{name}" if dimension == "box" else name for name in table[0]]
@@ -95,6 +108,20 @@ def compute(sweeps):
             unit = "r_c" if "gyration" in name or "end_to_end" in name else "1"
             data[name] = (dimension, list(column), {"units": unit})
     return data
+
+
+def _diffusion_in_box(sweeps):
+    """Relative change of D in the small box, at the same lags, and its error."""
+    runs = sweeps["dynamics"]
+    if BOX not in runs.length.values:
+        return np.nan, np.nan
+    large = runs.sel(length=BOX)
+    tau, _ = relaxation_time(*end_to_end(large))
+    (small, small_error), (wide, wide_error) = (
+        diffusion_constant(displacements(at, "centre"), 3, *(share * tau for share in DIFFUSES))
+        for at in (sweeps["box_size"], large)
+    )
+    return small / wide - 1, small / wide * np.hypot(small_error / small, wide_error / wide)
 
 
 def _size(at, name, n, dynamics):
@@ -127,12 +154,17 @@ def room(edge, distance):
 
 
 def _relaxation_time(n, dynamics):
-    """tau at a length, with tau / N^2 between those that are known; inf if none is."""
+    """tau at a length, with tau / N^2 between those that are known; inf if none is.
+
+    Where a run is too short for a certain tau, the larger of its own and of that.
+    """
     good = dynamics.long_enough.values > 0
     if not good.any():
         return np.inf
     known, tau = dynamics.length.values[good], dynamics.tau.values[good]
-    return n**2 * np.exp(np.interp(np.log(n), np.log(known), np.log(tau / known**2)))
+    between = n**2 * np.exp(np.interp(np.log(n), np.log(known), np.log(tau / known**2)))
+    own = dynamics.tau.values[dynamics.length.values == n]
+    return float(np.nanmax([between, *own]))
 
 
 def _sizes(data, name, quantity, settled=True):
@@ -150,6 +182,9 @@ def measured(data):
         found[f"box_{quantity}"] = _box_effect(data, quantity)
     for name in OTHERS:
         found[f"gyration_exponent_{name}"] = _exponent_beside(data, name)
+    found["box_diffusion"] = Measured(
+        *map(float, data.box_diffusion.values), f"N {BOX}, at the same lags of half a tau to one"
+    )
     found["box_rule"] = _box_rule(data)
     return found
 
@@ -243,10 +278,20 @@ def describe(data):
     if len(n) < 2:
         return TITLE
     level = size / np.sqrt(n)
-    return (
+    text = (
         f"R_g over the square root of N rises slowly, for a 100 from {level[0]:.3f} at N = {n[0]:g}"
-        f" to {level[-1]:.3f} at N = {n[-1]:g}, and alike for all sets. Correlations over t/N^2 "
-        "fall on straight lines in a semi-logarithmic plot."
+        f" to {level[-1]:.3f} at N = {n[-1]:g}, and alike for all sets."
+    )
+    known = data.where(data.long_enough > 0).dropna("chain", subset=["straightness"])
+    if not known.sizes["chain"]:
+        return text
+    ratios = ", ".join(
+        f"{with_error(*map(float, known.straightness.sel(chain=n).values))} (N = {n:g})"
+        for n in known.chain.values
+    )
+    return (
+        f"{text} Taken from the first part of the correlation's tail, tau over that from the "
+        f"second part, which is 1 of an exponential, is {ratios}."
     )
 
 

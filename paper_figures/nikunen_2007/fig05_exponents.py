@@ -4,26 +4,30 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.chain_length import meeting, power
+from dpd.analysis.chain_length import Crossover, crossover, power
 from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, Look, panels, points
 from dpd.report.text import with_error
-from paper_figures.nikunen_2007.shared import CONTROL, MAIN
+from paper_figures.nikunen_2007.shared import CONTROL, MAIN, law
 
 PUBLISHED = shown_by(__file__)
 CROSSOVER = PUBLISHED["crossover_diffusion"]  # chain lengths
 SHORTEST = 8  # chain length from which on Rouse's laws are fitted
+FOR_TWO_LAWS = 5  # chain lengths: a height, two exponents and a place are fitted to them
+LIKELY, UNLIKELY = 0.05, 0.01  # p values of a law that fits, and of one that does not
+FIELDS = Crossover._fields
 
 TITLE = "Relaxation time (a) and diffusion constant of chains (b) over chain length."
 PAPER_SHOWS = (
     "The paper shows tau ~ N^2 crossing to N^3 and D ~ 1/N crossing to N^-2 for a 100, k 200, with "
     f"the crossover between N = {CROSSOVER.low:g} and {CROSSOVER.high:g} (shaded). (c), (d): "
-    "tau / N^2 and D N, which are level for Rouse chains wherever the crossover is. Only runs of "
-    "ten relaxation times or more, after two to settle, count; others are drawn hollow and left "
-    "out of the fits, "
-    f"over N from {SHORTEST} to {CROSSOVER.low:g} and from {CROSSOVER.high:g} on. Dashed and "
+    "tau / N^2 and D N, which are level for long Rouse chains. D is from lags of half a tau to "
+    "one. Only runs of ten relaxation times or more, after two to settle, count; others are drawn "
+    "hollow and left out of the fits. Exponents are fitted "
+    f"over N from {SHORTEST} to {CROSSOVER.low:g} and from {CROSSOVER.high:g} on. The crossover is "
+    "where two power laws meet that are fitted to all N from 8 on together. Dashed and "
     "dotted: laws with the published exponents, fitted to the points of a 100 in each range. The "
     "control a 25, k 50, whose bonds pass through each other, should be Rouse-like at any length. "
     "tau is the relaxation time, tau_0 = (m r_c^2 / kT)^(1/2) the unit of time."
@@ -35,7 +39,7 @@ ERRORS = (
 STYLES = {MAIN: Look("a = 100", BLUE, "o"), CONTROL: Look("a = 25, control", ORANGE, "s")}
 REGIMES = {"rouse": (SHORTEST, CROSSOVER.low), "reptation": (CROSSOVER.high, np.inf)}
 LAWS = {
-    quantity: {regime: PUBLISHED[f"{quantity}_{regime}"].value for regime in REGIMES}
+    quantity: {regime: law(PUBLISHED[f"{quantity}_{regime}"]) for regime in REGIMES}
     for quantity in ("tau", "diffusion")
 }
 
@@ -51,11 +55,15 @@ def compute(sweeps):
             data[f"{quantity}_{regime}"] = ("set", [fit.exponent for fit in found], {"units": "1"})
             errors = [fit.error for fit in found]
             data[f"{quantity}_{regime}_error"] = ("set", errors, {"units": "1"})
-        counted, ranges = _counted(data, MAIN, quantity), tuple(REGIMES.values())
-        free = meeting(*counted, ranges)
-        fixed = meeting(*counted, ranges, tuple(LAWS[quantity].values()))
-        data[f"{quantity}_crossover"] = ("of", [*free, *fixed], {"units": "1"})
-    return data.assign_coords(of=["fitted", "fitted error", "published", "published error"])
+            likely = [fit.p_value for fit in found]
+            data[f"{quantity}_{regime}_p_value"] = ("set", likely, {"units": "1"})
+        counted = _counted(data, MAIN, quantity)
+        found = [crossover(*counted), crossover(*counted, tuple(LAWS[quantity].values()))]
+        for name in FIELDS:
+            data[f"{quantity}_crossover_{name}"] = (
+                "exponents", [getattr(each, name) for each in found], {"units": "1"}
+            )  # fmt: skip
+    return data.assign_coords(exponents=["fitted", "published"])
 
 
 def _counted(data, name, quantity):
@@ -86,22 +94,39 @@ def _exponent(data, name, quantity, regime):
     inside = ", ".join(f"{length:g}" for length in n if low <= length <= high)
     value, error = float(at[f"{quantity}_{regime}"]), float(at[f"{quantity}_{regime}_error"])
     if np.isfinite(value):
-        return Measured(value, error, f"N {inside}")
+        likely = float(at[f"{quantity}_{regime}_p_value"])
+        return Measured(value, error, f"N {inside}; one power law fits them with p {likely:.2g}")
     between = f"from {low:g} on" if np.isinf(high) else f"from {low:g} to {high:g}"
     return Measured(np.nan, np.nan, "", f"fewer than three lengths {between} ran ten tau")
 
 
 def _crossover(data, quantity):
-    """Where the laws of both regimes meet."""
-    free, free_error, fixed, fixed_error = data[f"{quantity}_crossover"].values
-    published = "–"
-    if np.isfinite(fixed):
-        published = with_error(fixed, fixed_error)
-    if np.isfinite(free):
-        note = f"both exponents fitted; with the published ones {published}"
-        return Measured(float(free), float(free_error), note)
-    note = f"with the published exponents {published}" if np.isfinite(fixed) else ""
-    return Measured(np.nan, np.nan, note, "needs three lengths in each regime")
+    """Where two power laws meet that are fitted to all N, and whether the data ask for two."""
+    free, fixed = (
+        {name: float(data[f"{quantity}_crossover_{name}"].sel(exponents=which)) for name in FIELDS}
+        for which in ("fitted", "published")
+    )
+    if not np.isfinite(free["length"]):
+        return Measured(np.nan, np.nan, "", f"needs {FOR_TWO_LAWS} lengths or more")
+    note = (
+        f"both exponents fitted, p {free['p_value']:.2g}; with the published ones "
+        f"{_place(fixed)}, p {fixed['p_value']:.2g}; one power law alone: p {free['straight']:.2g}"
+    )
+    blind = ""
+    if free["straight"] > LIKELY:
+        blind = "one power law fits all lengths"
+    elif free["p_value"] < UNLIKELY:
+        blind = "no two power laws fit all lengths"
+    elif not np.isfinite(free["error"]):
+        blind = f"the lengths do not bound it; best {free['length']:.3g}"
+    return Measured(free["length"], free["error"], note, blind)
+
+
+def _place(found):
+    """Where the laws meet, with its error if the lengths bound it."""
+    if np.isfinite(found["error"]):
+        return with_error(found["length"], found["error"])
+    return f"{found['length']:.3g} (not bounded)"
 
 
 def warnings(data):
@@ -130,11 +155,13 @@ def table(data):
                 with_error(float(at.tau) / n**2, float(at.tau_error) / n**2),
                 with_error(float(at.diffusion), float(at.diffusion_error)),
                 with_error(float(at.diffusion) * n, float(at.diffusion_error) * n),
+                with_error(float(at.diffusion_later) * n, float(at.diffusion_later_error) * n),
                 f"{float(at.duration):.4g}",
                 "yes" if at.long_enough else "no: run too short",
             ))  # fmt: skip
     return pd.DataFrame(rows, columns=[
-        "set", "N", "tau / tau_0", "tau / N^2", "D", "D N", "run / tau_0", "counts",
+        "set", "N", "tau / tau_0", "tau / N^2", "D", "D N", "D N from tau to 2 tau", "run / tau_0",
+        "counts",
     ])  # fmt: skip
 
 
@@ -189,10 +216,10 @@ def _draw_set(panel, at, quantity, taken, label, color, marker):
 
 def _draw_law(panel, data, quantity, regime, taken, line):
     """The published law, with the height that fits the points of its regime."""
-    law, (low, high) = LAWS[quantity][regime], REGIMES[regime]
-    fit = power(*_counted(data, MAIN, quantity), low, high, exponent=law)
+    exponent, (low, high) = LAWS[quantity][regime], REGIMES[regime]
+    fit = power(*_counted(data, MAIN, quantity), low, high, exponent=exponent)
     if not np.isfinite(fit.height):
         return
     x = np.geomspace(low, min(high, data.length.values.max()), 50)
-    panel.plot(x, np.exp(fit.height) * x ** (law - taken), color=BLACK, linestyle=line,
-               linewidth=0.9, label=f"$N^{{{law:g}}}$")  # fmt: skip
+    panel.plot(x, np.exp(fit.height) * x ** (exponent - taken), color=BLACK,
+               linestyle=line, linewidth=0.9, label=f"$N^{{{exponent:g}}}$")  # fmt: skip

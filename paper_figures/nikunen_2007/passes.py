@@ -12,10 +12,11 @@ from dpd.analysis.statistics import NONE_SEEN
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points
 from dpd.report.text import with_error
-from paper_figures.nikunen_2007.shared import CONTROL, MAIN, criterion, in_words, repulsion
+from paper_figures.nikunen_2007.shared import CONTROL, MAIN, criterion, in_words, law, repulsion
 
 PUBLISHED = shown_by(__file__)
-ROUSE = PUBLISHED["tau_rouse"].value  # exponent of tau over N
+ROUSE = law(PUBLISHED["tau_rouse"])  # exponent of tau over N
+NEARER = PUBLISHED["tau_rouse"].high - ROUSE  # than this an exponent is nearer to another law
 CROSSOVER = PUBLISHED["crossover_diffusion"].high  # chain length beyond which chains should reptate
 
 TITLE = "Bonds passed through per bond and unit of time, against the margin of the criterion."
@@ -182,6 +183,8 @@ def _verdict(at):
         longest = f", N up to {float(at.longest):g}" if at.longest > 0 else ""
         return f"not reached at this scale{longest}"
     text = f"exponent {with_error(exponent, error)}"
+    if CERTAIN * error > NEARER:
+        return f"undecided: {text}"
     return f"{'no' if exponent - ROUSE > CERTAIN * error else 'yes'}: {text}"
 
 

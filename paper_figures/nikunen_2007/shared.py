@@ -27,6 +27,11 @@ def repulsion(name):
     return int(str(name).removeprefix("a"))
 
 
+def law(published):
+    """Exponent of a law that the paper names: the middle of what is nearer to it than to others."""
+    return (published.low + published.high) / 2
+
+
 def criterion(at):
     """r_min and l_max of the paper's Eq. 5, each with its standard error.
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.analysis.statistics import linear_fit
+from dpd.analysis.statistics import likelihood, linear_fit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,12 +68,15 @@ def end_effect(share: npt.ArrayLike, value: np.ndarray, error: np.ndarray, at: f
 
 
 class Power(NamedTuple):
-    """value ~ N^exponent, as ln value = height + exponent (ln N - ln middle)."""
+    """value ~ N^exponent, as ln value = height + exponent ln N.
+
+    ``p_value`` is the probability of points that lie worse about the law, if it is right.
+    """
 
     exponent: float
     error: float
     height: float
-    height_error: float
+    p_value: float
 
 
 def power(
@@ -83,7 +86,6 @@ def power(
     low: float,
     high: float,
     exponent: float | None = None,
-    about: float = 1.0,
 ) -> Power:
     """Exponent of value ~ N^x for low <= N <= high.
 
@@ -94,8 +96,6 @@ def power(
     low, high : float
     exponent : float or None
         Given, it is not fitted.
-    about : float
-        The length at which ``height``, the logarithm of the value, is given.
 
     Returns
     -------
@@ -106,54 +106,95 @@ def power(
     use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
     if use.sum() < (3 if exponent is None else 1):
         return Power(*(np.nan,) * 4)
-    x, y, spread = np.log(length[use] / about), np.log(value[use]), error[use] / value[use]
+    x, y, spread = np.log(length[use]), np.log(value[use]), error[use] / value[use]
     if exponent is not None:
         fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
-        (height,), (height_error,) = fit.values, fit.errors
-        return Power(exponent, 0.0, float(height), float(height_error))
+        return Power(exponent, 0.0, float(fit.values[0]), fit.p_value)
     fit = linear_fit([np.ones_like(x), x], y, spread)
-    (height, free), (height_error, free_error) = fit.values, fit.errors
-    return Power(float(free), float(free_error), float(height), float(height_error))
+    (height, free), (_, free_error) = fit.values, fit.errors
+    return Power(float(free), float(free_error), float(height), fit.p_value)
 
 
-def meeting(
+class Crossover(NamedTuple):
+    """Where one power law of the chain length goes over into another.
+
+    Attributes
+    ----------
+    length, error : float
+        NaN with too few lengths; the error is NaN where the lengths do not bound it on both sides.
+    p_value : float
+        Probability of points that lie worse about two power laws, if two are right.
+    straight : float
+        The same of a single power law with a free exponent.
+    """
+
+    length: float
+    error: float
+    p_value: float
+    straight: float
+
+
+PLACES = 400  # at which the laws may meet
+
+
+def crossover(
     length: np.ndarray,
     value: np.ndarray,
     error: np.ndarray,
-    regimes: Sequence[tuple[float, float]],
     exponents: Sequence[float | None] = (None, None),
-) -> tuple[float, float]:
-    """Chain length at which the power laws of two regimes meet.
+) -> Crossover:
+    """Fit two power laws that meet to all lengths, whichever side of their meeting they are on.
 
     Parameters
     ----------
     length, value, error : (n,) arrays
-    regimes : pair of (low, high)
-        Lengths that each law is fitted to; no length may lie in both.
+        Errors are standard errors.
     exponents : pair of float or None
-        Exponents that are given; None for those that are fitted.
+        Of short and of long chains; None for one that is fitted.
 
     Returns
     -------
-    length, error : float
-        NaN where a regime has too few lengths. The error is that of both lines where they meet,
-        over the difference of their slopes: first-order propagation, without approximation of
-        how height and slope of a line go together.
+    Crossover
+        Its place is where chi-square is least, its error half the width over which that rises by
+        one, or by the reduced chi-square if that is larger.
     """
+    use = np.isfinite(value) & (error > 0)
+    order = np.argsort(length[use])
+    x, y = (np.log(values[use][order]) for values in (length, value))
+    spread = (error[use] / value[use])[order]
+    fitted = sum(exponent is None for exponent in exponents)
+    degrees = len(x) - 2 - fitted  # a height and the place are fitted too
+    if degrees < 1:
+        return Crossover(*(np.nan,) * 4)
+    # A free exponent takes two lengths on its side of the place.
+    low, high = (x[int(exponents[0] is None)], x[-1 - int(exponents[1] is None)])
+    places = np.linspace(low, high, PLACES)
+    worse = _bent(places[:, np.newaxis], x, y, spread, exponents)
+    best = int(worse.argmin())
+    there = float(np.exp(places[best]))
+    height = worse[best] + max(1.0, worse[best] / degrees)
+    shorter = _reaches(places[best::-1], worse[best::-1], height)
+    longer = _reaches(places[best:], worse[best:], height)
+    straight = linear_fit([np.ones_like(x), x], y, spread).p_value
+    half = 0.5 * (longer - shorter)
+    return Crossover(there, there * half, likelihood(float(worse[best]), degrees), straight)
 
-    def laws(about):
-        return [
-            power(length, value, error, low, high, exponent, about)
-            for (low, high), exponent in zip(regimes, exponents)
-        ]
 
-    short, long = laws(1.0)
-    steeper = long.exponent - short.exponent
-    if not np.isfinite(steeper) or steeper == 0:
-        return np.nan, np.nan
-    there = float(np.exp((short.height - long.height) / steeper))
-    if not 0 < there < np.inf:
-        return np.nan, np.nan
-    short, long = laws(there)
-    apart = np.hypot(short.height_error, long.height_error)
-    return there, float(there * apart / abs(steeper))
+def _reaches(places, worse, height):
+    """The first place at which chi-square reaches a height; NaN if it does not."""
+    above = np.flatnonzero(worse >= height)
+    if not len(above):
+        return np.nan
+    k = above[0]
+    return float(np.interp(height, worse[k - 1 : k + 1], places[k - 1 : k + 1]))
+
+
+def _bent(place, x, y, spread, exponents):
+    """Chi-square of two lines that meet at a place, for a column of places at once."""
+    sides = [np.minimum(x - place, 0), np.maximum(x - place, 0)]
+    rest = y - sum(e * side for e, side in zip(exponents, sides) if e is not None)
+    free = [side for e, side in zip(exponents, sides) if e is None]
+    rest = (rest + np.zeros_like(sides[0])) / spread
+    basis, _ = np.linalg.qr(np.stack([np.ones_like(sides[0]), *free], axis=-1) / spread[:, None])
+    taken = basis @ (np.swapaxes(basis, -1, -2) @ rest[..., None])
+    return ((rest - taken[..., 0]) ** 2).sum(axis=-1)

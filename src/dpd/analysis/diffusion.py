@@ -224,21 +224,23 @@ def _longest_level(y, band):
     return best
 
 
-def diffusion_constant(found: Resampled, dimension: int, after: float) -> tuple[float, float]:
-    """D from the slope of g = 2 d D t + c beyond a time.
+def diffusion_constant(
+    found: Resampled, dimension: int, after: float, before: float = np.inf
+) -> tuple[float, float]:
+    """D from the slope of g = 2 d D t + c between two times.
 
     Returns
     -------
     value, error : float
         NaN with fewer than four lags there.
     """
-    late = found.time >= after
-    if late.sum() < 4:
+    between = (found.time >= after) & (found.time <= before)
+    if between.sum() < 4:
         return np.nan, np.nan
-    time = found.time[late]
+    time = found.time[between]
 
     def slope(g):
-        return np.polyfit(time, g[late], 1)[0] / (2 * dimension)
+        return np.polyfit(time, g[between], 1)[0] / (2 * dimension)
 
     value, error = found.derived(slope)
     return float(value), float(error)

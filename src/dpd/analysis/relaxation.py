@@ -15,8 +15,18 @@ if TYPE_CHECKING:
     from dpd.analysis.resampling import Resampled
 
 TAIL_LOW, TAIL_HIGH = 0.15, 0.6  # of C(t) / C(0), where its slowest mode alone is left
+EARLY, LATE = (0.3, TAIL_HIGH), (TAIL_LOW, 0.4)  # parts of the tail
+FEWEST = 4  # lags that a line is fitted to
 TEN = 10.0  # relaxation times that a run has to last
-SETTLED = 2.0  # and to settle before: of a wrong R^2 at the start exp(-4) is left, 2 %
+SETTLED = 2.0  # and to settle before: of a wrong R^2 at the start 2 to 14 % are left
+# Relaxation times between which D is taken, of chains of any length: a run of ten has these lags.
+DIFFUSES, LATER = (0.5, 1.0), (1.0, 2.0)
+# What `chain_dynamics` gives, with units.
+FOUND = {
+    "tau": "tau", "tau_error": "tau", "diffusion": "r_c^2 / tau", "diffusion_error": "r_c^2 / tau",
+    "diffusion_later": "r_c^2 / tau", "diffusion_later_error": "r_c^2 / tau", "duration": "tau",
+    "long_enough": "1",
+}  # fmt: skip
 
 
 def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
@@ -40,11 +50,11 @@ def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
     return found, float(runs.end_square.mean())
 
 
-def in_tail(share: np.ndarray) -> np.ndarray:
+def in_tail(share: np.ndarray, low: float = TAIL_LOW, high: float = TAIL_HIGH) -> np.ndarray:
     """Whether each lag lies in the tail, given C(t) / C(0) by increasing lag."""
-    inside = (share < TAIL_HIGH) & (share > TAIL_LOW)
+    inside = (share < high) & (share > low)
     # The first lag below the tail ends it, whatever noise does later.
-    ended = np.flatnonzero(share <= TAIL_LOW)
+    ended = np.flatnonzero(share <= low)
     if len(ended):
         inside[ended[0] :] = False
     return inside
@@ -53,8 +63,8 @@ def in_tail(share: np.ndarray) -> np.ndarray:
 def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
     """tau of exp(-t / tau) from the straight part of ln C(t).
 
-    Lags reach to a tenth of a run, so the tail is cut at C(t) / C(0) = 0.37 where a run lasts for
-    ten tau. Of ideal chains, tau comes out 1.5 % too small there, and 0.3 % with the whole tail.
+    Lags reach to a tenth of a run, so the tail is cut at C(t) / C(0) = 0.30 where a run lasts for
+    ten tau. Of ideal chains, tau comes out 0.9 % too small there, and 0.4 % with the whole tail.
 
     Parameters
     ----------
@@ -67,15 +77,35 @@ def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
         In tau; NaN where C(t) has fewer than four lags in the tail.
     """
     inside = in_tail(found.value / square)
-    if inside.sum() < 4:
+    if inside.sum() < FEWEST:
         return np.nan, np.nan
-    time = found.time[inside]
-
-    def tau(value):
-        return -1.0 / np.polyfit(time, np.log(np.maximum(value[inside], 1e-9)), 1)[0]
-
-    value, error = found.derived(tau)
+    value, error = found.derived(lambda c: _tau(found.time, c, inside))
     return float(value), float(error)
+
+
+def straightness(found: Resampled, square: float) -> tuple[float, float]:
+    """tau from the early part of the tail over tau from its late part: 1 of an exponential.
+
+    Parameters
+    ----------
+    found : Resampled
+    square : float
+
+    Returns
+    -------
+    value, error : float
+        NaN where a part has fewer than four lags.
+    """
+    early, late = (in_tail(found.value / square, *limits) for limits in (EARLY, LATE))
+    if min(early.sum(), late.sum()) < FEWEST:
+        return np.nan, np.nan
+    value, error = found.derived(lambda c: _tau(found.time, c, early) / _tau(found.time, c, late))
+    return float(value), float(error)
+
+
+def _tau(time, correlation, inside):
+    """From a straight line through ln C(t) at some lags."""
+    return -1.0 / np.polyfit(time[inside], np.log(np.maximum(correlation[inside], 1e-9)), 1)[0]
 
 
 def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
@@ -89,8 +119,9 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over ``length``: ``tau``, ``diffusion``, each with ``_error``, ``duration`` of a run, and
-        ``long_enough``, 1 where that is ten tau or more, after two tau or more to settle.
+        Over ``length``: ``tau``, ``diffusion`` from lags of half a tau to one, the same at one tau
+        to two as ``diffusion_later`` where the run has them, each with ``_error``; ``duration`` of
+        a run, and ``long_enough``, 1 where that is ten tau or more, after two or more to settle.
     """
     rows = []
     for length in sweep.length.values:
@@ -100,14 +131,17 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
         tau, tau_error = relaxation_time(*end_to_end(at))
         before = scene.steps.equilibrate * scene.data["integrator"]["dt"]
         enough = duration >= TEN * tau and before >= SETTLED * tau
-        constant = (np.nan, np.nan)
+        constant = later = (np.nan, np.nan)
         if enough:
             centre = displacements(at, "centre")
-            constant = diffusion_constant(centre, scene.dimension, 0.5 * tau)
-        rows.append((tau, tau_error, *constant, duration, float(enough)))
-    names = ("tau", "tau_error", "diffusion", "diffusion_error", "duration", "long_enough")
-    units = ("tau", "tau", "r_c^2 / tau", "r_c^2 / tau", "tau", "1")
+            constant, later = (
+                diffusion_constant(centre, scene.dimension, low * tau, high * tau)
+                for low, high in (DIFFUSES, LATER)
+            )
+            if duration < TEN * LATER[1] * tau:
+                later = (np.nan, np.nan)
+        rows.append((tau, tau_error, *constant, *later, duration, float(enough)))
     data = xr.Dataset(coords={"length": sweep.length.astype(float)})
-    for name, unit, column in zip(names, units, np.array(rows).T):
+    for (name, unit), column in zip(FOUND.items(), np.array(rows).T):
         data[name] = ("length", column, {"units": unit, "long_name": name.replace("_", " ")})
     return data

@@ -351,10 +351,15 @@ class Fit(NamedTuple):
     @property
     def p_value(self) -> float:
         """Probability of a worse chi-square if the model is right."""
-        # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
-        from scipy.special import chdtrc
+        return likelihood(self.reduced_chi_square * self.degrees, self.degrees)
 
-        return float(chdtrc(self.degrees, self.reduced_chi_square * self.degrees))
+
+def likelihood(chi_square: float, degrees: int) -> float:
+    """Probability of a worse chi-square, of points with some degrees of freedom."""
+    # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
+    from scipy.special import chdtrc
+
+    return float(chdtrc(degrees, chi_square))
 
 
 def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | None = None) -> Fit:
