@@ -98,7 +98,7 @@ def compute(sweeps):
             "tau": ("chain", dynamics.tau.values, {"units": "tau_0"}),
             "long_enough": ("chain", dynamics.long_enough.values, {"units": "1"}),
             "straightness": (("chain", "estimate"), straight, {"units": "1"}),
-            "box_diffusion": ("estimate", _diffusion_in_box(sweeps), {"units": "1"}),
+            "box_diffusion": ("estimate", list(_diffusion_in_box(sweeps)), {"units": "1"}),
         },
         {"chain": runs.length.values.astype(float), "estimate": ["value", "error"]},
     )
