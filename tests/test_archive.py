@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
+from PIL import Image
 
 from dpd import files
 from dpd.analysis.collect import save
@@ -149,14 +150,20 @@ def test_the_manifest_has_sweeps_of_theory(kept, results):
 
 
 def test_the_manifest_has_a_checksum_of_each_file(kept, results):
-    """They are the files of the study, unchanged."""
+    """They are the files of the study; pictures have fewer colours."""
     keep(results)
     listed = read_manifest("long")["files"]
     for name, said in listed.items():
         data = (kept / "long" / name).read_bytes()
         assert said == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-    source = results / PAPER / "figures" / "fig02_shapes.png"
-    assert source.read_bytes() == (kept / "long" / PAPER / "fig02_shapes.png").read_bytes()
+    source, target = results / PAPER / "figures" / "fig02_shapes", kept / "long" / PAPER
+    assert source.with_suffix(".nc").read_bytes() == (target / "fig02_shapes.nc").read_bytes()
+    with (
+        Image.open(source.with_suffix(".png")) as old,
+        Image.open(target / "fig02_shapes.png") as new,
+    ):
+        apart = np.abs(np.subtract(old.convert("RGB"), new.convert("RGB"), dtype=float))
+    assert new.mode == "P" and apart.mean() < 1
     assert len(archive.read_archive("long")) == len(ROWS)
 
 
@@ -194,9 +201,9 @@ def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
     """Before anything of it is written: the former one stays."""
     keep(results)
     before = {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
-    large = results / PAPER / "figures" / "fig02_shapes.png"
+    large = results / PAPER / "figures" / "fig02_shapes.nc"
     large.write_bytes(large.read_bytes() + bytes(whole_archive.LIMIT))
-    with pytest.raises(UserError, match=r"10\.\d MB.* 10 MB .*largest file is .*fig02_shapes\.png"):
+    with pytest.raises(UserError, match=r"10\.\d MB.* 10 MB .*largest file is .*fig02_shapes\.nc"):
         keep(results)
     assert before == {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
 

@@ -78,9 +78,13 @@ def _put_in_place(drawn, kept):
     """A figure in the width of the picture that is kept, in few colours."""
     with Image.open(kept) as old, Image.open(drawn) as new:
         size = old.width, round(new.height * old.width / new.width)
-        small = new.convert("RGB").resize(size, Image.Resampling.LANCZOS)
-    few = small.quantize(256, dither=Image.Dither.NONE)
+        few = in_few_colours(new.convert("RGB").resize(size, Image.Resampling.LANCZOS))
     replace_whole(kept, lambda draft: few.save(draft, "png", optimize=True))
+
+
+def in_few_colours(picture: Image.Image) -> Image.Image:
+    """A picture in 256 colours, which takes a third of the room and looks the same."""
+    return picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
 
 
 def studies() -> list[str]:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from PIL import Image
 
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
-from dpd.report.archive import ARCHIVE, archive, read_archive
+from dpd.report.archive import ARCHIVE, archive, in_few_colours, read_archive
 from dpd.report.figures import joined, verdict_table
 from dpd.report.kept_runs import runs_to_keep
 from dpd.report.manifest import (
@@ -126,7 +129,7 @@ def archive_whole(
     table = joined(kept.verdicts for kept in figures.values())
     contents = {VERDICTS: table.to_csv(index=False).encode()}
     for name, kept in figures.items():
-        contents |= {f"{name}{path.suffix}": path.read_bytes() for path in kept.files}
+        contents |= {f"{name}{path.suffix}": _in_archive(path) for path in kept.files}
     contents |= runs
     manifest = _manifest(study, figures, missing, records, former["parts"] | {part: made})
     manifest["files"] = {name: checksum(data) for name, data in contents.items()}
@@ -136,6 +139,18 @@ def archive_whole(
     for name, data in contents.items():
         replace_whole(target / name, partial(Path.write_bytes, data=data))
     return [target / name for name in contents]
+
+
+def _in_archive(path):
+    """What is kept of a file: a picture in few colours, anything else as it is."""
+    if path.suffix != ".png":
+        return path.read_bytes()
+    with Image.open(path) as drawn:
+        if drawn.mode == "P":  # it is from the archive
+            return path.read_bytes()
+        kept = BytesIO()
+        in_few_colours(drawn).save(kept, "png", optimize=True)
+    return kept.getvalue()
 
 
 def _former(study):
