@@ -192,15 +192,17 @@ def _drawn(papers, results, part):
 
 def _staying(study, papers, former, records):
     """The same of the former archive, where sweeps are whole and still ask for the same runs."""
+    if not former["figures"]:
+        return
+    table = read_archive(study)
     for paper in papers:
+        before, now = _sweeps_of(former, paper), _sweeps_of(records, paper)
         for figure, feeds in paper.figures.items():
             name = f"{paper.name}/{figure}"
             if name not in former["figures"] or feeds.measurements:
                 continue
-            before, now = _sweeps_of(former, paper), _sweeps_of(records, paper)
             if all(_still_whole(before.get(sweep), now[sweep]) for sweep in feeds.sweeps):
-                rows = read_archive(study)
-                rows = rows[(rows.paper == paper.name) & (rows.figure == figure)]
+                rows = table[(table.paper == paper.name) & (table.figure == figure)]
                 kept = [ARCHIVE / study / f"{name}.{kind}" for kind in KINDS]
                 yield name, Kept(kept, rows, former["figures"][name])
 
