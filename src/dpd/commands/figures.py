@@ -48,6 +48,9 @@ def add_to(stages: Stages) -> None:
     )  # fmt: skip
     stages.add("restore", _restore, "take runs of the long study from the archive", "study")
     stages.add(
+        "redraw", _redraw, "draw and judge archived figures again, from their numbers", "study"
+    )
+    stages.add(
         "readme", _readme, "write README.md's tables, config/README.md and the papers' pages"
     )
 
@@ -129,6 +132,14 @@ def _restore(options: Namespace) -> None:
         print(f"restored: {path}")
     if not paths:
         print("nothing to do: all runs that the archive keeps are there")
+
+
+def _redraw(options: Namespace) -> None:
+    from dpd.report.redraw import redraw
+
+    for path in redraw(options.study):
+        print(f"changed: {path}")
+    print("now: python -m dpd readme")
 
 
 def _readme(options: Namespace) -> None:

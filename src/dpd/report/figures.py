@@ -20,6 +20,7 @@ from dpd.report.figure_file import blamed_on, load_module, wanted
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
+    from types import ModuleType
 
 
 def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], folder: Path) -> None:
@@ -42,13 +43,11 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
     data = {name: load(path) for name, path in sources.items()}
     with blamed_on(module, "compute"):
         numbers = wanted(module, "compute", module.compute(data), xr.Dataset)
-    with blamed_on(module, "measured"):
-        table = rows(paper, figure, wanted(module, "measured", module.measured(numbers), dict))
+    table = judged(module, paper, figure, numbers)
     with blamed_on(module, "describe"):
         seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
     numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
-    with blamed_on(module, "draw"):
-        drawn = wanted(module, "draw", module.draw(numbers), Figure)
+    drawn = drawing(module, numbers)
     with blamed_on(module, "the caption"):
         text = caption(figure, module, data, numbers)
 
@@ -66,6 +65,27 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
     plt.close(drawn)
     numbers.attrs["seconds"] = time.perf_counter() - begun
     save(numbers, path("nc"))
+
+
+def judged(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> pd.DataFrame:
+    """The verdict table of a figure, from its numbers.
+
+    Parameters
+    ----------
+    module : module
+        From `dpd.report.figure_file.load_module`.
+    paper, figure : str
+    numbers : xarray.Dataset
+        What its ``compute`` gave.
+    """
+    with blamed_on(module, "measured"):
+        return rows(paper, figure, wanted(module, "measured", module.measured(numbers), dict))
+
+
+def drawing(module: ModuleType, numbers: xr.Dataset) -> Figure:
+    """The picture of a figure, from its numbers; parameters as of `judged`."""
+    with blamed_on(module, "draw"):
+        return wanted(module, "draw", module.draw(numbers), Figure)
 
 
 def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:

@@ -148,8 +148,13 @@ def _in_archive(path):
     with Image.open(path) as drawn:
         if drawn.mode == "P":  # it is from the archive
             return path.read_bytes()
-        kept = BytesIO()
-        in_few_colours(drawn).save(kept, "png", optimize=True)
+        return small_png(drawn)
+
+
+def small_png(picture: Image.Image) -> bytes:
+    """A file of a picture as the archive keeps it."""
+    kept = BytesIO()
+    in_few_colours(picture).save(kept, "png", optimize=True)
     return kept.getvalue()
 
 
