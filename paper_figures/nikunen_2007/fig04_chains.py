@@ -51,9 +51,9 @@ TITLE = (
 PAPER_SHOWS = (
     "The paper shows (a) R_g over N for every set, which follows N^(1/2), level here (dashed, "
     "through the longest chains of a 100), and (b) the "
-    "correlation <R(t) . R(0)>, whose exponential tail gives the relaxation time tau. Hollow points"
-    " in (a) are left out of exponents: their runs were equilibrated for less than two tau of a 100"
-    " (where N is longer than any with a known tau, tau / N^2 is taken from the longest). Sets of "
+    "correlation <R(t) . R(0)>, whose exponential tail gives the relaxation time tau. Runs that "
+    "were equilibrated for less than two tau of a 100 are left out of (a) (where N is longer than "
+    "any with a known tau, tau / N^2 is taken from the longest). Sets of "
     "one N are drawn side by side. Time in (b) is in units tau_0 = (m r_c^2 / kT)^(1/2), over N^2, "
     "so that Rouse chains fall on one curve; dashed: exp(-t / tau), fitted between 0.6 and 0.15; "
     "times reach up to a tenth of the run."
@@ -167,9 +167,9 @@ def _relaxation_time(n, dynamics):
     return float(np.nanmax([between, *own]))
 
 
-def _sizes(data, name, quantity, settled=True):
-    """N, value and error of one set, by N."""
-    use = (data.set.values == name) & ((data.settled.values > 0) == settled)
+def _sizes(data, name, quantity):
+    """N, value and error of one set, by N, of runs that were equilibrated."""
+    use = (data.set.values == name) & (data.settled.values > 0)
     chosen = data.isel(point=np.flatnonzero(use)).sortby("length")
     return chosen.length.values, chosen[quantity].values, chosen[f"{quantity}_error"].values
 
@@ -317,15 +317,13 @@ def _draw_sizes(panel, data):
     present = [name for name in SETS if name in data.set.values]
     for k, name in enumerate(present):
         aside = 1.03 ** (k - 0.5 * (len(present) - 1))
-        for settled in (True, False):
-            n, size, error = _sizes(data, name, "gyration", settled)
-            label = f"a = {repulsion(name)}" if settled else None
-            points(panel, n * aside, size / np.sqrt(n), error / np.sqrt(n), label, SETS[name],
-                   MARKERS[k], filled=settled)  # fmt: skip
+        n, size, error = _sizes(data, name, "gyration")
+        points(panel, n * aside, size / np.sqrt(n), error / np.sqrt(n), f"a = {repulsion(name)}",
+               SETS[name], MARKERS[k])  # fmt: skip
     n, size, _ = _sizes(data, MAIN, "gyration")
     if len(n):
         published_line(panel, n[[0, -1]], [size[-1] / np.sqrt(n[-1])] * 2, "$N^{1/2}$")
-    lengths = np.unique(data.length.values)
+    lengths = np.unique(data.length.values[data.settled.values > 0])
     panel.set(xscale="log", xlabel="chain length N", ylabel="$R_g$ / ($N^{1/2}$ $r_c$)")
     panel.set_xticks(lengths, [f"{n:g}" for n in lengths])
     panel.set_xticks([], minor=True)
