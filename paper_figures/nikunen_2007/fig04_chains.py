@@ -16,7 +16,7 @@ from dpd.analysis.relaxation import (
     relaxation_time,
     straightness,
 )
-from dpd.analysis.statistics import COVERAGE, block_mean_and_error
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import (
@@ -67,6 +67,7 @@ OTHERS = ("a50", "a150", "a200")
 LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
 SHORT = 8  # from which on exponents of sets are compared
 BOX = 16  # length of the chains in the small box
+FEWEST = 4  # lengths that can tell a line from another curve
 MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a Gaussian vector
 
 
@@ -280,7 +281,7 @@ def describe(data):
     level = size / np.sqrt(n)
     text = (
         f"R_g over the square root of N rises slowly, for a 100 from {level[0]:.3f} at N = {n[0]:g}"
-        f" to {level[-1]:.3f} at N = {n[-1]:g}, and alike for all sets."
+        f" to {level[-1]:.3f} at N = {n[-1]:g}, and alike for all sets.{_approach(data)}"
     )
     known = data.where(data.long_enough > 0).dropna("chain", subset=["straightness"])
     if not known.sizes["chain"]:
@@ -292,6 +293,28 @@ def describe(data):
     return (
         f"{text} Taken from the first part of the correlation's tail, tau over that from the "
         f"second part, which is 1 of an exponential, is {ratios}."
+    )
+
+
+def _approach(data):
+    """How R_g^2 / N of a 100 comes to its limit.
+
+    The ends of a chain change it in proportion to 1 / N, and what a melt leaves of the repulsion
+    between distant parts of a chain, in proportion to 1 / N^(1/2) (Wittmer et al., Phys. Rev. Lett.
+    93, 147801 (2004)).
+    """
+    n, size, error = _sizes(data, MAIN, "gyration")
+    known = np.isfinite(error)  # a run may be too short for an error
+    n, size, error = n[known], size[known], error[known]
+    if len(n) < FEWEST:
+        return ""
+    square, spread = size**2 / n, 2 * size * error / n
+    by_ends, by_melt = (
+        linear_fit([np.ones(len(n)), n**power], square, spread).p_value for power in (-1, -0.5)
+    )
+    return (
+        f" The points of R_g^2 / N lie on a line over 1 / N^(1/2) with probability {by_melt:.2g}, "
+        f"over 1 / N with {by_ends:.2g}."
     )
 
 
