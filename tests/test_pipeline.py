@@ -7,16 +7,19 @@ import shutil
 import subprocess
 import sys
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from numba.core.caching import UserProvidedCacheLocator
 
+import dpd.numba_settings  # noqa: F401  says where kernels are kept
 from dpd.analysis.collect import first_scene
 from dpd.analysis.published import published
 from dpd.analysis.verdicts import COLUMNS
-from dpd.digest import ROOT
+from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.study import read_config, read_paper
 from dpd.report.notation import typeset
 from dpd.scene.start import start_digest, start_is_shared
@@ -31,7 +34,23 @@ def copy_repository(to):
     shutil.copytree(
         ROOT, to, ignore=lambda folder, names: KEPT_OUT & set(names), dirs_exist_ok=True
     )
+    _share_kernels(to)
     return to
+
+
+def _share_kernels(copy):
+    """Let a copy use the kernels that these sources have compiled.
+
+    Numba keeps them by the folder of their source, and knows them by what is in it.
+    """
+    kept, place = Path(os.environ["NUMBA_CACHE_DIR"]), UserProvidedCacheLocator
+    for source in PACKAGE.rglob("*.py"):
+        own = kept / place.get_suitable_cache_subpath(source)
+        other = copy / "src" / "dpd" / source.relative_to(PACKAGE)
+        theirs = kept / place.get_suitable_cache_subpath(other)
+        if theirs != own and not theirs.exists():
+            own.mkdir(parents=True, exist_ok=True)
+            theirs.symlink_to(own)
 
 
 def snakemake(folder, *arguments):
