@@ -1,5 +1,7 @@
 """Figure 4: size of chains, and how long they remember where they point."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
@@ -55,8 +57,8 @@ PAPER_SHOWS = (
     "were equilibrated for less than two tau of a 100 are left out of (a) (where N is longer than "
     "any with a known tau, tau / N^2 is taken from the longest). Sets of "
     "one N are drawn side by side. Time in (b) is in units tau_0 = (m r_c^2 / kT)^(1/2), over N^2, "
-    "so that Rouse chains fall on one curve; dashed: exp(-t / tau), fitted between 0.6 and 0.15; "
-    "times reach up to a tenth of the run."
+    "so that Rouse chains fall on one curve; dashed: exp(-t / tau), fitted between 0.6 and 0.15, "
+    "or to the last time, a tenth of the run."
 )
 ERRORS = (
     "Bars and bands: 95 % intervals; sizes from blocks of the run, correlations from the larger "
@@ -85,7 +87,7 @@ def compute(sweeps):
     box = [_size(sweeps["box_size"], MAIN, BOX, dynamics)]
     if MAIN in statics.set.values and BOX in statics.length.values:
         box.append(_size(statics.sel(set=MAIN, length=BOX), MAIN, BOX, dynamics))
-    curves, straight = [], []
+    in_box, curves, straight = _diffusion_in_box(sweeps), [], []
     for n in runs.length.values:
         found, square = end_to_end(runs.sel(length=n))
         straight.append(straightness(found, square))
@@ -99,7 +101,8 @@ def compute(sweeps):
             "tau": ("chain", dynamics.tau.values, {"units": "tau_0"}),
             "long_enough": ("chain", dynamics.long_enough.values, {"units": "1"}),
             "straightness": (("chain", "estimate"), straight, {"units": "1"}),
-            "box_diffusion": ("estimate", list(_diffusion_in_box(sweeps)), {"units": "1"}),
+            "box_diffusion": ("estimate", list(in_box.change), {"units": "1"}),
+            "box_drag": ((), in_box.by_drag, {"units": "1"}),
         },
         {"chain": runs.length.values.astype(float), "estimate": ["value", "error"]},
     )
@@ -111,18 +114,39 @@ def compute(sweeps):
     return data
 
 
+class InBox(NamedTuple):
+    """What the small box does to D.
+
+    Attributes
+    ----------
+    change : (float, float)
+        Relative change, and its error.
+    by_drag : float
+        The same by the drag of periodic images.
+    """
+
+    change: tuple[float, float]
+    by_drag: float
+
+
 def _diffusion_in_box(sweeps):
-    """Relative change of D in the small box, at the same lags, and its error."""
+    """`InBox`, at the same lags in both boxes."""
     runs = sweeps["dynamics"]
     if BOX not in runs.length.values:
-        return np.nan, np.nan
-    large = runs.sel(length=BOX)
+        return InBox((np.nan, np.nan), np.nan)
+    large, little = runs.sel(length=BOX), sweeps["box_size"]
     tau, _ = relaxation_time(*end_to_end(large))
     (small, small_error), (wide, wide_error) = (
         diffusion_constant(displacements(at, "centre"), 3, *(share * tau for share in DIFFUSES))
-        for at in (sweeps["box_size"], large)
+        for at in (little, large)
     )
-    return small / wide - 1, small / wide * np.hypot(small_error / small, wide_error / wide)
+    error = small / wide * np.hypot(small_error / small, wide_error / wide)
+    narrow, broad = (min(first_scene(at).box) for at in (little, large))
+    # Rouse's viscosity (Doi and Edwards, Eq. 7.36) at density 1 and kT 1, where D is lower by
+    # 2.837 kT / (6 pi eta L) than in a wide box (Yeh and Hummer, J. Phys. Chem. B 108, 15873).
+    viscosity = np.pi**2 / 12 * tau / BOX
+    drag = 2.837 / (6 * np.pi * viscosity) * (1 / narrow - 1 / broad)
+    return InBox((small / wide - 1, error), -drag / wide)
 
 
 def _size(at, name, n, dynamics):
@@ -183,9 +207,7 @@ def measured(data):
         found[f"box_{quantity}"] = _box_effect(data, quantity)
     for name in OTHERS:
         found[f"gyration_exponent_{name}"] = _exponent_beside(data, name)
-    found["box_diffusion"] = Measured(
-        *map(float, data.box_diffusion.values), f"N {BOX}, at the same lags of half a tau to one"
-    )
+    found["box_diffusion"] = _box_drag(data)
     found["box_rule"] = _box_rule(data)
     return found
 
@@ -233,6 +255,17 @@ def _box_effect(data, quantity):
         float(change), float(value[0] / value[1] * np.hypot(*(error / value))),
         f"N {BOX} in boxes of {rooms} <R>",
     )  # fmt: skip
+
+
+def _box_drag(data):
+    """Change of D in the small box over that by the drag of images."""
+    change, error = map(float, data.box_diffusion.values)
+    drag = float(data.box_drag)
+    note = (
+        f"relative change {change:.3f} ± {error:.3f}, by drag {drag:.3f}; N {BOX}, at the same "
+        "lags of half a tau to one"
+    )
+    return Measured(change / drag, abs(error / drag), note)
 
 
 def _box_rule(data):
@@ -300,8 +333,8 @@ def _approach(data):
     """How R_g^2 / N of a 100 comes to its limit.
 
     The ends of a chain change it in proportion to 1 / N, and what a melt leaves of the repulsion
-    between distant parts of a chain, in proportion to 1 / N^(1/2) (Wittmer et al., Phys. Rev. Lett.
-    93, 147801 (2004)).
+    between distant parts of a chain, in proportion to 1 / N^(1/2) (Wittmer et al.,
+    arXiv:0704.1620).
     """
     n, size, error = _sizes(data, MAIN, "gyration")
     known = np.isfinite(error)  # a run may be too short for an error
@@ -309,12 +342,16 @@ def _approach(data):
     if len(n) < FEWEST:
         return ""
     square, spread = size**2 / n, 2 * size * error / n
-    by_ends, by_melt = (
-        linear_fit([np.ones(len(n)), n**power], square, spread).p_value for power in (-1, -0.5)
-    )
+
+    def likely(power, use):
+        basis = [np.ones(use.sum()), n[use] ** power]
+        return f"{linear_fit(basis, square[use], spread[use]).p_value:.1g}"
+
+    whole, longer = n > 0, n > n[0]
     return (
-        f" The points of R_g^2 / N lie on a line over 1 / N^(1/2) with probability {by_melt:.2g}, "
-        f"over 1 / N with {by_ends:.2g}."
+        " The points of R_g^2 / N lie on a line over 1 / N^(1/2) with probability "
+        f"{likely(-0.5, whole)}, over 1 / N with {likely(-1, whole)}; without the shortest chains "
+        f"{likely(-0.5, longer)} and {likely(-1, longer)}."
     )
 
 

@@ -14,10 +14,11 @@ TITLE = "Kinetic temperature (a) and variance of the bond length (b) over the ti
 PAPER_SHOWS = (
     "Not a figure of the paper. Chains of 8 with each parameter set; filled: at the paper's time "
     "step (0.03 for its control, which has none). The variance is drawn relative to that at the "
-    "smallest step. Runs that blow up or heat by more than a half are left out. tau_0 = (m r_c^2 / "
-    "kT)^(1/2) is the unit of time."
+    "smallest step. Points far above the paper's are cut off. Runs that blow up or heat by more "
+    "than a half are left out. tau_0 = (m r_c^2 / kT)^(1/2) is the unit of time."
 )
 PAPER_STEP = {"a25": 0.03, "a50": 0.03, "a100": 0.02, "a150": 0.015, "a200": 0.0125}
+HIGHEST = {"heat": 8, "change": 20}  # per cent that are drawn
 HOT = 1.5  # kT from which on a run counts as blown up
 
 
@@ -95,6 +96,7 @@ def draw(data):
                    linestyle="-", linewidth=0.6)  # fmt: skip
             own = at.dt == PAPER_STEP[str(key)]
             panel.plot(at.dt[own], value[own], "o", color=color, zorder=3)
+        panel.set_ylim(-HIGHEST[name] / 4, HIGHEST[name])
         panel.axhline(0, color="0.6", linewidth=0.6, zorder=0)
         panel.set(xlabel=r"time step dt / $\tau_0$", ylabel=label)
     axes[0].legend(loc="upper left")
