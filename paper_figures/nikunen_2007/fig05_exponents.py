@@ -8,9 +8,9 @@ from dpd.analysis.chain_length import Crossover, crossover, power
 from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, ORANGE, Look, panels, points
+from dpd.report.style import BLACK, Look, panels, points
 from dpd.report.text import with_error
-from paper_figures.nikunen_2007.shared import CONTROL, MAIN, law
+from paper_figures.nikunen_2007.shared import CONTROL, MAIN, SETS, law
 
 PUBLISHED = shown_by(__file__)
 CROSSOVER = PUBLISHED["crossover_diffusion"]  # chain lengths
@@ -36,7 +36,10 @@ ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
     " out tenths of the run."
 )
-STYLES = {MAIN: Look("a = 100", BLUE, "o"), CONTROL: Look("a = 25, control", ORANGE, "s")}
+STYLES = {
+    MAIN: Look("a = 100", SETS[MAIN], "o"),
+    CONTROL: Look("a = 25, control", SETS[CONTROL], "s"),
+}
 REGIMES = {"rouse": (SHORTEST, CROSSOVER.low), "reptation": (CROSSOVER.high, np.inf)}
 LAWS = {
     quantity: {regime: law(PUBLISHED[f"{quantity}_{regime}"]) for regime in REGIMES}
