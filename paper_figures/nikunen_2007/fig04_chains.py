@@ -1,7 +1,5 @@
 """Figure 4: size of chains, and how long they remember where they point."""
 
-from typing import NamedTuple
-
 import numpy as np
 import xarray as xr
 
@@ -87,7 +85,7 @@ def compute(sweeps):
     box = [_size(sweeps["box_size"], MAIN, BOX, dynamics)]
     if MAIN in statics.set.values and BOX in statics.length.values:
         box.append(_size(statics.sel(set=MAIN, length=BOX), MAIN, BOX, dynamics))
-    in_box, curves, straight = _diffusion_in_box(sweeps), [], []
+    curves, straight = [], []
     for n in runs.length.values:
         found, square = end_to_end(runs.sel(length=n))
         straight.append(straightness(found, square))
@@ -101,9 +99,8 @@ def compute(sweeps):
             "tau": ("chain", dynamics.tau.values, {"units": "tau_0"}),
             "long_enough": ("chain", dynamics.long_enough.values, {"units": "1"}),
             "straightness": (("chain", "estimate"), straight, {"units": "1"}),
-            "box_diffusion": ("estimate", list(in_box.change), {"units": "1"}),
-            "box_drag": ((), in_box.by_drag, {"units": "1"}),
-        },
+        }
+        | _diffusion_in_box(sweeps),
         {"chain": runs.length.values.astype(float), "estimate": ["value", "error"]},
     )
     for dimension, table in (("point", rows), ("box", box)):
@@ -114,26 +111,11 @@ def compute(sweeps):
     return data
 
 
-class InBox(NamedTuple):
-    """What the small box does to D.
-
-    Attributes
-    ----------
-    change : (float, float)
-        Relative change, and its error.
-    by_drag : float
-        The same by the drag of periodic images.
-    """
-
-    change: tuple[float, float]
-    by_drag: float
-
-
 def _diffusion_in_box(sweeps):
-    """`InBox`, at the same lags in both boxes."""
+    """Relative change of D in the small box, at the same lags, and that by the drag of images."""
     runs = sweeps["dynamics"]
     if BOX not in runs.length.values:
-        return InBox((np.nan, np.nan), np.nan)
+        return _in_box(np.nan, np.nan, np.nan)
     large, little = runs.sel(length=BOX), sweeps["box_size"]
     tau, _ = relaxation_time(*end_to_end(large))
     (small, small_error), (wide, wide_error) = (
@@ -146,7 +128,15 @@ def _diffusion_in_box(sweeps):
     # 2.837 kT / (6 pi eta L) than in a wide box (Yeh and Hummer, J. Phys. Chem. B 108, 15873).
     viscosity = np.pi**2 / 12 * tau / BOX
     drag = 2.837 / (6 * np.pi * viscosity) * (1 / narrow - 1 / broad)
-    return InBox((small / wide - 1, error), -drag / wide)
+    return _in_box(small / wide - 1, error, -drag / wide)
+
+
+def _in_box(change, error, by_drag):
+    """What the figure keeps of the small box."""
+    return {
+        "box_diffusion": ("estimate", [change, error], {"units": "1"}),
+        "box_drag": ((), by_drag, {"units": "1"}),
+    }
 
 
 def _size(at, name, n, dynamics):
@@ -343,15 +333,15 @@ def _approach(data):
         return ""
     square, spread = size**2 / n, 2 * size * error / n
 
-    def likely(power, use):
-        basis = [np.ones(use.sum()), n[use] ** power]
-        return f"{linear_fit(basis, square[use], spread[use]).p_value:.1g}"
+    def likely(power, shortest):
+        basis = np.stack([np.ones(len(n)), n**power])
+        fit = linear_fit(basis[:, shortest:], square[shortest:], spread[shortest:])
+        return f"{fit.p_value:.1g}"
 
-    whole, longer = n > 0, n > n[0]
     return (
         " The points of R_g^2 / N lie on a line over 1 / N^(1/2) with probability "
-        f"{likely(-0.5, whole)}, over 1 / N with {likely(-1, whole)}; without the shortest chains "
-        f"{likely(-0.5, longer)} and {likely(-1, longer)}."
+        f"{likely(-0.5, 0)}, over 1 / N with {likely(-1, 0)}; without the shortest chains "
+        f"{likely(-0.5, 1)} and {likely(-1, 1)}."
     )
 
 

@@ -142,15 +142,7 @@ def draw(data):
             _draw_set(panel, at, PUBLISHED[f"{quantity}_{name}"].value, aside, look)
         for level in (-HALF_DIGIT, HALF_DIGIT):
             panel.axhline(level, color=BLACK, linestyle=(0, (4, 2)), linewidth=0.6, zorder=0)
-        panel.plot(
-            _share(quantity, PAPER_LENGTH),
-            0,
-            "*",
-            color=BLACK,
-            markersize=9,
-            markerfacecolor="none",
-            zorder=4,
-        )
+        panel.plot(_share(quantity, PAPER_LENGTH), 0, "*", color=BLACK, ms=9, mfc="none", zorder=4)
         ends = "1 / N" if quantity == "r_min" else "1 / (N − 1)"
         panel.set(xlim=(0, None), xlabel=ends, ylabel=f"{label} less published / $10^{{-3}}$ $r_c$")
     axes[0, 0].legend(loc="lower left")

@@ -13,6 +13,7 @@ from PIL import Image
 from dpd.analysis.collect import load
 from dpd.errors import UserError
 from dpd.files import replace_whole
+from dpd.pipeline.study import read_study
 from dpd.report.archive import ARCHIVE
 from dpd.report.figure_file import load_module
 from dpd.report.figures import drawing, joined, judged
@@ -48,9 +49,10 @@ def redraw(study: str) -> list[Path]:
     Raises
     ------
     UserError
-        If the archive keeps no figures of the study, or a figure file does not understand the
-        numbers. Then nothing changes.
+        If there is no such study, its archive keeps no figures, or a figure file does not
+        understand the numbers. Then nothing changes.
     """
+    read_study(study)  # a name that is none would lead elsewhere
     target, manifest = ARCHIVE / study, manifest_of(study)
     if not manifest:
         raise UserError(f"{target / MANIFEST}: missing; no figures are archived")
