@@ -23,8 +23,8 @@ TITLE = "Bonds passed through per bond and unit of time, against the margin of t
 PAPER_SHOWS = (
     "Not a figure of the paper, which holds that bonds cannot cross if sqrt(2) r_min > l_max. "
     "Pairs of bonds that go through each other are counted directly, from looks at two intervals "
-    "between which beads are taken to move in straight lines. The margin is taken from the "
-    "longest chains of Figure 3's runs. Dashed: margin 0; sets to its right meet the criterion. "
+    "between which beads are taken to move in straight lines. The margin is that of the same runs. "
+    "Dashed: margin 0; sets to its right meet the criterion. "
     "Table: in how many passes a chain of the longest of these runs takes part within its own "
     "relaxation time tau, which decides whether other chains hold it back; and the "
     f"exponent of tau over N, {ROUSE:g} for Rouse chains, from runs of ten tau or more, after two "
@@ -42,8 +42,7 @@ LIFT = 8  # points from a symbol to its label
 
 def compute(sweeps):
     """Counts for each set and interval, the margin of each set, and how tau grows with N."""
-    runs, statics = sweeps["passes"], sweeps["statics"]
-    statics = statics.sel(length=statics.length.max())
+    runs = sweeps["passes"]
     shape = (runs.sizes["set"], runs.sizes["interval"])
     count, exposure = np.zeros(shape), np.zeros(shape)
     rows = []
@@ -55,7 +54,8 @@ def compute(sweeps):
             bonds = float(one.beads.sum()) * (length - 1) / length
             exposure[k, m] = bonds * float(one.pass_time.max())
         rate = max(count[k, 0], NONE_SEEN) / exposure[k, 0]
-        rows.append((*_margin(statics.sel(set=name)), *_behaviour(sweeps, str(name), rate)))
+        margin = _margin(runs.sel(set=name).isel(interval=0))
+        rows.append((*margin, *_behaviour(sweeps, str(name), rate)))
     data = xr.Dataset(
         {
             "count": (("set", "interval"), count, {"units": "1"}),
