@@ -5,8 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.counts import NONE_SEEN, interval
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, NONE_SEEN
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, RED, SINGLE, panels
 from paper_figures.liu_2008.shared import (
@@ -28,7 +28,7 @@ PAPER_SHOWS = (
     "(3 over bonds times time). F is the core force F_max, C the spring constant, N the chain "
     "length."
 )
-ERRORS = "Bars: 95 % intervals, from the square root of the count."
+ERRORS = "Bars: 95 % intervals of the mean of a Poisson distribution, given the count."
 SYMBOLS = {"force": "F", "stiffness": "C", "length": "N"}
 SYSTEMS = {"sets": "", "melts": "set (1), Fig. 6, ", "rigidity": "N 20, "}
 NAMES = SETS | {"standard": "standard DPD"}
@@ -122,9 +122,9 @@ def draw(data):
         at = data.isel(run=k)
         begun, exposure = float(at.begun), float(at.exposure)
         if begun:
-            rate, reach = begun / exposure, COVERAGE * np.sqrt(begun) / exposure
-            bar = [[min(reach, 0.9 * rate)], [reach]]  # an axis of logarithms has no zero
-            axes.errorbar(rate, k, xerr=bar, fmt="o", color=RED, capsize=1.5)
+            low, high = interval(begun)
+            bar = [[(begun - low) / exposure], [(high - begun) / exposure]]
+            axes.errorbar(begun / exposure, k, xerr=bar, fmt="o", color=RED, capsize=1.5)
         else:
             axes.plot(NONE_SEEN / exposure, k, "<", color=BLUE, markerfacecolor="white")
     axes.plot([], [], "o", color=RED, label="counted")

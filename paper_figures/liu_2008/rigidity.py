@@ -4,8 +4,9 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.counts import NONE_SEEN, interval
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, NONE_SEEN, block_mean_and_error, over_replicas
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, over_replicas
 from dpd.analysis.structure import blocks_of, closest_contact
 from dpd.analysis.verdicts import AGREE, Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
@@ -26,9 +27,9 @@ PAPER_SHOWS = (
     f"within {100 * WARM:g} % of 1 (bonds at rest at 0.25). Times in DPD units tau_0."
 )
 ERRORS = (
-    "(b), (c): 95 % intervals from blocks of the run; (d): the same; (e): 95 % intervals from the "
-    "square root of the count. Hollow in (d) and (e): none seen, and the upper bound at 95 %. "
-    "Points of different C stand a little side by side."
+    "(b), (c): 95 % intervals from blocks of the run; (d): the same; (e): 95 % intervals of the "
+    "mean of a Poisson distribution, given the count. Hollow in (d) and (e): none seen, and the "
+    "upper bound at 95 %. Points of different C stand a little side by side."
 )
 COLORS = (BLUE, GREEN, RED, ORANGE, PURPLE, BLACK)
 EVEN = 0.01  # of kT, that runs to be compared must keep
@@ -213,10 +214,12 @@ def draw(data):
             reach = factor * COVERAGE * at[f"{name}_error"]
             panel.errorbar(force, factor * at[name], reach, fmt="o-", color=color,
                            label=label if panel is variance else None)  # fmt: skip
-        _seen(share, force, at.share, at.share_error, at.share_bound, color)
-        begun, exposure = at.begun, at.exposure
-        _seen(rate, force, begun / exposure, np.sqrt(begun) / exposure, NONE_SEEN / exposure,
-              color)  # fmt: skip
+        reach = COVERAGE * at.share_error
+        low = np.maximum(at.share - reach, 0.1 * at.share)  # an axis of logarithms has no zero
+        _seen(share, force, at.share, (low, at.share + reach), at.share_bound, color)
+        rates = at.begun / at.exposure
+        ends = [end / at.exposure for end in interval(at.begun)]
+        _seen(rate, force, rates, ends, NONE_SEEN / at.exposure, color)
         if stiffness in data.stable_stiffness.values:
             stable = data.stable_dt.sel(stable_stiffness=stiffness)
             steps.plot(aside * data.stable_force, stable.where(stable > 0), "o-", color=color)
@@ -238,11 +241,11 @@ def draw(data):
     return figure
 
 
-def _seen(panel, x, value, error, bound, color):
-    """Values on an axis of logarithms; hollow upper bounds where nothing was seen."""
+def _seen(panel, x, value, ends, bound, color):
+    """Values with the ends of their intervals; hollow upper bounds where nothing was seen."""
     seen = (value > 0).values
-    low = np.minimum(COVERAGE * error, 0.9 * value)
-    panel.errorbar(x[seen], value[seen], [low[seen], COVERAGE * error[seen]], fmt="o",
+    low, high = ends
+    panel.errorbar(x[seen], value[seen], [(value - low)[seen], (high - value)[seen]], fmt="o",
                    color=color)  # fmt: skip
     panel.plot(x[~seen], bound[~seen], "v", color=color, markerfacecolor="white")
     panel.plot(x, np.where(seen, value, bound), color=color, linewidth=0.7)

@@ -6,9 +6,10 @@ import xarray as xr
 
 from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene
+from dpd.analysis.counts import NONE_SEEN, interval
 from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics
-from dpd.analysis.statistics import NONE_SEEN
+from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points
 from dpd.report.text import with_error
@@ -32,8 +33,8 @@ PAPER_SHOWS = (
     "time."
 )
 ERRORS = (
-    "Bars: 95 % intervals, of rates from the square root of the count. Triangles: none seen, 95 %"
-    " limit."
+    "Bars: 95 % intervals, of rates those of the mean of a Poisson distribution, given the count. "
+    "Triangles: none seen, 95 % limit."
 )
 CHECKED = (MAIN, "a200")  # the set of the dynamics, and the one that meets the criterion
 CERTAIN = 2.0  # standard errors
@@ -114,8 +115,13 @@ def _rate(data, name):
     if not count and excluded > limit:
         blind = f"none seen excludes only more than {excluded:.1e} (95 %)"
     # Without a pass, half of what is excluded, so that two errors reach from none to all of it.
-    error = np.sqrt(count) / exposure if count else excluded / 2
+    error = _below(count) / exposure if count else excluded / 2
     return Measured(count / exposure, error, note, blind)
+
+
+def _below(count):
+    """Standard error of a count on the side of smaller rates, where the limit is."""
+    return float(count - interval(count).low) / COVERAGE
 
 
 def halving(data):
@@ -148,7 +154,7 @@ def table(data):
         at = data.sel(set=name)
         one = at.isel(interval=0)
         count, exposure = float(one["count"]), float(one.exposure)
-        rate = with_error(count / exposure, np.sqrt(count) / exposure)
+        rate = with_error(count / exposure, _below(count) / exposure)
         change, error = (float(part.sel(set=name)) for part in halving(data))
         rows.append((
             _text(name),
@@ -205,10 +211,12 @@ def draw(data):
     for k, color in zip(range(data.sizes["interval"]), (BLUE, ORANGE)):
         at = data.isel(interval=k)
         seen = at["count"] > 0
-        rate, error = at["count"] / at.exposure, np.sqrt(at["count"]) / at.exposure
+        rate = (at["count"] / at.exposure)[seen]
+        low, high = (end[seen.values] / at.exposure[seen] for end in interval(at["count"]))
         steps = at.interval.item()
         label = f"looks every {steps} steps" if steps > 1 else "looks every step"
-        points(axes, at.margin[seen], rate[seen], error[seen], label, color)
+        points(axes, at.margin[seen], rate, np.array([rate - low, high - rate]) / COVERAGE, label,
+               color)  # fmt: skip
         # Both intervals have the same bound where none was seen: the second is drawn smaller.
         axes.plot(at.margin[~seen], NONE_SEEN / at.exposure[~seen], "v", color=color,
                   markerfacecolor="white", markersize=6 - 3 * k)  # fmt: skip

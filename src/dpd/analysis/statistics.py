@@ -23,7 +23,6 @@ PARTS = 4  # that so few are joined to
 # Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
 # the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
 TOO_SHORT = 10.0
-NONE_SEEN = 3.0  # mean count that is excluded at 95 % where none is seen: exp(-3) = 0.05
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
 # Student's t at 97.5 %; SciPy has it too, but takes longer to import than to collect a sweep.
 DEGREES = np.array([np.inf, 100, 50, 30, 20, 15, 10, 7, 5, 4, 3, 2.5, 2, 1.5, 1.2, 1])

@@ -87,15 +87,15 @@ def points(
     axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike, label: str | None = None,
     color: str = BLUE, marker: str = "o", filled: bool = True, **options: Any,
 ) -> ErrorbarContainer:  # fmt: skip
-    """Points with 95 % intervals from standard errors.
+    """Points with 95 % intervals from standard errors, which may have two rows: below, above.
 
     Points without a value are left out; those whose error is NaN are hollow and have no bar.
     """
     x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
-    seen, known = np.isfinite(y), np.isfinite(y) & np.isfinite(error)
+    seen, known = np.isfinite(y), np.isfinite(y) & np.isfinite(np.atleast_2d(error)).all(axis=0)
     face = color if filled else "white"
     drawn = axes.errorbar(
-        x[seen], y[seen], COVERAGE * error[seen], label=label, color=color, marker=marker,
+        x[seen], y[seen], COVERAGE * error[..., seen], label=label, color=color, marker=marker,
         linestyle=options.pop("linestyle", "none"), elinewidth=0.7, capsize=1.5, capthick=0.7,
         markerfacecolor=face if known.any() or not seen.any() else "white", markeredgewidth=0.8,
         **options,
