@@ -70,6 +70,14 @@ def test_ratio_of_noises():
     assert noise_ratio(2 * white, white, 1).value == pytest.approx(2)
 
 
+def test_ratio_of_noises_without_what_both_have():
+    """A part of both series is left out by its variance."""
+    one, other, both = RNG.normal(size=(3, 40000, 5))
+    found = noise_ratio(3 * one + 2 * both, other + 2 * both, 1, 4.0)
+    assert found.value == pytest.approx(3, abs=4 * found.error)
+    assert 0 < found.error < 0.1
+
+
 def test_labels_spread():
     """The wave's decay gives D, whatever else is in the profile; errors come from the runs."""
     z = np.arange(14) + 0.5

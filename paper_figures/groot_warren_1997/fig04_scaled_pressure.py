@@ -1,8 +1,12 @@
 """Figure 4: excess pressure over a rho^2, with the exact limits at zero density."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import first_scene
+from dpd.analysis.flow import Measured as Ratio
 from dpd.analysis.fluctuations import noise_ratio, shear_components
 from dpd.analysis.pressure import compressibility, dense, excess_pressure, exponent, from_rdf
 from dpd.analysis.published import shown_by
@@ -74,27 +78,38 @@ def compute(sweeps):
         p, error = excess_by(fluid, name)
         data[f"fluid_{name}"] = ((), 3 + float(p), {"units": pressure})
         data[f"fluid_{name}_error"] = ((), float(error), {"units": pressure})
-    for name, found in zip(("stress_noise", "sample_noise"), stress_noise(sweeps["virials"])):
+    for name, found in stress_noise(sweeps["virials"])._asdict().items():
         data[name] = ((), found.value, {"units": "1", "long_name": "ratio of errors"})
         data[f"{name}_error"] = ((), found.error, {"units": "1", "long_name": "standard error"})
     return data.assign_coords(dt=reference.dt)
 
 
+class StressNoise(NamedTuple):
+    """Ratios of errors: single samples, the same with momenta, and means of all steps with them."""
+
+    stress_noise: Ratio
+    with_momenta_noise: Ratio
+    every_step_noise: Ratio
+
+
 def stress_noise(runs):
     """Error of a normal stress difference with all forces over that with the conservative ones.
 
-    Returns
-    -------
-    whole, apart : dpd.analysis.flow.Measured
-        Where every step is sampled, and where samples are far apart.
+    Eq. 15 has rho kT in the place of the momenta, so their part, whose variance is rho (kT)^2 / V,
+    is taken off. It is known for single samples alone.
     """
     differences = []
     for name in ("pressure_tensor_all_series", "pressure_tensor_series"):
         # All five shear stresses of both replicas: each is as good as the difference.
         tensors = runs[name].transpose("replica", "time", "axis", "axis2").values
         differences.append(np.concatenate([shear_components(part) for part in tensors], axis=1))
-    whole = noise_ratio(*differences, max(1, round(PART / float(runs.time[0]))))
-    return whole, noise_ratio(*differences, 1)
+    scene = first_scene(runs)
+    momenta = scene.beads * float(runs.kT.mean()) ** 2 / float(np.prod(scene.box)) ** 2
+    return StressNoise(
+        stress_noise=noise_ratio(*differences, 1, momenta),
+        with_momenta_noise=noise_ratio(*differences, 1),
+        every_step_noise=noise_ratio(*differences, max(1, round(PART / float(runs.time[0])))),
+    )
 
 
 def measured(data):
@@ -117,8 +132,8 @@ def measured(data):
         ),
         "stress_noise": Measured(
             float(data.stress_noise), float(data.stress_noise_error),
-            f"scatter of means over {PART:g} tau, every step sampled, all five shear stresses; of "
-            f"single samples {float(data.sample_noise):.2f}",
+            f"single samples of virials; with momenta {float(data.with_momenta_noise):.2f}; means "
+            f"of all steps over {PART:g} tau, with momenta {float(data.every_step_noise):.2f}",
         ),
         "levels_off": levelling(data),
         "routes": routes(data),

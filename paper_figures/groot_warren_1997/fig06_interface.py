@@ -18,9 +18,9 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "Bands: 95 % intervals from blocks of the run. One slice of 0.2 r_c fixes its own correlation "
-    "time poorly, so squared errors are averaged over five slices beside each other."
+    "time poorly, so the error is the median of those of eleven slices beside each other."
 )
-BESIDE = 5  # slices that squared errors are averaged over
+BESIDE = 11  # slices whose errors have their median taken
 
 
 def compute(sweeps):
@@ -54,13 +54,13 @@ def compute(sweeps):
 def mean_and_even_error(profile):
     """Mean over blocks and its standard error, which changes evenly from slice to slice.
 
-    The true error does; that of a single slice is scattered, as its correlation time is. The mean
-    of the squares over neighbours, across the periodic edge too, is as good an estimate. NaN next
-    to a slice that has none.
+    The true error does; that of a single slice is scattered, as its correlation time is, and one
+    in a hundred is several times too large. So the median over neighbours is taken, across the
+    periodic edge too. NaN next to a slice that has none.
     """
     mean, error = block_mean_and_error(profile)
     away = range(-(BESIDE // 2), BESIDE // 2 + 1)
-    return mean, np.sqrt(np.mean([np.roll(error**2, n, axis=-1) for n in away], axis=0))
+    return mean, np.median([np.roll(error, n, axis=-1) for n in away], axis=0)
 
 
 def measured(data):

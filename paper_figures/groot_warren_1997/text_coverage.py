@@ -79,7 +79,7 @@ def measured(data):
 
 def describe(data):
     """What is seen, in words."""
-    at = data.sel(length=min(JUDGED))
+    at = data.sel(length=data.length >= min(JUDGED))
     low, high = float(at.share.min()), float(at.share.max())
     return (
         "(a) Coverage over the length of runs: from 20 correlation times on it lies between "

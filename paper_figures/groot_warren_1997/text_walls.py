@@ -8,30 +8,32 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit, mean_and_error
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Look, panels, points
 
 PUBLISHED = shown_by(__file__)
 PRINTED = {"bulk": "wall_pressure", "noisy": "wall_pressure_all", "force": "wall_force"}
 ASIDE = 0.0006  # tau, by which points at the same step are drawn beside each other
+PAPER_STEP = 0.04  # tau
+AWAY = 0.0025  # tau, by which published numbers stand beside ours
 MIDDLE = 1.5  # r_c on either side of the middle, which is the bulk
 LOOKS = {
-    "bulk": ("bulk, virial without noise", BLUE, "o"),
-    "normal": ("bulk, normal pressure", GREEN, "s"),
-    "noisy": ("bulk, virial with noise", ORANGE, "^"),
-    "force": ("force on the walls per area", RED, "D"),
+    "bulk": Look("bulk, virial without noise", BLUE, "o"),
+    "normal": Look("bulk, normal pressure", GREEN, "s"),
+    "noisy": Look("bulk, virial with noise", ORANGE, "^"),
+    "force": Look("force on the walls per area", RED, "D"),
 }
 
 TITLE = "Pressure between soft walls in three ways (mean rho = 5, a = 15, 8 x 5 x 5)."
 PAPER_SHOWS = (
     "Not a figure of the paper: its text gives three pressures of a box with a soft wall, "
     f"{PUBLISHED['wall_pressure']} without noise, {PUBLISHED['wall_pressure_all']} with noise and "
-    f"{PUBLISHED['wall_force']} from the force on the wall (gray bands), and no form of the wall. "
-    "Here walls push with a_w (1 - z) at both ends. Virials are those of the bulk; what noise adds "
-    "is known for the whole box alone. (a) Pressures over a_w: a stiffer wall takes "
-    "more of the volume, and the bulk is denser. Dotted: the a_w at which all three published "
-    "numbers agree best. (b) For a_w = 50, over the time step, less the force on the walls: at "
-    "dt 0.04, which the paper uses, forces and momenta that are taken at the end of a step do not "
-    "balance exactly."
+    f"{PUBLISHED['wall_force']} from the force on the wall (bands in the colors of ours), and no "
+    "form of the wall. Here walls push with a_w (1 - z) at both ends. Virials are those of the "
+    "bulk; what noise adds is known for the whole box alone. (a) Pressures over a_w: a stiffer wall"
+    " takes more of the volume, and the bulk is denser. Dotted: the a_w at which all three "
+    "published numbers agree best. (b) For a_w = 50, over the time step, less the force on the "
+    "walls: at dt 0.04, which the paper uses, forces and momenta that are taken at the end of a "
+    "step do not balance exactly. Hollow: the published numbers."
 )
 
 
@@ -168,7 +170,7 @@ def largest_difference(at, note):
 def describe(data):
     """What is seen."""
     return (
-        "(a) Pressures rise with the strength of the walls and cross the gray bands near a_w = "
+        "(a) Pressures rise with the strength of the walls and cross the bands near a_w = "
         f"{float(data.best):.0f}; that without noise is the lowest, that of the force on the walls "
         "the highest. (b) The smaller the time step, the closer the pressures come to the force "
         "on the walls."
@@ -180,9 +182,9 @@ def draw(data):
     figure, (left, right) = panels(2, height=2.9)
     for name, look in LOOKS.items():
         points(left, data.strength, data[name], data[f"{name}_error"], *look)
-    for row in PRINTED.values():
-        value, error = PUBLISHED[row].value, PUBLISHED[row].error
-        left.axhspan(value - error, value + error, color=BLACK, alpha=0.2, lw=0)
+    for name, row in PRINTED.items():
+        value, error, color = PUBLISHED[row].value, PUBLISHED[row].error, LOOKS[name].color
+        left.axhspan(value - error, value + error, color=color, alpha=0.3, lw=0)
     if np.isfinite(data.best):
         left.axvline(float(data.best), color=BLACK, ls=":", lw=0.8)
     low, high = left.get_ylim()
@@ -196,6 +198,12 @@ def draw(data):
         error = 100 * np.hypot(data[f"step_{name}_error"] / data.step_force,
                                data.step_force_error / data.step_force)  # fmt: skip
         points(right, data.dt + aside, relative, error, label, color, marker)
+        if name in PRINTED:
+            printed, force = PUBLISHED[PRINTED[name]], PUBLISHED["wall_force"]
+            apart = 100 * (printed.value / force.value - 1)
+            spread = 100 * np.hypot(printed.error, force.error) / force.value
+            right.errorbar(PAPER_STEP + AWAY + aside, apart, spread, color=color, marker=marker,
+                           markerfacecolor="white", capsize=1.5)  # fmt: skip
     right.axhline(0, color=RED, lw=0.8)
     low, _ = right.get_ylim()
     right.set(xlim=(0, 0.045), ylim=(low, 0.1), xticks=[0, 0.01, 0.02, 0.03, 0.04],

@@ -82,7 +82,9 @@ def shear_components(tensor: np.ndarray) -> np.ndarray:
     return np.stack([*off, (xx - yy) / 2, (2 * zz - xx - yy) / np.sqrt(12)], axis=1)
 
 
-def noise_ratio(one: npt.ArrayLike, other: npt.ArrayLike, size: int) -> Measured:
+def noise_ratio(
+    one: npt.ArrayLike, other: npt.ArrayLike, size: int, shared: float = 0.0
+) -> Measured:
     """Error of the mean of one series over that of another one, from means of parts.
 
     Parameters
@@ -91,6 +93,8 @@ def noise_ratio(one: npt.ArrayLike, other: npt.ArrayLike, size: int) -> Measured
         Sampled together; k of the same kind are taken together.
     size : int
         Samples of a part, which must be long beside the memory of both series.
+    shared : float
+        Variance of means over a part that is in both series and does not count.
 
     Returns
     -------
@@ -101,7 +105,11 @@ def noise_ratio(one: npt.ArrayLike, other: npt.ArrayLike, size: int) -> Measured
         x = np.asarray(series, dtype=float).reshape(len(np.asarray(series)), -1)
         parts = x[: len(x) // size * size].reshape(-1, size, x.shape[1]).mean(axis=1)
         squares.append(((parts - parts.mean(axis=0)) ** 2).mean(axis=1))
-    return Measured(*jackknife(np.stack(squares, axis=1), lambda mean: np.sqrt(mean[1] / mean[0])))
+
+    def ratio(mean):
+        return np.sqrt((mean[1] - shared) / (mean[0] - shared))
+
+    return Measured(*jackknife(np.stack(squares, axis=1), ratio))
 
 
 def _spread(stress, steps):

@@ -83,7 +83,8 @@ def archived_meaning(study: str) -> dict[str, str]:
     return {
         "Long runs": (
             f"what the study {study} found, which is kept in results/archive/{study}: its number ± "
-            "one standard error, and its verdict."
+            "one standard error, and its verdict. Where the system is the same, both are one "
+            "run for some time, so they are not independent."
         )
     }
 
