@@ -37,7 +37,7 @@ DENSITIES_OF_LEVEL = (3.0, 8.0)  # where the text says that it begins, and the h
 def compute(sweeps):
     """Scaled pressures, alpha, pressures at the reference point, and both virials."""
     data = excess_pressure([sweeps[name] for name in SWEEPS])
-    a, rho, scaled, _ = dense(data)
+    a, rho, scaled, scaled_error = dense(data)
     fit = linear_fit([a * rho**2], scaled * a * rho**2)
     data["alpha"] = ((), fit.values[0], {"units": "r_c^4", "long_name": "fit for rho > 2"})
     data["alpha_error"] = ((), fit.errors[0], {"units": "r_c^4"})
@@ -47,12 +47,11 @@ def compute(sweeps):
         {"units": "r_c^4", "long_name": "mean, rho > 2"},
     )
     data["plateau_spread"] = ((), float(scaled.std(ddof=1)), {"units": "r_c^4"})
-    at = dict(zip(zip(a, rho), scaled))
-    together = [
-        [at[other, r] for other in sorted(set(a)) if (other, r) in at] for r in sorted(set(rho))
-    ]
-    spread = [np.ptp(group) / np.mean(group) for group in together if len(group) > 1]
-    data["scaling_spread"] = ((), max(spread), {"units": "1", "long_name": "largest, rho > 2"})
+    spread, spread_error = max(
+        _spread(scaled[rho == r], scaled_error[rho == r]) for r in set(rho) if sum(rho == r) > 1
+    )
+    data["scaling_spread"] = ((), spread, {"units": "1", "long_name": "largest, rho > 2"})
+    data["scaling_spread_error"] = ((), spread_error, {"units": "1"})
     b2 = [float(second_virial(value)) / value for value in data.repulsion.values]
     data["zero_density"] = ("repulsion", b2, {"units": "r_c^4", "long_name": "B2 / a, exact"})
     reference, virials = sweeps["reference_pressure"], sweeps["virials"]
@@ -82,6 +81,13 @@ def compute(sweeps):
         data[name] = ((), found.value, {"units": "1", "long_name": "ratio of errors"})
         data[f"{name}_error"] = ((), found.error, {"units": "1", "long_name": "standard error"})
     return data.assign_coords(dt=reference.dt)
+
+
+def _spread(values, errors):
+    """Relative spread of numbers that should be one, and its standard error."""
+    high, low = np.argmax(values), np.argmin(values)
+    mean = values.mean()
+    return (values[high] - values[low]) / mean, np.hypot(errors[high], errors[low]) / mean
 
 
 class StressNoise(NamedTuple):
@@ -121,7 +127,10 @@ def measured(data):
             "one parabola through all runs with rho > 2; mean of the scaled pressures there "
             f"{float(data.plateau):.4f}, their spread {float(data.plateau_spread):.4f}",
         ),
-        "scaling": Measured(float(data.scaling_spread), 0.0, "largest relative spread over a"),
+        "scaling": Measured(
+            float(data.scaling_spread), float(data.scaling_spread_error),
+            "largest relative spread over a",
+        ),
         "linear_in_a": Measured(
             float(data.exponent), float(data.exponent_error), "a = 15, 25, 30, rho > 2",
         ),
