@@ -221,10 +221,10 @@ def draw(data):
         axes.plot(at.margin[~seen], NONE_SEEN / at.exposure[~seen], "v", color=color,
                   markerfacecolor="white", markersize=6 - 3 * k)  # fmt: skip
     for name in data.set.values:
-        at = data.sel(set=name).isel(interval=0)
-        height = float(np.maximum(at["count"], NONE_SEEN) / at.exposure)
+        at = data.sel(set=name)
+        height = float((interval(at["count"]).high / at.exposure).max())
         # Neighbours stand close together, the last at the dashed line: labels are upright.
-        axes.annotate(f"a = {repulsion(name)}", (float(at.margin), height), (0, LIFT),
+        axes.annotate(f"a = {repulsion(name)}", (at.margin.item(), height), (0, LIFT),
                       textcoords="offset points", fontsize=7, ha="center", rotation=90,
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
