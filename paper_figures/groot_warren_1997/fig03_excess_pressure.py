@@ -33,7 +33,7 @@ def describe(data):
     """What is seen."""
     return (
         "Excess pressure against density for three repulsions: three parabolas, steeper for "
-        f"larger a. At the highest densities the points lie on the dashed published curves; at "
+        "larger a. At the highest densities the points lie on the dashed published curves; at "
         f"density 3 they are {_below(data):.0f} % below."
     )
 
