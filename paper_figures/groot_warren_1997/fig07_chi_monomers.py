@@ -81,7 +81,7 @@ def describe(data):
     return (
         "chi against excess repulsion: two straight lines through the origin, of slopes "
         f"{each}. The points lie on them and on the dashed published lines, those below chi = 3 "
-        "at density 5 slightly lower."
+        "slightly lower."
     )
 
 
