@@ -80,3 +80,17 @@ def test_mixed_slabs_do_not_fail():
     density = np.random.default_rng(2).poisson(20, (10, 2, SLICES)) / 10.0
     found = interfaces(density, Z, LENGTH)
     assert np.abs(found - [0, 10]).max() <= FARTHEST * LENGTH
+
+
+def test_slabs_that_have_mixed_are_not_settled():
+    """However steady the composition is: interfaces that are not found, or a fraction of a half."""
+    density = np.array([profile(0.0, 10.0, 1.5, 0.02, 4000, n) for n in range(40)])
+    found = composition(slabs(density, Z, LENGTH), 1.0)
+    assert found.settled and not found.mixed
+    lost = density.copy()
+    lost[7] = profile(4.0, 6.0, 1.5, 0.02)
+    even = np.random.default_rng(2).poisson(4000, (40, 2, SLICES)) / 1000.0
+    for mixed in (lost, even):
+        found = composition(slabs(mixed, Z, LENGTH), 1.0)
+        assert found.mixed and not found.steady and not found.settled
+    assert slabs(lost, Z, LENGTH).lost

@@ -63,6 +63,7 @@ def test_points_that_cannot_be_fitted_are_left_out():
     error[3] = np.nan
     found = tension_law(CHI, LENGTH, value, error, critical=3.0, mu=1.5)
     assert found.points == ((CHI * LENGTH > 3.0) & np.isfinite(error)).sum()
+    assert found.degrees == found.points - 2  # a height and alpha
     few = tension_law(CHI[:2], LENGTH[:2], value[:2], error[:2], mu=1.5)
     assert np.isnan(few.alpha.value) and few.mu == (1.5, 0.0)
     assert np.isnan(tension_law([], [], [], [], mu=1.5).prefactor.value)
@@ -150,3 +151,14 @@ def test_mean_field():
     assert tension_of_long_chains(1.5, 3.0, 2.0) == pytest.approx(3)
     assert finite_length(BROSETA, BROSETA) == 0 and finite_length(10, HELFAND) < 1
     assert BROSETA > HELFAND
+
+
+def test_a_law_that_is_not_that_of_the_points_is_unlikely():
+    """With the right law p is spread evenly from 0 to 1; with a wrong one it is nearly 0."""
+    likely = []
+    for _ in range(30):
+        likely.append(tension_law(CHI, LENGTH, *noisy(law(CHI, LENGTH)), mu=TRUE["mu"]).p_value)
+    assert 0.3 < np.mean(likely) < 0.7
+    assert (
+        tension_law(CHI, LENGTH, *noisy(law(CHI, LENGTH)), alpha=3.0, mu=TRUE["mu"]).p_value < 1e-3
+    )

@@ -4,15 +4,16 @@ import numpy as np
 
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
-from dpd.report.style import BLUE, RED, panels, points, published_line
+from dpd.analysis.verdicts import Measured
+from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
 from paper_figures.groot_warren_1997.shared import SEGREGATION
 from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
     SCALED,
     VAN_DER_WAALS,
     curve,
+    how_well,
     law_of,
-    measured_part,
     put_law,
     scaled_tensions,
 )
@@ -30,7 +31,8 @@ TITLE = "Surface tension of single beads against chi (rho = 3, a = 25)."
 PAPER_SHOWS = (
     "The paper shows the tension of single beads, from the runs of its Figure 7 with chi of "
     "Delta a by Eq. 24. The law of chains, Eq. 33, needs another prefactor, "
-    f"{PREFACTOR} in place of {OF_CHAINS}, and vanishes at a smaller chi than the tension does; "
+    f"{PREFACTOR} in place of {OF_CHAINS} (dotted), and vanishes at a smaller chi than the tension "
+    "does. The paper does not say which densities that is fitted to; we take this one. "
     f"Eq. 36 (dashed), with the critical point {CRITICAL}, describes it. Lines: our fits. "
     f"{NOT_SETTLED}."
 )
@@ -47,7 +49,13 @@ def compute(sweeps):
 
 def measured(data):
     """The prefactor of the law of chains."""
-    return {"monomer_prefactor": measured_part(data, "chains", "prefactor")}
+    found, error = (float(data[f"chains_prefactor{part}"]) for part in ("", "_error"))
+    note = (
+        f"{how_well(data, 'chains')}, p = {float(data.chains_p_value):.1g}: as in the paper, the "
+        "points do not follow this law, and the number is its best height"
+    )
+    why = "" if data.chains_points > 3 else "fewer than four settled runs"
+    return {"monomer_prefactor": Measured(found, error, note, why)}
 
 
 def describe(data):
@@ -78,6 +86,8 @@ def draw(data):
         axes.plot(x, curve(data, "classical", x), color=BLUE, lw=0.8, label=text)
     eq_36 = HEIGHT.value * x**ALPHA.value * np.maximum(1 - CRITICAL.value / x, 0) ** 1.5
     published_line(axes, x, eq_36, "published, Eq. 36")
+    of_chains = PREFACTOR.value * x ** LAWS["chains"]["alpha"] * np.maximum(1 - 2 / x, 0) ** 1.5
+    axes.plot(x, of_chains, color=BLACK, lw=0.8, ls=":", label="published, with Eq. 33")
     axes.set(xlim=(2, x[-1]), ylim=(0, None), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
              ylabel=SCALED)  # fmt: skip
     axes.legend(loc="upper left")

@@ -5,12 +5,13 @@ from typing import NamedTuple
 from dpd.analysis.statistics import linear_fit, over_replicas
 from dpd.report.style import BLUE, GREEN, RED, Look
 
+CROOKED = 0.01  # p-value below which points do not follow a law, and its numbers are not judged
 MEAN_FIELD = 3.0  # chi above which the paper trusts Flory-Huggins theory
 REPULSIONS = {15.0: (BLUE, "X"), 25.0: (GREEN, "s"), 30.0: (RED, "o")}  # drawn as in the paper
 NOT_FITTED = (
-    "the composition drifted by more than 2 standard errors between the halves of the run, its "
-    "relative error is above 30 %, or the run is worth fewer than 5 independent samples or too "
-    "short for an error."
+    "the slabs have mixed, so that no interface is found in part of the run, the composition "
+    "drifted by more than 2 standard errors between the halves of the run, its relative error is "
+    "above 30 %, or the run is worth fewer than 5 independent samples or too short for an error."
 )
 
 

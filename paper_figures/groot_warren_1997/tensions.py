@@ -6,12 +6,13 @@ from dpd.analysis.tension_laws import tension_law
 from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from paper_figures.groot_warren_1997.shared import CROOKED
 
 VAN_DER_WAALS = {"critical": 2.0, "mu": 1.5}  # mean field: Flory-Huggins, and its exponent
 SCALED = r"$\sigma / (\rho k_BT r_c)$"
 NOT_SETTLED = (
-    "Open points are not fitted: the composition drifted by more than 2 standard errors between "
-    "the halves of the run, or the run is too short for an error"
+    "Open points are not fitted: the slabs have mixed, the composition drifted by more than 2 "
+    "standard errors between the halves of the run, or the run is too short for an error"
 )
 # chi N in which the laws of chains are fitted. The paper gives no list of N and Delta a: from a
 # little above the critical point up to N = 10 at its reference, chi = 1.53.
@@ -102,6 +103,7 @@ def put_law(data, name, law):
         data[f"{name}_{part}"] = ((), found.value, {"units": "1"})
         data[f"{name}_{part}_error"] = ((), found.error, {"units": "1"})
     data[f"{name}_reduced_chi_square"] = ((), law.reduced_chi_square, {"units": "1"})
+    data[f"{name}_p_value"] = ((), law.p_value, {"units": "1"})
     data[f"{name}_points"] = ((), law.points, {"units": "1"})
 
 
@@ -131,11 +133,24 @@ def measured_part(data, name, part):
     Returns
     -------
     dpd.analysis.verdicts.Measured
+        Not to be judged where the points do not follow the law.
     """
-    points = int(data[f"{name}_points"])
-    quality = float(data[f"{name}_reduced_chi_square"])
+    points, p = int(data[f"{name}_points"]), float(data[f"{name}_p_value"])
+    why = "" if points > 3 else "fewer than four settled runs"
+    if p < CROOKED:
+        why = (
+            f"the points do not lie on one curve of this law (p = {p:.1g}), so its numbers depend "
+            "on which of them are fitted"
+        )
     return Measured(
-        float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"]),
-        f"{points} settled runs, reduced chi-square {quality:.2f}",
-        "" if points > 3 else "fewer than four settled runs",
-    )  # fmt: skip
+        float(data[f"{name}_{part}"]),
+        float(data[f"{name}_{part}_error"]),
+        how_well(data, name),
+        why,
+    )
+
+
+def how_well(data, name):
+    """How many runs a law was fitted to, and how well they lie on it."""
+    quality = float(data[f"{name}_reduced_chi_square"])
+    return f"{int(data[f'{name}_points'])} settled runs, reduced chi-square {quality:.2f}"

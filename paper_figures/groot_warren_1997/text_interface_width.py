@@ -8,26 +8,29 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points, published_line
-from paper_figures.groot_warren_1997.shared import SEGREGATION
+from paper_figures.groot_warren_1997.shared import CROOKED, SEGREGATION
 
 PUBLISHED = shown_by(__file__)
 AMPLITUDE, CRITICAL = PUBLISHED["width_amplitude_rho_3"], PUBLISHED["width_critical_rho_3"]
+
+NEAR = 4.0  # chi; the note of each row says what the runs below give alone
 
 TITLE = "Width of the interfaces between monomers."
 PAPER_SHOWS = (
     "Not a figure of the paper: its Eq. 35 says that the width xi of Eq. 34 is "
     f"({AMPLITUDE}) / sqrt(rho [chi - ({CRITICAL})]) at rho 3 and 5 close to the critical point "
     "(how close, it does not say), found by plotting xi^-2 against chi (dashed), chi from Delta a "
-    "by Eq. 24. Here all filled points are fitted. Every block of a run is taken at its own "
+    "by Eq. 24. Here all filled points are fitted; the table also says what those with chi below "
+    f"{NEAR:g} give alone. Every block of a run is taken at its own "
     "positions of the interfaces, so that they do not widen by moving. Open points are not fitted, "
     "for the reasons given at Figure 7, but chi may be below 3. The waves on an interface "
     "widen it with the area, 8 x 8 here as there."
 )
-EXPONENTS = {"classical": 0.5, "ising": 0.63}
+EXPONENTS = {"classical": 1 / 2, "ising": 1 / 1.6}
+REACH = (2.2, 6.2)  # of chi in the picture
 LINE = (
     "amplitude", "amplitude_error", "critical", "critical_error", "reduced_chi_square", "p_value",
 )  # fmt: skip
-CROOKED = 0.01  # p-value below which points do not lie on a straight line
 
 
 def compute(sweeps):
@@ -41,9 +44,11 @@ def compute(sweeps):
         known = data.width_error > 0  # not where a run is too short for an error
         fitted = ((found.settled == 1) & (data.chi > CRITICAL.value) & known).values
         data["fitted"] = ("excess", fitted)
+        near = fitted & (data.chi < NEAR).values
         for kind, nu in EXPONENTS.items():
-            for key, value in line(data.isel(excess=fitted), rho, nu).items():
-                data[f"{kind}_{key}"] = ((), value, {"units": "1"})
+            for name, runs_of in ((kind, fitted), (f"{kind}_near", near)):
+                for key, value in line(data.isel(excess=runs_of), rho, nu).items():
+                    data[f"{name}_{key}"] = ((), value, {"units": "1"})
         parts.append(data.expand_dims(density=[rho]))
     return xr.concat(parts, "density", join="outer", fill_value={"fitted": False})
 
@@ -91,7 +96,7 @@ def measured(data):
         ):
             key = f"{kind}_{quantity}"
             found[f"{name}_rho_{rho}"] = Measured(
-                float(at[key]), float(at[f"{key}_error"]), fitted_runs(at, kind),
+                float(at[key]), float(at[f"{key}_error"]), fitted_runs(at, kind, quantity),
                 no_line(at, kind),
             )  # fmt: skip
     return found
@@ -110,11 +115,15 @@ def no_line(at, kind):
     return ""
 
 
-def fitted_runs(at, kind):
-    """How many runs were fitted at one density, where, and how well."""
+def fitted_runs(at, kind, quantity):
+    """How many runs were fitted at one density, where, how well, and what those near chi_c give."""
     chi, quality = at.chi.where(at.fitted), float(at[f"{kind}_reduced_chi_square"])
     reach = f"chi from {float(chi.min()):.1f} to {float(chi.max()):.1f}"
-    return f"{int(at.fitted.sum())} runs, {reach}, reduced chi-square {quality:.1f}"
+    near, error = (float(at[f"{kind}_near_{quantity}{part}"]) for part in ("", "_error"))
+    return (
+        f"{int(at.fitted.sum())} runs, {reach}, reduced chi-square {quality:.1f}; with chi below "
+        f"{NEAR:g} alone {near:.2f} +- {error:.2f}, p = {float(at[f'{kind}_near_p_value']):.1g}"
+    )
 
 
 def describe(data):
@@ -141,14 +150,15 @@ def draw(data):
             label = name if fitted else None
             points(axes, part.chi, y, 2 * y * part.width_error / part.width, label, color, marker,
                    fitted)  # fmt: skip
-        x = np.linspace(2.2, 5.8, 2)
+        x = np.linspace(*REACH, 2)
         amplitude, critical = float(at.classical_amplitude), float(at.classical_critical)
-        text = rf"fit: $A$ = {amplitude:.2f} ± {COVERAGE * float(at.classical_amplitude_error):.2f}"
+        spread = COVERAGE * float(at.classical_amplitude_error)
+        text = rf"fit at {name}: $A$ = {amplitude:.2f} ± {spread:.2f}"
         axes.plot(x, (x - critical) / amplitude**2, color=color, linewidth=0.8, label=text)
     eq_35 = (x - CRITICAL.value) / AMPLITUDE.value**2
     published_line(axes, x, eq_35, f"published, Eq. 35: $A$ = {AMPLITUDE.value:g}")
     axes.axhline(0, color=BLACK, linewidth=0.5)
-    axes.set(xlim=(2.2, 5.8), ylim=(-0.02, 0.35), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
+    axes.set(xlim=REACH, ylim=(-0.02, 0.35), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
              ylabel=r"$1 / (\rho \xi^2)$ / $r_c$")  # fmt: skip
     axes.legend(loc="upper left")
     return figure

@@ -43,7 +43,9 @@ class Composition(NamedTuple):
 
     ``drift`` is the change of the fraction from the first to the second half of the run,
     in standard errors of that change; ``samples`` how many independent ones the run is
-    worth; ``counted`` the mean number of minority beads in the windows.
+    worth; ``counted`` the mean number of minority beads in the windows; ``mixed`` whether the
+    slabs are gone: an interface was lost, see `dpd.analysis.interfaces.Slabs`, or the fraction
+    cannot be told from one half.
     """
 
     fraction: float
@@ -51,12 +53,18 @@ class Composition(NamedTuple):
     drift: float
     samples: float
     counted: float
+    mixed: bool
+
+    @property
+    def steady(self) -> bool:
+        """Whether both slabs stayed, and the fraction changed by less than its error allows."""
+        return not self.mixed and abs(self.drift) <= STEADY
 
     @property
     def settled(self) -> bool:
         """Whether the run was in equilibrium and long enough to give chi an error."""
-        steady = abs(self.drift) <= STEADY and self.samples >= ENOUGH
-        return steady and self.error < PRECISE * self.fraction
+        precise = self.samples >= ENOUGH and self.error < PRECISE * self.fraction
+        return self.steady and precise
 
 
 def composition(seen: Slabs, slice_volume: float) -> Composition:
@@ -96,8 +104,9 @@ def composition(seen: Slabs, slice_volume: float) -> Composition:
     relative = error / mean if mean > 0 else 0.0
     error = float(np.maximum(relative * fraction, fitted))
     samples = len(series) / (2 * tau)
+    mixed = seen.lost or bool(fraction + STEADY * error >= 0.5)
     counted = 4 * float(minority.mean()) * slice_volume  # on both sides of two interfaces
-    return Composition(fraction, error, drift, samples, counted)
+    return Composition(fraction, error, drift, samples, counted, mixed)
 
 
 def in_bulk(distance: np.ndarray) -> np.ndarray:
@@ -196,6 +205,7 @@ def _chi_of_point(runs):
         max((part.drift for part in parts), key=abs),
         float(sum(part.samples for part in parts)),
         float(np.mean([part.counted for part in parts])),
+        any(part.mixed for part in parts),
     )
     chi, chi_error = chi_and_error(together.fraction, together.error, length)
     a, b = scene.species.index("A"), scene.species.index("B")

@@ -33,11 +33,15 @@ class Slabs(NamedTuple):
         From the nearer interface in r_c, up to a quarter of the box.
     density : (block, 2, n) array
         Of the minority and of the majority at that distance, mean of both sides of both interfaces.
+    lost : bool
+        Whether an interface was not found within `FARTHEST` of where it began, in some block: near
+        the critical point slabs mix, and what is seen at a distance from there means nothing.
     """
 
     position: np.ndarray
     distance: np.ndarray
     density: np.ndarray
+    lost: bool
 
     @property
     def total(self) -> np.ndarray:
@@ -65,7 +69,8 @@ def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     thickness = z[1] - z[0]
     distance = np.arange(0.5 * thickness, length / 4, thickness)
     seen = [_seen_from(block, z, length, at, distance) for block, at in zip(density, position)]
-    return Slabs(position, distance, np.array(seen))
+    lost = bool((np.abs(position - _beginning(length)) >= FARTHEST * length).any())
+    return Slabs(position, distance, np.array(seen), lost)
 
 
 def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
@@ -86,7 +91,7 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
         critical point, where there is none.
     """
     fraction = density[:, 0] / density.sum(axis=1)
-    began = np.array([0.0, length / 2])
+    began = _beginning(length)
 
     def whole(z, first, second, width, inside, outside):
         return outside + (inside - outside) * _slab(z, length, first, second, width)
@@ -107,6 +112,11 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
             found.append(began)
     reach = FARTHEST * length
     return np.clip(found, began - reach, began + reach)
+
+
+def _beginning(length):
+    """Where both interfaces are at the beginning of a run."""
+    return np.array([0.0, length / 2])
 
 
 def recentred(

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.analysis.composition import CLEAR, STEADY, composition
+from dpd.analysis.composition import CLEAR, composition
 from dpd.analysis.flow import Measured
 from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import mean_and_error
@@ -75,12 +75,12 @@ class SlabTension(NamedTuple):
 
     @property
     def settled(self) -> bool:
-        """Whether the composition stayed: it changed by less than `STEADY` standard errors.
+        """Whether both slabs and their composition stayed.
 
         Near the critical point slabs dissolve slowly, and their tension is that of no equilibrium.
         A run that is too short for an error of its composition has not settled either.
         """
-        return abs(self.composition.drift) <= STEADY
+        return self.composition.steady
 
 
 def tension_of_tensor(run: xr.Dataset, settled: float = 0.0, axis: str | None = None) -> Measured:

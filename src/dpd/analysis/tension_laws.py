@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.analysis.statistics import likelihood
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -44,8 +46,8 @@ class TensionLaw(NamedTuple):
         Standard errors, widened where points scatter more than their own errors allow.
     reduced_chi_square : float
         NaN without degrees of freedom.
-    points : int
-        That were fitted.
+    points, degrees : int
+        How many were fitted, and how many degrees of freedom they have.
     """
 
     prefactor: Fitted
@@ -54,6 +56,12 @@ class TensionLaw(NamedTuple):
     mu: Fitted
     reduced_chi_square: float
     points: int
+    degrees: int
+
+    @property
+    def p_value(self) -> float:
+        """Probability of points that lie worse about the law, if it is right; NaN without any."""
+        return likelihood(self.reduced_chi_square * self.degrees, self.degrees)
 
     def at(self, chi: npt.ArrayLike, length: npt.ArrayLike = 1) -> np.ndarray:
         """Tension over rho kT r_c."""
@@ -112,7 +120,11 @@ def tension_law(
 
     found = _fitted(model, 1, list(BEGIN), held, _Points(y, spread))
     shape = {name: found.shape[name] for name in BEGIN}
-    return TensionLaw(found.heights[0], **shape, reduced_chi_square=found.quality, points=len(y))
+    degrees = len(y) - 1 - len(BEGIN.keys() - held.keys())
+    return TensionLaw(
+        found.heights[0], **shape, reduced_chi_square=found.quality, points=len(y),
+        degrees=max(0, degrees),
+    )  # fmt: skip
 
 
 def collapse(
