@@ -33,8 +33,9 @@ TITLE = "Surface tension of single beads at both densities against chi."
 PAPER_SHOWS = (
     "The paper shows the tension at rho 3 and 5, chi from Delta a by Eq. 24, and fits "
     "sigma / (rho kT r_c) = k chi^alpha (1 - chi_crit / chi)^mu, here to both densities: "
-    f"with the classical mu = 1.5, k = {HEIGHT}, alpha = {ALPHA} and chi_crit = {CRITICAL} (Eq. 36, "
-    f"dashed); with that of the Ising model, {ISING:g}, alpha = {ISING_ALPHA} and chi_crit = {ISING_CRITICAL}. "
+    f"with the classical mu = 1.5, k = {HEIGHT}, alpha = {ALPHA} and chi_crit = {CRITICAL} "
+    f"(Eq. 36, dashed); with that of the Ising model, {ISING:g}, alpha = {ISING_ALPHA} and "
+    f"chi_crit = {ISING_CRITICAL}. "
     "Tensions come from the runs of Figure 7, whose own slopes would differ a little from those of "
     f"Eq. 24 and bring the points of both densities closer to one curve. {NOT_SETTLED}."
 )
