@@ -12,6 +12,7 @@ from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
     OUTSIDE,
     VAN_DER_WAALS,
+    misfit,
     tensions_of_chains,
 )
 
@@ -48,6 +49,7 @@ def compute(sweeps):
             value, error = getattr(found, part)
             data[f"{name}_{part}"] = ((), value, {"units": "1"})
             data[f"{name}_{part}_error"] = ((), error, {"units": "1"})
+        data[f"{name}_p_value"] = ((), found.p_value, {"units": "1"})
         data[f"{name}_reduced_chi_square"] = ((), found.reduced_chi_square, {"units": "1"})
     height = np.array([part.value for part in found.prefactors])
     factor = height[reference] / height
@@ -72,7 +74,7 @@ def measured(data):
         quality = float(data[f"{name}_reduced_chi_square"])
         note = f"{count} settled runs, reduced chi-square {quality:.2f}"
         value, error = float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"])
-        return Measured(value, error, note, few)
+        return Measured(value, error, note, few or misfit(data, name))
 
     return {
         "tension_critical": of("free", "critical"),

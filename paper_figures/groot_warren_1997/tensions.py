@@ -135,18 +135,24 @@ def measured_part(data, name, part):
     dpd.analysis.verdicts.Measured
         Not to be judged where the points do not follow the law.
     """
-    points, p = int(data[f"{name}_points"]), float(data[f"{name}_p_value"])
-    why = "" if points > 3 else "fewer than four settled runs"
-    if p < CROOKED:
-        why = (
-            f"the points do not lie on one curve of this law (p = {p:.1g}), so its numbers depend "
-            "on which of them are fitted"
-        )
+    points = int(data[f"{name}_points"])
+    why = misfit(data, name) if points > 3 else "fewer than four settled runs"
     return Measured(
         float(data[f"{name}_{part}"]),
         float(data[f"{name}_{part}_error"]),
         how_well(data, name),
         why,
+    )
+
+
+def misfit(data, name):
+    """Why the numbers of a fit are not judged: the points do not follow it; empty if they do."""
+    p = float(data[f"{name}_p_value"])
+    if not p < CROOKED:
+        return ""
+    return (
+        f"the points do not lie on one curve of this law (p = {p:.1g}), so its numbers depend on "
+        "which of them are fitted"
     )
 
 

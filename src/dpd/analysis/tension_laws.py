@@ -80,7 +80,7 @@ class Collapse(NamedTuple):
     critical, mu : Fitted
         Of all groups.
     reduced_chi_square : float
-    points : int
+    points, degrees : int
     """
 
     prefactors: list[Fitted]
@@ -88,6 +88,12 @@ class Collapse(NamedTuple):
     mu: Fitted
     reduced_chi_square: float
     points: int
+    degrees: int
+
+    @property
+    def p_value(self) -> float:
+        """As of `TensionLaw`."""
+        return likelihood(self.reduced_chi_square * self.degrees, self.degrees)
 
 
 def tension_law(
@@ -120,10 +126,9 @@ def tension_law(
 
     found = _fitted(model, 1, list(BEGIN), held, _Points(y, spread))
     shape = {name: found.shape[name] for name in BEGIN}
-    degrees = len(y) - 1 - len(BEGIN.keys() - held.keys())
     return TensionLaw(
         found.heights[0], **shape, reduced_chi_square=found.quality, points=len(y),
-        degrees=max(0, degrees),
+        degrees=found.degrees,
     )  # fmt: skip
 
 
@@ -163,7 +168,9 @@ def collapse(
     prefactors = [NOTHING] * groups
     for g, height in zip(present, found.heights):
         prefactors[g] = height
-    return Collapse(prefactors, found.shape["critical"], found.shape["mu"], found.quality, len(y))
+    return Collapse(
+        prefactors, found.shape["critical"], found.shape["mu"], found.quality, len(y), found.degrees
+    )
 
 
 class _Points(NamedTuple):
@@ -174,11 +181,12 @@ class _Points(NamedTuple):
 
 
 class _Best(NamedTuple):
-    """Heights and the numbers of the shape, with errors, and the reduced chi-square."""
+    """Heights and numbers of the shape, with errors, reduced chi-square, degrees of freedom."""
 
     heights: list[Fitted]
     shape: dict[str, Fitted]
     quality: float
+    degrees: int
 
 
 class _Minimum(NamedTuple):
@@ -201,7 +209,7 @@ def _fitted(
     if degrees >= 0 and len(points.y):
         best = _least_squares(model, heights, free, held, points)
     if best is None:
-        return _Best([NOTHING] * heights, shape, np.nan)
+        return _Best([NOTHING] * heights, shape, np.nan, 0)
     quality = best.chi_square / degrees if degrees else np.nan
     widened = np.sqrt(max(1.0, quality)) if degrees else 1.0
     errors = widened * np.sqrt(np.diagonal(best.covariance))
@@ -215,7 +223,7 @@ def _fitted(
         shape[name] = Fitted(float(value), _reach(rise, float(value), float(error)))
     tops = np.exp(best.values[:heights])
     found = [Fitted(float(k), float(k * error)) for k, error in zip(tops, errors)]
-    return _Best(found, shape, quality)
+    return _Best(found, shape, quality, degrees)
 
 
 def _reach(rise: Callable[[float], float], value: float, error: float) -> float:
