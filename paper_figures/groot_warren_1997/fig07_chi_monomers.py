@@ -81,13 +81,17 @@ def measured(data):
                 f"the points do not lie on a straight line through the origin (p = {p:.1g}), so "
                 "its slope depends on which of them are fitted"
             )
+        note = f"{count} settled points with chi > 3, reduced chi-square {quality:.2f}"
+        if count >= 3:
+            note += (
+                f"; a line not through the origin has the intercept {float(at.intercept):.2f} +- "
+                f"{float(at.intercept_error):.2f}; without the point nearest to chi = 3 the slope "
+                f"is {float(at.slope_beyond):.4f} +- {float(at.slope_beyond_error):.4f}"
+            )
         found[f"chi_slope_rho_{rho}"] = Measured(
             float(at.slope),
             float(at.slope_error),
-            f"{count} settled points with chi > 3, reduced chi-square {quality:.2f}; a line not "
-            f"through the origin has the intercept {float(at.intercept):.2f} +- "
-            f"{float(at.intercept_error):.2f}; without the point nearest to chi = 3 the slope is "
-            f"{float(at.slope_beyond):.4f} +- {float(at.slope_beyond_error):.4f}",
+            note,
             why,
         )
     return found

@@ -119,11 +119,12 @@ def fitted_runs(at, kind, quantity):
     """How many runs were fitted at one density, where, how well, and what those near chi_c give."""
     chi, quality = at.chi.where(at.fitted), float(at[f"{kind}_reduced_chi_square"])
     reach = f"chi from {float(chi.min()):.1f} to {float(chi.max()):.1f}"
+    note = f"{int(at.fitted.sum())} runs, {reach}, reduced chi-square {quality:.1f}"
     near, error = (float(at[f"{kind}_near_{quantity}{part}"]) for part in ("", "_error"))
-    return (
-        f"{int(at.fitted.sum())} runs, {reach}, reduced chi-square {quality:.1f}; with chi below "
-        f"{NEAR:g} alone {near:.2f} +- {error:.2f}, p = {float(at[f'{kind}_near_p_value']):.1g}"
-    )
+    if np.isnan(error):
+        return note
+    p = float(at[f"{kind}_near_p_value"])
+    return f"{note}; with chi below {NEAR:g} alone {near:.2f} +- {error:.2f}, p = {p:.1g}"
 
 
 def describe(data):
