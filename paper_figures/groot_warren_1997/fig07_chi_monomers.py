@@ -9,10 +9,10 @@ from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points, published_line
 from paper_figures.groot_warren_1997.shared import (
-    CROOKED,
     MEAN_FIELD,
     NOT_FITTED,
     SEGREGATION,
+    misfit,
     monomer_slope,
 )
 
@@ -43,8 +43,8 @@ def compute(sweeps):
             (slope,), (error,), quality, degrees = fit
             p_value = fit.p_value
         if fitted.sum() >= 3:
-            without = data.where(data.excess > data.excess.values[fitted][0])
-            _, beyond = monomer_slope(without)
+            first = data.excess.values[fitted][0]
+            _, beyond = monomer_slope(data.isel(excess=data.excess.values > first))
             (farther,), (farther_error,) = beyond.values, beyond.errors
             x = data.excess.values.astype(float)[fitted]
             terms = [x, np.ones_like(x)]
@@ -75,12 +75,9 @@ def measured(data):
         at = data.sel(density=rho)
         count = int(at.fitted.sum())
         quality, p = float(at.reduced_chi_square), float(at.p_value)
-        why = "" if count >= 2 else "fewer than two settled points with chi > 3"
-        if p < CROOKED:
-            why = (
-                f"the points do not lie on a straight line through the origin (p = {p:.1g}), so "
-                "its slope depends on which of them are fitted"
-            )
+        why = misfit(p, "a straight line through the origin", "its slope depends")
+        if count < 2:
+            why = "fewer than two settled points with chi > 3"
         note = f"{count} settled points with chi > 3, reduced chi-square {quality:.2f}"
         if count >= 3:
             note += (
@@ -122,7 +119,9 @@ def draw(data):
         x = np.array([0, float(at.excess.max()) * 1.05])
         slope, error = float(at.slope), float(at.slope_error)
         label = rf"$\rho$ = {rho}, fit: {slope:.3f} ± {COVERAGE * error:.3f}"
-        axes.plot(x, slope * x, color=color, linewidth=0.8, label=label, zorder=0.9)
+        axes.plot(
+            x, slope * x, color=color, linewidth=0.8, label=label, zorder=0.9
+        )  # below the published line
         published_line(axes, x, SLOPES[rho].value * x, "published, Eq. 24" if rho == 3 else None)
     axes.axhline(MEAN_FIELD, color=BLACK, linewidth=0.4, linestyle=":")
     axes.set(xlim=(0, None), ylim=(0, 7), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",

@@ -12,7 +12,8 @@ from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
     OUTSIDE,
     VAN_DER_WAALS,
-    misfit,
+    how_well,
+    off_the_law,
     tensions_of_chains,
 )
 
@@ -72,9 +73,8 @@ def measured(data):
 
     def of(name, part):
         quality = float(data[f"{name}_reduced_chi_square"])
-        note = f"{count} settled runs, reduced chi-square {quality:.2f}"
         value, error = float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"])
-        return Measured(value, error, note, few or misfit(data, name))
+        return Measured(value, error, how_well(count, quality), few or off_the_law(data, name))
 
     return {
         "tension_critical": of("free", "critical"),

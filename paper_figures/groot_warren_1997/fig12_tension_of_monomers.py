@@ -1,10 +1,11 @@
 """Figure 12: surface tension of single beads against chi."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
-from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
 from paper_figures.groot_warren_1997.shared import SEGREGATION
 from paper_figures.groot_warren_1997.tensions import (
@@ -12,8 +13,8 @@ from paper_figures.groot_warren_1997.tensions import (
     SCALED,
     VAN_DER_WAALS,
     curve,
-    how_well,
     law_of,
+    measured_part,
     put_law,
     scaled_tensions,
 )
@@ -49,13 +50,15 @@ def compute(sweeps):
 
 def measured(data):
     """The prefactor of the law of chains."""
-    found, error = (float(data[f"chains_prefactor{part}"]) for part in ("", "_error"))
-    note = (
-        f"{how_well(data, 'chains')}, p = {float(data.chains_p_value):.1g}: as in the paper, the "
-        "points do not follow this law, and the number is its best height"
-    )
-    why = "" if data.chains_points > 3 else "fewer than four settled runs"
-    return {"monomer_prefactor": Measured(found, error, note, why)}
+    found = measured_part(data, "chains", "prefactor")
+    if data.chains_points > 3:  # judged though the points do not follow: the paper says so, too
+        p = float(data.chains_p_value)
+        note = (
+            f"{found.note}, p = {p:.1g}: as in the paper, the points do not follow this law, and "
+            "the number is its best height"
+        )
+        found = replace(found, note=note, undecided="")
+    return {"monomer_prefactor": found}
 
 
 def describe(data):
@@ -86,7 +89,11 @@ def draw(data):
         axes.plot(x, curve(data, "classical", x), color=BLUE, lw=0.8, label=text)
     eq_36 = HEIGHT.value * x**ALPHA.value * np.maximum(1 - CRITICAL.value / x, 0) ** 1.5
     published_line(axes, x, eq_36, "published, Eq. 36")
-    of_chains = PREFACTOR.value * x ** LAWS["chains"]["alpha"] * np.maximum(1 - 2 / x, 0) ** 1.5
+    chains = LAWS["chains"]
+    of_chains = (
+        PREFACTOR.value * x ** chains["alpha"]
+        * np.maximum(1 - chains["critical"] / x, 0) ** chains["mu"]
+    )  # fmt: skip
     axes.plot(x, of_chains, color=BLACK, lw=0.8, ls=":", label="published, with Eq. 33")
     axes.set(xlim=(2, x[-1]), ylim=(0, None), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
              ylabel=SCALED)  # fmt: skip

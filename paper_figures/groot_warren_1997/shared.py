@@ -15,6 +15,24 @@ NOT_FITTED = (
 )
 
 
+def misfit(p, shape, consequence):
+    """Why numbers of a fit are not judged: the points do not follow it; empty if they do.
+
+    Parameters
+    ----------
+    p : float
+        Probability of points that lie worse about the fit, if it is right.
+    shape, consequence : str
+        What was fitted, and what is uncertain for that.
+    """
+    if not p < CROOKED:
+        return ""
+    return (
+        f"the points do not lie on {shape} (p = {p:.1g}), so {consequence} on which of them are "
+        "fitted"
+    )
+
+
 def look_of(repulsion):
     """How the runs of one repulsion are drawn."""
     color, marker = REPULSIONS.get(float(repulsion), (BLUE, "D"))

@@ -6,10 +6,11 @@ from dpd.analysis.tension_laws import tension_law
 from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from paper_figures.groot_warren_1997.shared import CROOKED
+from paper_figures.groot_warren_1997.shared import misfit
 
 VAN_DER_WAALS = {"critical": 2.0, "mu": 1.5}  # mean field: Flory-Huggins, and its exponent
 SCALED = r"$\sigma / (\rho k_BT r_c)$"
+FEW = "fewer than four settled runs"
 NOT_SETTLED = (
     "Open points are not fitted: the slabs have mixed, the composition drifted by more than 2 "
     "standard errors between the halves of the run, or the run is too short for an error"
@@ -135,28 +136,19 @@ def measured_part(data, name, part):
     dpd.analysis.verdicts.Measured
         Not to be judged where the points do not follow the law.
     """
-    points = int(data[f"{name}_points"])
-    why = misfit(data, name) if points > 3 else "fewer than four settled runs"
+    points, quality = int(data[f"{name}_points"]), float(data[f"{name}_reduced_chi_square"])
     return Measured(
-        float(data[f"{name}_{part}"]),
-        float(data[f"{name}_{part}_error"]),
-        how_well(data, name),
-        why,
-    )
+        float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"]),
+        how_well(points, quality),
+        off_the_law(data, name) if points > 3 else FEW,
+    )  # fmt: skip
 
 
-def misfit(data, name):
-    """Why the numbers of a fit are not judged: the points do not follow it; empty if they do."""
-    p = float(data[f"{name}_p_value"])
-    if not p < CROOKED:
-        return ""
-    return (
-        f"the points do not lie on one curve of this law (p = {p:.1g}), so its numbers depend on "
-        "which of them are fitted"
-    )
+def off_the_law(data, name):
+    """Why the numbers of a law in a dataset are not judged; empty if the points follow it."""
+    return misfit(float(data[f"{name}_p_value"]), "one curve of this law", "its numbers depend")
 
 
-def how_well(data, name):
+def how_well(points, quality):
     """How many runs a law was fitted to, and how well they lie on it."""
-    quality = float(data[f"{name}_reduced_chi_square"])
-    return f"{int(data[f'{name}_points'])} settled runs, reduced chi-square {quality:.2f}"
+    return f"{points} settled runs, reduced chi-square {quality:.2f}"

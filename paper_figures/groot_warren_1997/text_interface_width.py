@@ -8,7 +8,7 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points, published_line
-from paper_figures.groot_warren_1997.shared import CROOKED, SEGREGATION
+from paper_figures.groot_warren_1997.shared import SEGREGATION, misfit
 
 PUBLISHED = shown_by(__file__)
 AMPLITUDE, CRITICAL = PUBLISHED["width_amplitude_rho_3"], PUBLISHED["width_critical_rho_3"]
@@ -106,13 +106,7 @@ def no_line(at, kind):
     """Why no straight line was found at one density; empty if one was."""
     if at.fitted.sum() < 3:
         return "fewer than three runs in equilibrium"
-    p = float(at[f"{kind}_p_value"])
-    if p < CROOKED:
-        return (
-            f"the points do not lie on a straight line (p = {p:.1g}), so its slope and its zero "
-            "depend on which of them are fitted"
-        )
-    return ""
+    return misfit(float(at[f"{kind}_p_value"]), "a straight line", "its slope and its zero depend")
 
 
 def fitted_runs(at, kind, quantity):
