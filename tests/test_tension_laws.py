@@ -10,6 +10,7 @@ from dpd.analysis.tension_laws import collapse, tension_law
 from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.scene.scene import Scene
 from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
+from paper_figures.groot_warren_1997.fig10_scale_factors import with_slope
 from paper_figures.groot_warren_1997.tensions import scaled_tensions, tensions_of_chains
 from tests.test_surface_tension import made_up
 
@@ -114,12 +115,12 @@ def test_a_sweep_of_slabs():
     assert found.tension_error.values == pytest.approx(one.tension_error.values / np.sqrt(2))
 
 
-def test_chains_outside_the_window_are_not_fitted():
-    """Those that have settled are, where chi N is neither too small nor too large."""
+def test_chains_near_the_critical_point_are_not_fitted():
+    """Those that have settled are, where chi N is not too small."""
     run = made_up((0.4, 0.0))
     scene = json.dumps(Scene(json.loads(run.attrs["scene"])).data)
     sweep = run.drop_attrs().assign(scene=scene).expand_dims(replica=1, excess=[20.0])
-    for slope, inside in ((0.1, False), (0.3, True), (0.8, False)):  # chi N is 2, 6 and 16
+    for slope, inside in ((0.1, False), (0.3, True), (0.8, True)):  # chi N is 2, 6 and 16
         found = tensions_of_chains(sweep, slope)
         assert float(found.segregation[0]) == pytest.approx(20 * slope)
         assert bool(found.fitted[0]) is inside
@@ -161,3 +162,21 @@ def test_a_law_that_is_not_that_of_the_points_is_unlikely():
 
     assert 0.3 < np.mean([p_value() for _ in range(30)]) < 0.7
     assert p_value(alpha=3.0) < 1e-3
+
+
+def test_the_power_of_chi_from_runs_of_equal_chi_n():
+    """It is found whatever the dependence on chi N; runs that share theirs with none go out."""
+    chi, beads = (part.ravel() for part in np.meshgrid([1.0, 1.5, 2.0], [3, 4, 6, 8]))
+    scaled, error = noisy(0.6 * chi**0.4 * np.tanh(0.1 * chi * beads))
+    runs = xr.Dataset(
+        {"chi": ("run", chi), "beads": ("run", beads), "segregation": ("run", chi * beads)}
+        | {"scaled": ("run", scaled), "scaled_error": ("run", error)}
+    )
+    for name in ("scaled", "scaled_error"):
+        runs[name].attrs["long_name"] = name
+    found = with_slope(runs)
+    assert found.segregation.values.tolist() == [6, 6, 8, 6, 12, 8, 12]
+    assert float(found.slope) == pytest.approx(0.4, abs=4 * float(found.slope_error))
+    assert 0 < float(found.slope_error) < 0.05
+    alone = with_slope(runs.isel(run=[0, 1]))
+    assert alone.sizes["run"] == 0 and np.isnan(alone.slope)

@@ -8,6 +8,7 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import NOT_FITTED, monomer_slope
 
 PUBLISHED = shown_by(__file__)
@@ -17,7 +18,10 @@ TITLE = "chi N kT / Delta a of chains against their length N (rho = 3, C = 2)."
 PAPER_SHOWS = (
     f"(a) The paper shows chi N kT / Delta a against N and fits ({SLOPE}) N for 2 <= N <= 10 "
     f"(dashed), N = 1 lying some {100 * BELOW.value:g} % below. (b) The same divided by N. N = 1 "
-    f"here is the slope of the monomer runs with chi > 3. Open points are not fitted: {NOT_FITTED}"
+    "here is the slope of the monomer runs with chi > 3. The paper has several Delta a for each N, "
+    "up to N = 20; we have one, which keeps chi N near 4, and stop at N = 10, as interfaces of "
+    "longer chains would leave no bulk in this box. Their tails are fitted and taken off. Open "
+    f"points are not fitted: {NOT_FITTED}"
 )
 
 
@@ -71,7 +75,7 @@ def put_fit(data, name, fit):
     value = error = quality = np.nan
     if fit:
         (value,), (error,), quality, _ = fit
-    data[name] = ((), value, {"units": "r_c / kT" if name == "slope" else "1"})
+    data[name] = ((), value, {"units": "r_c" if name == "slope" else "1"})
     data[f"{name}_error"] = ((), error, {"units": data[name].attrs["units"]})
     data[f"{name}_reduced_chi_square"] = ((), quality, {"units": "1"})
 
@@ -93,7 +97,9 @@ def measured(data):
         "monomer_below": Measured(below, below_error, "1 - (chi / Delta a at N = 1) / slope", few),
         "offset": Measured(float(data.offset), float(data.offset_error), "without N = 1", few),
         "offset_with_1": Measured(
-            float(data.offset_with_1), float(data.offset_with_1_error), "with N = 1", few
+            float(data.offset_with_1), float(data.offset_with_1_error),
+            f"with N = 1; {abs(float(data.offset_with_1 / data.offset_with_1_error)):.1f} standard "
+            "errors from 0", few,
         ),
     }  # fmt: skip
 
@@ -104,7 +110,8 @@ def describe(data):
     return (
         f"(a) chi N kT / Delta a lies on a straight line through the origin, of slope {slope:.3f}, "
         "on the dashed published one. (b) Divided by N the points scatter about that slope within "
-        f"their error bars; N = 1 lies lower, at {one:.3f}."
+        f"their error bars; N = 1 lies lower, at {one:.3f}. With N = 1 a line has the offset N_0 = "
+        f"{with_error(float(data.offset_with_1), float(data.offset_with_1_error))}."
     )
 
 
@@ -123,21 +130,21 @@ def draw(data):
         at = data.isel(length=use)
         points(left, at.length, at.ratio, at.error, label, color, marker, filled)
         n = at.length.values
-        points(right, n, at.ratio / n, at.error / n, label, color, marker, filled)
+        points(right, n, at.ratio / n, at.error / n, None, color, marker, filled)
     x = np.array([0, float(data.length.max()) * 1.05])
     slope = float(data.slope)
     if np.isfinite(slope):
-        label = f"fit {slope:.3f} ± {COVERAGE * float(data.slope_error):.3f}"
+        label = f"fit {slope:.3f} ± {COVERAGE * float(data.slope_error):.3f} (95 %)"
         left.plot(x, slope * x, color=BLUE, linewidth=0.8, label=label)
-        right.axhline(slope, color=BLUE, linewidth=0.8)
+        right.axhline(slope, color=BLUE, linewidth=0.8, label="fit")
     published_line(left, x, SLOPE.value * x, f"published {SLOPE.value:g} $N$")
-    band = right.axhspan(SLOPE.value - SLOPE.error, SLOPE.value + SLOPE.error, color=BLACK,
-                         alpha=0.2, linewidth=0, label=f"published {SLOPE}")  # fmt: skip
+    right.axhspan(SLOPE.value - SLOPE.error, SLOPE.value + SLOPE.error, color=BLACK, alpha=0.2,
+                  linewidth=0, label=f"published {SLOPE}")  # fmt: skip
     left.set(xlim=(0, x[1]), ylim=(0, None), xlabel="chain length $N$",
              ylabel=r"$\chi N k_BT / \Delta a$ / $r_c$")  # fmt: skip
     right.set(xlim=(0, x[1]), xlabel="chain length $N$", ylabel=r"$\chi k_BT / \Delta a$ / $r_c$")
     low, high = right.get_ylim()
     right.set_ylim(low, high + 0.25 * (high - low))  # room for the legend
     left.legend(loc="upper left")
-    right.legend(handles=[band], loc="upper left")
+    right.legend(loc="upper left", ncols=2)
     return figure

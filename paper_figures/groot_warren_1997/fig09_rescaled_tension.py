@@ -12,9 +12,13 @@ from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
     OUTSIDE,
     VAN_DER_WAALS,
-    how_well,
+    draw_dimers,
+    fit_in_words,
+    longer_in_words,
     off_the_law,
     tensions_of_chains,
+    two_legends,
+    without_dimers,
 )
 
 PUBLISHED = shown_by(__file__)
@@ -29,30 +33,24 @@ PAPER_SHOWS = (
     f"{SLOPE.value:g} Delta a, the paper changes N, and multiplies all tensions by one factor, so "
     f"that they lie on those of Delta a = {REFERENCE:g}. It fits k (1 - chi_crit / (chi N))^mu: "
     f"chi_crit = {CRITICAL}, mu = {EXPONENT}; with chi_crit = 2, mu = {FIXED}. Dashed: its Eq. 33. "
-    "Here all factors, chi_crit and mu are fitted at once; the factors shown are those of chi_crit "
-    f"= 2. Tensions come from the pressure tensor of the box. {NOT_SETTLED}, {OUTSIDE}."
+    "Here all factors, chi_crit and mu are fitted at once, and again without dimers, N = 2, which "
+    "have a dot. The factors shown are those of all chains and chi_crit = 2. chi is taken from the "
+    "paper's slope of Figure 8; with our own it is smaller, and chi_crit too, in proportion. "
+    f"Tensions come from the pressure tensor of the box. {NOT_SETTLED}, {OUTSIDE}."
 )
+SHAPES = {"free": {}, "fixed": {"critical": VAN_DER_WAALS["critical"]}}
 
 
 def compute(sweeps):
     """Tensions, brought to one curve, and the shape of that curve."""
     data = tensions_of_chains(sweeps["tension"], SLOPE.value)
-    group, _ = np.indices(data.scaled.shape)
-    use = data.fitted.values
-    columns = [
-        group[use],
-        *(data[n].values[use] for n in ("segregation", "scaled", "scaled_error")),
-    ]
-    reference = int(np.abs(data.excess.values.astype(float) - REFERENCE).argmin())
-    for name, held in (("free", {}), ("fixed", {"critical": VAN_DER_WAALS["critical"]})):
-        found = collapse(*columns, groups=data.sizes["excess"], **held)
-        for part in ("critical", "mu"):
-            value, error = getattr(found, part)
-            data[f"{name}_{part}"] = ((), value, {"units": "1"})
-            data[f"{name}_{part}_error"] = ((), error, {"units": "1"})
-        data[f"{name}_p_value"] = ((), found.p_value, {"units": "1"})
-        data[f"{name}_reduced_chi_square"] = ((), found.reduced_chi_square, {"units": "1"})
+    longer = without_dimers(data)
+    for name, held in SHAPES.items():
+        found = _collapsed(data, **held)
+        _put_shape(data, name, found)
+        _put_shape(data, f"longer_{name}", _collapsed(longer, **held))
     height = np.array([part.value for part in found.prefactors])
+    reference = int(np.abs(data.excess.values.astype(float) - REFERENCE).argmin())
     factor = height[reference] / height
     data["factor"] = (
         "excess",
@@ -62,19 +60,37 @@ def compute(sweeps):
     data["height"] = ((), height[reference], {"units": "1", "long_name": "k at the reference"})
     data["reference_chi"] = ((), float(data.chi[reference].max()), {"units": "1"})
     for name in ("scaled", "scaled_error"):
-        data[f"re{name}"] = (data.factor * data[name]).assign_attrs(data[name].attrs)
+        said = f"{data[name].long_name}, rescaled"
+        data[f"re{name}"] = (data.factor * data[name]).assign_attrs(units="1", long_name=said)
     return data
+
+
+def _collapsed(data, **held):
+    """The fit of `dpd.analysis.tension_laws.collapse` to runs of all Delta a."""
+    group, _ = np.indices(data.scaled.shape)
+    use = data.fitted.values
+    columns = (data[name].values[use] for name in ("segregation", "scaled", "scaled_error"))
+    return collapse(group[use], *columns, groups=data.sizes["excess"], **held)
+
+
+def _put_shape(data, name, found):
+    """Put the numbers of such a fit into a dataset, as NAME_mu, NAME_mu_error and so on."""
+    for part in ("critical", "mu"):
+        value, error = getattr(found, part)
+        data[f"{name}_{part}"] = ((), value, {"units": "1"})
+        data[f"{name}_{part}_error"] = ((), error, {"units": "1"})
+    for part in ("p_value", "reduced_chi_square", "points"):
+        data[f"{name}_{part}"] = ((), getattr(found, part), {"units": "1"})
 
 
 def measured(data):
     """The critical point and the exponents."""
-    count = int(data.fitted.sum())
-    few = "" if count >= LEAST else f"fewer than {LEAST} settled runs"
+    few = "" if int(data.fitted.sum()) >= LEAST else f"fewer than {LEAST} settled runs"
 
     def of(name, part):
-        quality = float(data[f"{name}_reduced_chi_square"])
         value, error = float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"])
-        return Measured(value, error, how_well(count, quality), few or off_the_law(data, name))
+        note = f"{fit_in_words(data, name)}; {longer_in_words(data, name, part)}"
+        return Measured(value, error, note, few or off_the_law(data, name))
 
     return {
         "tension_critical": of("free", "critical"),
@@ -85,10 +101,12 @@ def measured(data):
 
 def describe(data):
     """What is seen."""
+    scatter = "more than" if off_the_law(data, "fixed") else "no more than"
     return (
-        "Rescaled tensions of all chains fall on one curve, which falls from the left, where "
-        "chains are long, to zero near 1 / (chi N) = 1/2. The fitted curve, of exponent "
-        f"{float(data.fixed_mu):.2f}, lies near the dashed one of Eq. 33."
+        "Rescaled tensions lie close to one curve, which falls from the left, where chains are "
+        f"long, to zero near 1 / (chi N) = 1/2. They scatter about it {scatter} their errors "
+        f"allow. The fitted curve, of exponent {float(data.fixed_mu):.2f}, lies near the dashed "
+        "one of Eq. 33."
     )
 
 
@@ -102,15 +120,20 @@ def draw(data):
             label = rf"$\Delta a$ = {excess:g}" if fitted else None
             points(axes, 1 / at.segregation[use], at.rescaled[use], at.rescaled_error[use], label,
                    color, marker, fitted)  # fmt: skip
+    two = data.sel(length=2)
+    draw_dimers(axes, 1 / two.segregation, two.rescaled)
     x = np.linspace(1e-3, 0.5, 200)
     mu, error = float(data.fixed_mu), float(data.fixed_mu_error)
     if np.isfinite(mu):
-        label = rf"fit, $\chi_\mathrm{{crit}}$ = 2: $\mu$ = {mu:.2f} ± {COVERAGE * error:.2f}"
+        label = (
+            rf"fit, $\chi_\mathrm{{crit}}$ = 2: $\mu$ = {mu:.2f} ± {COVERAGE * error:.2f} (95 %)"
+        )
         axes.plot(x, float(data.height) * (1 - 2 * x) ** mu, color=BLACK, lw=0.8, label=label)
     at = float(data.reference_chi)
     eq_33 = PUBLISHED["master_prefactor"].value * at**0.4 * (1 - 2 * x) ** 1.5
     published_line(axes, x, eq_33, "published, Eq. 33")
-    axes.set(xlim=(0, 0.55), ylim=(0, None), xlabel=r"$1 / (\chi N)$",
+    axes.axhline(0, color=BLACK, lw=0.5)
+    axes.set(xlim=(0, 0.6), ylim=(-0.03, None), xlabel=r"$1 / (\chi N)$",
              ylabel=r"rescaled $\sigma / (\rho k_BT r_c)$")  # fmt: skip
-    axes.legend(loc="upper right")
+    two_legends(axes, "upper right", "center right")
     return figure

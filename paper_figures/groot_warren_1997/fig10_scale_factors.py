@@ -1,68 +1,95 @@
-"""Figure 10: the factors that bring tensions of chains to one curve, against chi."""
+"""Figure 10: how the tension of chains of equal chi N depends on chi."""
 
 import numpy as np
-import xarray as xr
 from matplotlib.ticker import FixedLocator, NullFormatter
 
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
-from dpd.analysis.tension_laws import collapse
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, panels, points, published_line
-from paper_figures.groot_warren_1997.tensions import VAN_DER_WAALS, tensions_of_chains
+from dpd.report.style import BLACK, panels, points, published_line
+from paper_figures.groot_warren_1997.shared import misfit
+from paper_figures.groot_warren_1997.tensions import (
+    GROUPS,
+    NOT_SETTLED,
+    OUTSIDE,
+    draw_dimers,
+    runs_of_chains,
+    two_legends,
+)
 
 PUBLISHED = shown_by(__file__)
 SLOPE, PUBLISHED_SLOPE = PUBLISHED["chain_slope"], PUBLISHED["scale_slope"]
 MEAN_FIELD = PUBLISHED_SLOPE.rival
+SWEEPS = ("tension", "chains")
+EQUAL = 1e-6  # relative difference of chi N that are one
 
-TITLE = "Height of the tension's curve against chi (rho = 3, C = 2)."
+TITLE = "Tension of chains of equal chi N against chi (rho = 3, C = 2)."
 PAPER_SHOWS = (
     "The paper shows the factors of its Figure 9 against chi on logarithmic axes, and finds the "
-    f"slope {PUBLISHED_SLOPE}; mean field would have {MEAN_FIELD:g}. Here each point is the height "
-    "k of sigma / (rho kT r_c) = k (1 - 2 / (chi N))^(3/2) through the settled runs of one Delta a "
-    "(Figure 9), which is that factor but for a constant. The straight line is fitted to the "
-    "logarithms."
+    f"slope {PUBLISHED_SLOPE}; mean field would have {MEAN_FIELD:g}. Those factors bring tensions "
+    "of equal chi N together. Here we take them from runs that have the same chi N at different "
+    "chi, so that no law of chi N is needed: all such runs of Figure 9, and those of Figure 8, "
+    "where chi N is 4. The logarithms of sigma / (rho kT r_c) are fitted by one straight line for "
+    "each chi N, all of the same slope. Each tension is shown over what its line has at chi = 1. "
+    f"Dimers, N = 2, have a dot. {NOT_SETTLED}, {OUTSIDE}."
 )
 
 
 def compute(sweeps):
-    """Heights over chi, and the slope of their logarithms."""
-    tensions = tensions_of_chains(sweeps["tension"], SLOPE.value)
-    group, _ = np.indices(tensions.scaled.shape)
-    use = tensions.fitted.values
-    columns = (tensions[n].values[use] for n in ("segregation", "scaled", "scaled_error"))
-    found = collapse(group[use], *columns, groups=tensions.sizes["excess"], **VAN_DER_WAALS)
-    height, error = np.array(found.prefactors).T
-    chi = SLOPE.value * tensions.excess.values.astype(float)
-    data = xr.Dataset(
-        {
-            "height": ("chi", height, {"units": "1", "long_name": "k of each Delta a"}),
-            "height_error": ("chi", error, {"units": "1", "long_name": "standard error"}),
-            "reduced_chi_square": ((), found.reduced_chi_square, {"units": "1"}),
-        },
-        {"chi": ("chi", chi, {"units": "1", "long_name": "chi of Delta a"})},
-    )
-    known = np.isfinite(height) & (error > 0)
-    slope = slope_error = constant = np.nan
-    if known.sum() >= 3:
-        x, y = np.log(chi[known]), np.log(height[known])
-        fit = linear_fit([x, np.ones_like(x)], y, error[known] / height[known])
-        (slope, constant), (slope_error, _) = fit.values, fit.errors
-    data["slope"] = ((), slope, {"units": "1", "long_name": "d ln k / d ln chi"})
-    data["slope_error"] = ((), slope_error, {"units": "1", "long_name": "standard error"})
-    data["at_one"] = ((), np.exp(constant), {"units": "1", "long_name": "k at chi 1"})
+    """Tensions of runs that share their chi N with others, and the slope of their logarithms."""
+    data = runs_of_chains({name: sweeps[name] for name in SWEEPS}, SLOPE.value)
+    return with_slope(data.isel(run=data.fitted.values))
+
+
+def with_slope(runs):
+    """The runs that share their chi N, each over what its group has at chi = 1, and the slope."""
+    group, count = groups_of(runs.segregation.values)
+    shared = count[group] > 1
+    data = runs.isel(run=shared)
+    _, group = np.unique(group[shared], return_inverse=True)
+    groups = int(group.max(initial=-1)) + 1
+    slope = error = quality = p = np.nan
+    level = np.full(groups, np.nan)
+    if len(group) > groups + 1:
+        x, y = np.log(data.chi.values), np.log(data.scaled.values)
+        of_group = (group == np.arange(groups)[:, np.newaxis]).astype(float)
+        fit = linear_fit([x, *of_group], y, data.scaled_error.values / data.scaled.values)
+        slope, error, quality, p = (
+            fit.values[0], fit.errors[0], fit.reduced_chi_square, fit.p_value
+        )  # fmt: skip
+        level = np.exp(fit.values[1:])
+    data["group"] = ("run", group, {"units": "1", "long_name": "runs of one chi N"})
+    for name in ("scaled", "scaled_error"):
+        said = f"{data[name].long_name}, over that at chi 1 by the fit"
+        factor = data[name] / level[group]
+        data[name.replace("scaled", "factor")] = factor.assign_attrs(units="1", long_name=said)
+    data["slope"] = ((), slope, {"units": "1", "long_name": "d ln sigma / d ln chi"})
+    data["slope_error"] = ((), error, {"units": "1", "long_name": "standard error"})
+    data["reduced_chi_square"] = ((), quality, {"units": "1"})
+    data["p_value"] = ((), p, {"units": "1"})
     return data
+
+
+def groups_of(segregation):
+    """Which runs share a chi N: the group of each, numbered by chi N, and how many each has."""
+    order = np.argsort(segregation, kind="stable")
+    ascending = segregation[order]
+    begins = np.append(False, np.diff(ascending) > EQUAL * ascending[1:])
+    group = np.empty(len(segregation), dtype=int)
+    group[order] = np.cumsum(begins)
+    return group, np.bincount(group)
 
 
 def measured(data):
     """The exponent of chi."""
-    count = int(np.isfinite(data.height).sum())
+    runs, groups = data.sizes["run"], len(np.unique(data.group))
     return {
         "scale_slope": Measured(
             float(data.slope), float(data.slope_error),
-            f"{count} values of Delta a; the heights' reduced chi-square "
+            f"{runs} runs of {groups} values of chi N, reduced chi-square "
             f"{float(data.reduced_chi_square):.2f}",
-            "" if count >= 3 else "fewer than three values of Delta a with settled runs",
+            misfit(float(data.p_value), "straight lines of one slope", "the slope depends")
+            if np.isfinite(data.slope) else "too few settled runs of equal chi N",
         )
     }  # fmt: skip
 
@@ -70,33 +97,35 @@ def measured(data):
 def describe(data):
     """What is seen."""
     return (
-        f"Heights rise with chi in a straight line of slope {float(data.slope):.2f} on logarithmic "
-        "axes, less steeply than the dotted line of mean field."
+        f"Tensions of equal chi N rise with chi in a straight line of slope {float(data.slope):.2f}"
+        " on logarithmic axes, less steeply than the dotted line of mean field."
     )
 
 
 def draw(data):
-    """Heights over chi, logarithmic axes."""
+    """Tensions over what their chi N has at chi 1, logarithmic axes."""
     figure, axes = panels(1)
-    points(axes, data.chi, data.height, data.height_error, "this work", BLUE)
+    for number, (color, marker) in zip(np.unique(data.group), GROUPS):
+        at = data.isel(run=data.group.values == number)
+        label = rf"$\chi N$ = {float(at.segregation[0]):.1f}"
+        points(axes, at.chi, at.factor, at.factor_error, label, color, marker)
+    two = data.isel(run=data.beads.values == 2)
+    draw_dimers(axes, two.chi, two.factor)
     x = np.array([0.9 * float(data.chi.min()), 1.1 * float(data.chi.max())])
-    middle = np.sqrt(x.prod())
     slope, error = float(data.slope), float(data.slope_error)
     if np.isfinite(slope):
-        top = float(data.at_one) * middle**slope
-        axes.plot(x, top * (x / middle) ** slope, color=BLUE, lw=0.8,
-                  label=f"fit: slope {slope:.3f} ± {COVERAGE * error:.3f}")  # fmt: skip
-        axes.plot(x, top * (x / middle) ** MEAN_FIELD, color=BLACK, lw=0.9, ls=":",
-                  label=f"mean field: slope {MEAN_FIELD:g}")  # fmt: skip
-    eq_33 = PUBLISHED["master_prefactor"].value * x**PUBLISHED_SLOPE.value
-    published_line(axes, x, eq_33, f"published, Eq. 33: slope {PUBLISHED_SLOPE}")
+        label = f"fit: slope {slope:.3f} ± {COVERAGE * error:.3f} (95 %)"
+        axes.plot(x, x**slope, color=BLACK, lw=0.8, label=label)
+    axes.plot(x, x**MEAN_FIELD, color=BLACK, lw=0.9, ls=":",
+              label=f"mean field: slope {MEAN_FIELD:g}")  # fmt: skip
+    published_line(axes, x, x**PUBLISHED_SLOPE.value, f"published: slope {PUBLISHED_SLOPE}")
     axes.set(xscale="log", yscale="log", xlabel=r"$\chi$", xlim=x,
-             ylabel=r"height $k$ of $\sigma / (\rho k_BT r_c)$")  # fmt: skip
-    ticks = {"x": [1, 1.5, 2, 2.5], "y": [0.5, 0.6, 0.7, 0.8, 0.9, 1]}
+             ylabel=r"$\sigma$ over that at $\chi$ = 1")  # fmt: skip
+    ticks = {"x": [0.5, 1, 1.5, 2, 2.5], "y": [0.6, 0.7, 0.8, 0.9, 1, 1.2, 1.4, 1.6]}
     for name, values in ticks.items():
         axis = getattr(axes, f"{name}axis")
         axis.set_major_locator(FixedLocator(values))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
-    axes.legend(loc="upper left")
+    two_legends(axes, "upper left", "lower right")
     return figure

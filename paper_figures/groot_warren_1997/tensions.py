@@ -1,11 +1,14 @@
 """What Figures 9 to 13 of Groot and Warren 1997 share: tensions as their laws take them."""
 
 import numpy as np
+import xarray as xr
+from matplotlib.container import ErrorbarContainer
 
 from dpd.analysis.tension_laws import tension_law
 from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import misfit
 
 VAN_DER_WAALS = {"critical": 2.0, "mu": 1.5}  # mean field: Flory-Huggins, and its exponent
@@ -15,11 +18,14 @@ NOT_SETTLED = (
     "Open points are not fitted: the slabs have mixed, the composition drifted by more than 2 "
     "standard errors between the halves of the run, or the run is too short for an error"
 )
-# chi N in which the laws of chains are fitted. The paper gives no list of N and Delta a: from a
-# little above the critical point up to N = 10 at its reference, chi = 1.53.
-LEAST_SEGREGATED, MOST_SEGREGATED = 2.2, 15.3
-OUTSIDE = f"or chi N is not between {LEAST_SEGREGATED:g} and {MOST_SEGREGATED:g}"
-GROUPS = tuple(zip((BLUE, ORANGE, GREEN, RED, PURPLE, SKY), ("o", "s", "^", "D", "v", "P")))
+# chi N from which the laws of chains are fitted: a little above the critical point.
+LEAST_SEGREGATED = 2.2
+OUTSIDE = f"or chi N is below {LEAST_SEGREGATED:g}"
+TRIMERS = 3  # beads of the chains that laws are fitted to as well without any shorter ones
+KEPT = ("chi", "beads", "segregation", "scaled", "scaled_error", "fitted", "drift", "bulk",
+        "bulk_error")  # fmt: skip
+COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK)
+GROUPS = tuple(zip(COLORS, ("o", "s", "^", "D", "v", "P", "X")))
 
 
 def scaled_tensions(sweep, slope):
@@ -47,12 +53,13 @@ def scaled_tensions(sweep, slope):
         data[name.replace("tension", "scaled")] = scaled.assign_attrs(
             one, long_name=f"{data[name].long_name}, over rho kT r_c"
         )
-    data["fitted"] = (data.settled == 1) & (data.scaled_error > 0)
+    fitted = (data.settled == 1) & (data.scaled_error > 0)
+    data["fitted"] = fitted.assign_attrs(one, long_name="whether laws are fitted to this run")
     return data
 
 
 def tensions_of_chains(sweep, slope):
-    """The same of chains, of which those with chi N inside the window are fitted.
+    """The same of chains, of which those far enough above the critical point are fitted.
 
     Parameters
     ----------
@@ -64,9 +71,36 @@ def tensions_of_chains(sweep, slope):
     xarray.Dataset
     """
     data = scaled_tensions(sweep, slope)
-    inside = (data.segregation >= LEAST_SEGREGATED) & (data.segregation <= MOST_SEGREGATED)
-    data["fitted"] = data.fitted & inside
+    above = data.segregation >= LEAST_SEGREGATED
+    data["fitted"] = (data.fitted & above).assign_attrs(data.fitted.attrs)
     return data
+
+
+def runs_of_chains(sweeps, slope):
+    """The same of several sweeps, one run after another, with the sweep that each is of.
+
+    Parameters
+    ----------
+    sweeps : dict of str to xarray.Dataset
+    slope : float
+        As for `scaled_tensions`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The names of `KEPT` over ``run``.
+    """
+    parts = []
+    for name, sweep in sweeps.items():
+        of_sweep = tensions_of_chains(sweep, slope)[list(KEPT)]
+        flat = of_sweep.stack(run=list(of_sweep.scaled.dims)).reset_index("run", drop=True)
+        parts.append(flat.assign(sweep=("run", [name] * flat.sizes["run"])))
+    return xr.concat(parts, "run", combine_attrs="drop_conflicts")
+
+
+def without_dimers(data):
+    """The same runs, of which those of chains of two beads are not fitted."""
+    return data.assign(fitted=data.fitted & (data.beads >= TRIMERS))
 
 
 def law_of(parts, **held):
@@ -123,24 +157,27 @@ def curve(data, name, chi, length=1.0):
     return k * chi**alpha * np.maximum(1 - critical / (chi * length), 0) ** mu
 
 
-def measured_part(data, name, part):
+def measured_part(data, name, part, beside=""):
     """One number of a law for the table of verdicts.
 
     Parameters
     ----------
     data : xarray.Dataset
     name, part : str
+    beside : str
+        What the note says besides how well the points lie on the law.
 
     Returns
     -------
     dpd.analysis.verdicts.Measured
         Not to be judged where the points do not follow the law.
     """
-    points, quality = int(data[f"{name}_points"]), float(data[f"{name}_reduced_chi_square"])
+    few = int(data[f"{name}_points"]) <= 3
+    note = fit_in_words(data, name)
     return Measured(
         float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"]),
-        how_well(points, quality),
-        off_the_law(data, name) if points > 3 else FEW,
+        f"{note}; {beside}" if beside else note,
+        FEW if few else off_the_law(data, name),
     )  # fmt: skip
 
 
@@ -149,6 +186,30 @@ def off_the_law(data, name):
     return misfit(float(data[f"{name}_p_value"]), "one curve of this law", "its numbers depend")
 
 
-def how_well(points, quality):
-    """How many runs a law was fitted to, and how well they lie on it."""
+def fit_in_words(data, name):
+    """How many runs a law in a dataset was fitted to, and how well they lie on it."""
+    points, quality = int(data[f"{name}_points"]), float(data[f"{name}_reduced_chi_square"])
     return f"{points} settled runs, reduced chi-square {quality:.2f}"
+
+
+def longer_in_words(data, name, part):
+    """The same number of a law in a dataset from chains of three beads and more, if any."""
+    value, error = (float(data[f"longer_{name}_{part}{end}"]) for end in ("", "_error"))
+    if not np.isfinite(value):
+        return "too few runs without N = 2"
+    quality = float(data[f"longer_{name}_reduced_chi_square"])
+    return f"without N = 2: {with_error(value, error)}, reduced chi-square {quality:.2f}"
+
+
+def draw_dimers(axes, x, y):
+    """Dots upon the points of chains of two beads."""
+    axes.plot(x, y, ".", color=BLACK, markersize=2, label="$N$ = 2", zorder=4)
+
+
+def two_legends(axes, lines_at, points_at):
+    """One legend of lines, and another of points, each at its own place."""
+    entries = list(zip(*axes.get_legend_handles_labels()))
+    bars = [entry for entry in entries if isinstance(entry[0], ErrorbarContainer)]
+    rest = [entry for entry in entries if entry not in bars]
+    axes.add_artist(axes.legend(*zip(*rest), loc=lines_at))
+    axes.legend(*zip(*bars), loc=points_at)

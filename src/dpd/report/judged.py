@@ -73,7 +73,9 @@ MEANINGS = {
     ),
     "Deviates": "the difference is larger; or our 95 % interval lies outside the range.",
     "Not reached at this scale": (
-        "this run cannot decide, for the reason in the note; more sampling or longer chains might."
+        "this run cannot decide, for the reason in the note. More sampling or longer chains might, "
+        "unless the points do not follow the law whose number this is: then the number depends on "
+        "which of them are fitted."
     ),
 }
 
