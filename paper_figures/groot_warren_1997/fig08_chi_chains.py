@@ -12,6 +12,7 @@ from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import NOT_FITTED, monomer_slope
 
 PUBLISHED = shown_by(__file__)
+NARROW = 6  # beads of the longest chains whose interfaces leave much bulk in this box
 SLOPE, BELOW = PUBLISHED["chain_slope"], PUBLISHED["monomer_below"]
 
 TITLE = "chi N kT / Delta a of chains against their length N (rho = 3, C = 2)."
@@ -49,16 +50,21 @@ def compute(sweeps):
     data.error.attrs = {"units": "r_c", "long_name": "standard error"}
     data.drift.attrs = {"units": "1", "long_name": "change between halves in standard errors"}
     data.counted.attrs = {"units": "1", "long_name": "minority beads in the bulk windows"}
-    chains_fit = None
-    if chosen.any():
-        chains_fit = linear_fit([length[chosen]], ratio[chosen], error[chosen])
-    put_fit(data, "slope", chains_fit)
+    put_fit(data, "slope", slope_fit(data))
     for name, first in (("offset", False), ("offset_with_1", True)):
         use = data.fitted.values | (
             (data.length.values == 1) & first & np.isfinite(data.ratio.values)
         )
         put_fit(data, name, offset_fit(data.isel(length=use)) if use.sum() >= 3 else None)
     return data
+
+
+def slope_fit(data, longest=10):
+    """The slope of ratio = s N of the fitted chains up to some length; None without any."""
+    at = data.isel(length=data.fitted.values & (data.length.values <= longest))
+    if not at.sizes["length"]:
+        return None
+    return linear_fit([at.length.values], at.ratio.values, at.error.values)
 
 
 def offset_fit(data):
@@ -86,19 +92,22 @@ def measured(data):
     few = "" if count >= 3 else "fewer than three chain lengths in equilibrium"
     lengths = ", ".join(f"{n:g}" for n in data.length.values[data.fitted.values])
     slope, error = float(data.slope), float(data.slope_error)
+    narrow = slope_fit(data, NARROW)
+    alone = with_error(narrow.values[0], narrow.errors[0]) if narrow else "none"
     one = data.sel(length=1)
     below = 1 - float(one.ratio) / slope
     below_error = float(np.hypot(one.error / slope, float(one.ratio) * error / slope**2))
     return {
         "chain_slope": Measured(
             slope, error,
-            f"N = {lengths}, reduced chi-square {float(data.slope_reduced_chi_square):.2f}", few,
+            f"N = {lengths}, reduced chi-square {float(data.slope_reduced_chi_square):.2f}; from N "
+            f"up to {NARROW} alone: {alone}", few,
         ),
         "monomer_below": Measured(below, below_error, "1 - (chi / Delta a at N = 1) / slope", few),
-        "offset": Measured(float(data.offset), float(data.offset_error), "without N = 1", few),
+        "offset": Measured(float(data.offset), float(data.offset_error), "", few),
         "offset_with_1": Measured(
             float(data.offset_with_1), float(data.offset_with_1_error),
-            f"with N = 1; {abs(float(data.offset_with_1 / data.offset_with_1_error)):.1f} standard "
+            f"{abs(float(data.offset_with_1 / data.offset_with_1_error)):.1f} standard "
             "errors from 0", few,
         ),
     }  # fmt: skip
