@@ -16,7 +16,7 @@ from tests.test_pipeline import copy_repository
 PAPER = {
     "title": "A paper of mine",
     "reference": "nowhere",
-    "sweeps": {"fluid": {"scene": SCENE | {"steps": {"sample": 150_000}}, "replicas": 4}},
+    "sweeps": {"fluid": {"scene": SCENE | {"steps": {"sample": 60_000}}, "replicas": 4}},
     "figures": {},
 }
 OPTIONS = ("--config", "study=smoke", "papers=[mine]")

@@ -193,9 +193,9 @@ def kT_of(scene, time):
 
 
 def random_scenes():
-    """A dozen, in two and three dimensions."""
+    """Some, in two and three dimensions."""
     rng = np.random.default_rng(20)
-    for number in range(12):
+    for number in range(6):
         density, a, gamma = (
             float(f"{low * (high / low) ** rng.random():.2g}")
             for low, high in ((0.3, 5), (5, 250), (0.1, 40))

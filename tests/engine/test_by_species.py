@@ -115,7 +115,7 @@ def test_couples_exchange_beside_the_reference(scheme, dimension):
     assert np.abs(reference.velocity - before).max() > 1
 
 
-@pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv", "shardlow"])
+@pytest.mark.parametrize("scheme", ["gw-vv", "shardlow"])
 def test_equal_values_are_one_value(scheme):
     """A table of 4.5 and masses of 1 give what the number gives, to rounding."""
     ends = []

@@ -19,6 +19,9 @@ from tests.engine.reference import Reference
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
 SEARCHES = pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 DIMENSIONS = pytest.mark.parametrize("dimension", [2, 3])
+BOTH = pytest.mark.parametrize(  # each kind of kernel takes a while to compile
+    ("dimension", "skin"), [(2, 0.2), (3, 0.0)], ids=["2D, list", "3D, cells"]
+)
 CROWD = 3000
 
 
@@ -29,8 +32,7 @@ def at_one_point(dimension, count):
     return np.repeat(middle, count, axis=1), velocity
 
 
-@SEARCHES
-@DIMENSIONS
+@BOTH
 def test_all_beads_on_one_point(dimension, skin):
     """No direction to push in, so no force; then they part as the reference's beads do."""
     position, velocity = at_one_point(dimension, 40)
@@ -58,8 +60,7 @@ def test_a_crowd_on_one_point(skin):
     assert np.abs(simulation.state.velocity.sum(axis=1)).max() < 1e-9 * CROWD
 
 
-@SEARCHES
-@DIMENSIONS
+@BOTH
 def test_two_beads_at_one_place(dimension, skin):
     """At rest they stay, bonded or not; a third beside them is pushed by both alike."""
     position = np.full((dimension, 3), 1.0)
@@ -73,8 +74,7 @@ def test_two_beads_at_one_place(dimension, skin):
         np.testing.assert_allclose(force, expected, atol=1e-9)
 
 
-@SEARCHES
-@DIMENSIONS
+@BOTH
 def test_a_bond_of_half_the_box(dimension, skin):
     """Either image is right: the pull has its size, both ends feel it, momentum stays."""
     box = BOX[dimension]
@@ -90,8 +90,7 @@ def test_a_bond_of_half_the_box(dimension, skin):
     np.testing.assert_allclose(simulation.state.velocity.sum(axis=1), 0.0, atol=1e-12)
 
 
-@SEARCHES
-@DIMENSIONS
+@BOTH
 def test_one_bead_alone(dimension, skin):
     """It flies straight through the box, meets nobody, and has no virial."""
     velocity = np.full((dimension, 1), 0.7)
@@ -117,8 +116,7 @@ def test_a_species_without_beads():
         np.testing.assert_allclose(by_identity(one, name), by_identity(other, name), rtol=1e-9)
 
 
-@SEARCHES
-@DIMENSIONS
+@BOTH
 def test_coordinates_far_outside_the_box(dimension, skin):
     """They are those of their image inside, to what is left of their digits."""
     system = make_system(BOX[dimension], skin=skin, bonds=(chains(10, 4), 40.0, 0.7), dt=0.01)
