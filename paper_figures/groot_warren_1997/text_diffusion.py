@@ -17,8 +17,8 @@ LOW, HIGH = PUBLISHED.value - PUBLISHED.error, PUBLISHED.value + PUBLISHED.error
 TITLE = "Self-diffusion over the edge of the box (rho = 3, a = 25, gamma = 6.75)."
 PAPER_SHOWS = (
     f"Not a figure of the paper: its text gives D = {PUBLISHED} (shaded) and no box. In a "
-    "periodic box D falls by 2.837 kT / (6 pi eta L), because a bead drags its images along, so "
-    "the value for an infinite box is the intercept of a straight line in 1 / L. At the paper's "
+    "periodic box D falls in proportion to 1 / L, because a bead drags its images along, so the "
+    "value for an infinite box is the intercept of a straight line in 1 / L. At the paper's "
     "dt 0.04 kT is too high, and D with it; at the smaller dt it is nearly right. Open: the "
     "intercept. tau_0 is the unit of time of DPD."
 )
@@ -124,10 +124,12 @@ def in_words(at):
 def describe(data):
     """What is seen."""
     change, _ = heating(data)
+    infinite = float(data.infinite[0])
+    beside = "below" if infinite < LOW else "above" if infinite > HIGH else "inside"
     return (
         "The diffusion constant falls in a straight line with one over the edge of the box, from "
-        f"{float(data.infinite[0]):.3f} in an infinite box at dt {float(data.dt[0]):g}, just below "
-        f"the published band of {LOW:.3f} to {HIGH:.3f}; at dt {float(data.dt[1]):g} it is "
+        f"{infinite:.3f} in an infinite box at dt {float(data.dt[0]):g}, {beside} the published "
+        f"band of {LOW:.3f} to {HIGH:.3f}; at dt {float(data.dt[1]):g} it is "
         f"{100 * change / (1 + change):.0f} % lower."
     )
 

@@ -106,7 +106,7 @@ def describe(data):
         "On logarithmic axes D falls with the friction, less steeply than the line of theory, and "
         "nu rises with it, while theory falls first. The Schmidt number rises from "
         f"{float(data.Sc[0]):.2f} to {float(data.Sc[-1]):.1f}; it is above theory at small "
-        "frictions and below it at large ones. The published points at gamma 6.75 lie on ours."
+        "frictions and below it at large ones. The published points at gamma 6.75 lie beside ours."
     )
 
 

@@ -27,7 +27,7 @@ PAPER_SHOWS = (
     "2 r_s: the lower edge of the first bin (0.01 r_c wide) of g(r) that is not empty in one "
     "configuration of 20 000 beads, median over 50 configurations. The line is 2 r_0 = 2 r_s. "
     "(c) The same for g(r) made of several configurations: the core is finite, so the first bin "
-    "that is not empty keeps falling; hollow circles: all of the run, without an error. Hollow "
+    "that is not empty keeps falling; hollow circles: one part alone, without an error. Hollow "
     "squares: where g = 0.05, which does not depend on sampling."
 )
 ERRORS = (
@@ -155,7 +155,8 @@ def describe(data):
     peaks = ", ".join(f"{float(at.peak):.2f} for r_s {float(at.r_s):g}" for at in _each(data))
     return (
         f"(a) g(r) rises from zero near the core's edge to a first peak at {peaks}. (b) Closest "
-        "contacts lie on a line a little below 2 r_0 = 2 r_s. (c) They fall as more is sampled."
+        "contacts rise with 2 r_s; those of cores lie a little below the line 2 r_0 = 2 r_s. (c) "
+        "They fall as more is sampled."
     )
 
 

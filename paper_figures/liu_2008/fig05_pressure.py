@@ -126,7 +126,8 @@ def describe(data):
     ]
     return (
         "(a) Pressures rise with density, the more the larger the core, beside fitted parabolas. "
-        f"(b) The excess over a rho^2 bends upwards with density; exponents {', '.join(parts)}."
+        "(b) The excess over a rho^2 levels off at high density for the small cores and keeps "
+        f"rising for the large ones; exponents {', '.join(parts)}."
     )
 
 

@@ -202,7 +202,7 @@ def contact_over_sampling(
     Returns
     -------
     (m,) array
-        Bead-samples: one block, two, four, ... all.
+        Bead-samples: one block, two, four, and so on as long as there are so many.
     (m,) array
         `contact` of so many blocks, mean over all that there are without overlap.
     (m,) array
