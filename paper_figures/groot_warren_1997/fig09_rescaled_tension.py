@@ -120,8 +120,8 @@ def draw(data):
             label = rf"$\Delta a$ = {excess:g}" if fitted else None
             points(axes, 1 / at.segregation[use], at.rescaled[use], at.rescaled_error[use], label,
                    color, marker, fitted)  # fmt: skip
-    two = data.sel(length=2)
-    draw_dimers(axes, 1 / two.segregation, two.rescaled)
+    two = data.beads.values == 2
+    draw_dimers(axes, 1 / data.segregation.values[two], data.rescaled.values[two])
     x = np.linspace(1e-3, 0.5, 200)
     mu, error = float(data.fixed_mu), float(data.fixed_mu_error)
     if np.isfinite(mu):

@@ -202,7 +202,9 @@ def longer_in_words(data, name, part):
 
 
 def draw_dimers(axes, x, y):
-    """Dots upon the points of chains of two beads."""
+    """Dots upon the points of chains of two beads, if there are any."""
+    if not len(x):
+        return
     axes.plot(x, y, ".", color=BLACK, markersize=2, label="$N$ = 2", zorder=4)
 
 
