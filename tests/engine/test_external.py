@@ -108,9 +108,13 @@ def test_smooth_walls_beside_a_langevin_thermostat():
 
 def test_walls_alone_have_their_own_noise():
     """A bead at a wall does not share noise with the Langevin thermostat, nor with other walls."""
-    one, other = (mixed_beads(3, (2,), per_bead=True, friction=gamma)[0] for gamma in (9.0, 0.0))
+    alone = {"body_force": None}
+    one, other = (
+        mixed_beads(3, (2,), per_bead=True, friction=gamma, **alone)[0] for gamma in (9.0, 0.0)
+    )
     both, wall = by_identity(one, "force"), by_identity(other, "force")
-    at_walls = by_identity(mixed_beads(3, (2,), friction=0.0, wall_friction=0.0)[0], "force")
+    smooth, _ = mixed_beads(3, (2,), friction=0.0, wall_friction=0.0, **alone)
+    at_walls = by_identity(smooth, "force")
     bath, rough = both - wall, wall - at_walls
     near = np.abs(rough).max(axis=0) > 0
     assert 20 < near.sum() < 60

@@ -117,9 +117,11 @@ def test_friction_of_two_beads_is_that_of_their_last_velocities():
     np.testing.assert_array_equal(found[:, 0], -found[:, 1])
 
 
-@pytest.mark.parametrize("per_bead", [False, True], ids=["pairs", "each bead"])
-@pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(  # each bead with a bath as in `test_bath`, which compiles the kernels
+    ("dimension", "skin", "per_bead"),
+    [(2, 0.0, False), (2, 0.2, False), (3, 0.0, False), (3, 0.2, False), (2, 0.2, True),
+     (3, 0.0, True)],
+)  # fmt: skip
 def test_forty_steps_are_three_calls(dimension, skin, per_bead):
     """Bit for bit, measured on the way or not."""
     one, other = (mixed_beads(BOX[dimension], 50, skin, per_bead=per_bead)[0] for _ in range(2))
