@@ -214,4 +214,5 @@ def two_legends(axes, lines_at, points_at):
     bars = [entry for entry in entries if isinstance(entry[0], ErrorbarContainer)]
     rest = [entry for entry in entries if entry not in bars]
     axes.add_artist(axes.legend(*zip(*rest), loc=lines_at))
-    axes.legend(*zip(*bars), loc=points_at)
+    if bars:
+        axes.legend(*zip(*bars), loc=points_at)
