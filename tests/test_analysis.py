@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 from emcee.autocorr import integrated_time
 from scipy.signal import lfilter
-from scipy.special import stdtrit
 
 from dpd import files
 from dpd.analysis import verdicts
@@ -24,7 +23,6 @@ from dpd.analysis.statistics import (
     mean_and_error,
     over_replicas,
     trend,
-    widening,
 )
 from dpd.analysis.verdicts import Measured, judge
 from dpd.pipeline.sweep import Axis, Point, Sweep
@@ -68,13 +66,6 @@ def test_correlation_time_against_emcee(memory):
     wider = np.array([integrated_time(x, c=5, tol=0)[0] for x in runs])
     apart = 2 * n / ours.times - wider
     assert abs(apart.mean()) < 3 * apart.std(ddof=1) / np.sqrt(len(runs))
-
-
-def test_widening_is_students_t():
-    """The table against SciPy, between its entries too; normal intervals for many degrees."""
-    degrees = np.linspace(1, 60, 500)
-    np.testing.assert_allclose(1.96 * widening(degrees), stdtrit(degrees, 0.975), rtol=5e-3)
-    assert widening(1e9) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("series", [[2.0] * 300, [1.0, -1.0] * 150, [1.0, 2.0, 4.0]])

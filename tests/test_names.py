@@ -73,6 +73,28 @@ def test_names_that_are_good(config, name):
     assert (found["study"], found["papers"]) == (name, [name])
 
 
+def test_a_study_with_another_seed(config):
+    """Has a name of its own, so a place of its own, and all noise is another; the rest stays."""
+    assert read_config({"seed": 1})["study"] == read_config()["study"] == "quick"
+    assert read_config({"seed": 2})["study"] == "quick-seed2"
+    one, other = (read_paper("crgw_2019", study) for study in ("smoke", "smoke-seed2"))
+    seeds = set()
+    for paper in (one, other):
+        for sweep in paper.sweeps.values():
+            seeds |= {(sweep.name, point.name, point.scene.data["seed"]) for point in sweep.points}
+    assert len(seeds) == 2 * sum(len(sweep.points) for sweep in one.sweeps.values())
+    for first, second in zip(one.theory.values(), other.theory.values()):
+        for a, b in zip(first.points, second.points):
+            sampled = bool(a.arguments.get("samples"))
+            assert b.arguments == (a.arguments | {"seed": 2} if sampled else a.arguments)
+    for wrong in ("smoke-seed1", "smoke-seed02", "smoke-seed0"):
+        with pytest.raises(UserError, match="2 or more"):
+            read_study(wrong)
+    copied(config / "studies", "smoke", "smoke-seed3")
+    with pytest.raises(UserError, match="another name"):
+        read_study("smoke-seed3")
+
+
 @pytest.mark.parametrize("name", HOSTILE)
 def test_names_of_sweeps_figures_and_measurements(config, name):
     """And of axes; a measurement is one of a list."""

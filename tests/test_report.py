@@ -12,10 +12,13 @@ import xarray as xr
 from matplotlib import pyplot as plt
 
 from dpd import files
-from dpd.analysis.verdicts import COLUMNS
+from dpd.analysis.statistics import widening
+from dpd.analysis.verdicts import COLUMNS, Measured, judge
+from dpd.commands.main import main
 from dpd.pipeline import overlay
 from dpd.pipeline.study import Figure, Paper
 from dpd.report import overhead, style
+from dpd.report.compare import compared, table_of
 from dpd.report.judged import counts, judged_rows
 from dpd.report.page import write_page
 from dpd.report.provenance import commit
@@ -250,3 +253,35 @@ def test_a_page_without_git(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert commit() == "unknown: git not found"
     assert overlay._committed("config/config.yaml") is None
+
+
+def test_studies_with_true_errors_agree(tmp_path, capsys):
+    """`dpd compare` finds of two what it predicts; a mistaken error shows."""
+    rng, rows, degrees = np.random.default_rng(3), 2000, 8.0
+    truth = rng.normal(0, 2, rows)
+
+    def study(name, mistake=1.0):
+        value = rng.normal(truth, 1)
+        error = mistake * widening(degrees) * np.sqrt(rng.chisquare(degrees, rows) / degrees)
+        table = pd.DataFrame({"value": value, "error": error, "degrees": degrees})
+        found = [judge({"range": [None, 1]}, Measured(*each)).verdict for each in zip(value, error)]
+        table = table.assign(paper="one", figure="fig", quantity=range(rows), published="< 1",
+                             verdict=found, kind="simulated")  # fmt: skip
+        table.loc[0, "value" if name == "a" else "note"] = np.nan
+        table.to_csv(tmp_path / name, index=False)
+        return table_of(tmp_path / name)
+
+    one, other = study("a"), study("b")
+    found = compared(one, other)
+    likely = found.likely_flip
+    assert found.missing.sum() == 1 and not found.flip[0]
+    assert abs(found.flip.sum() - likely.sum()) < 3 * np.sqrt((likely * (1 - likely)).sum())
+    for factor in (2, 3):
+        predicted = found[f"likely_{factor}"].sum()
+        assert abs((found.ratio > factor).sum() - predicted) < 3 * np.sqrt(predicted)
+    expected = np.sqrt(degrees / (degrees - 1)) / widening(degrees)  # of t's with 16 degrees
+    assert np.sqrt((found.z**2).mean()) == pytest.approx(expected, abs=0.05)
+    assert np.sqrt((compared(one, study("c", 1.5)).z ** 2).mean()) < 0.85 * expected
+    assert main(["compare", *map(str, (tmp_path / "a", tmp_path / "b"))]) == 0
+    assert "values that one study lacks:\n  one fig: 0: nan" in capsys.readouterr().out
+    assert main(["compare", "none", str(tmp_path / "a")]) == 1

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     Values = float | np.ndarray  # numbers of data that have one dimension, else arrays
 
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
+LEVEL = 0.975  # below the upper end of that interval
+MANY = 1e6  # degrees of freedom that stand for a variance that is known
 GROUPS = 50  # of blocks, left out in turn
 BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many samples make one
 WINDOW = 5.0  # correlation times that an autocorrelation is summed up to
@@ -24,12 +26,6 @@ PARTS = 4  # that so few are joined to
 # the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
 TOO_SHORT = 10.0
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
-# Student's t at 97.5 %; SciPy has it too, but takes longer to import than to collect a sweep.
-DEGREES = np.array([np.inf, 100, 50, 30, 20, 15, 10, 7, 5, 4, 3, 2.5, 2, 1.5, 1.2, 1])
-STUDENT = np.array([
-    1.9600, 1.9840, 2.0086, 2.0423, 2.0860, 2.1314, 2.2281, 2.3646, 2.5706, 2.7764, 3.1824,
-    3.5747, 4.3027, 6.0167, 8.6488, 12.7062,
-])  # fmt: skip
 
 
 def widening(degrees: Values) -> Values:
@@ -41,9 +37,12 @@ def widening(degrees: Values) -> Values:
     Parameters
     ----------
     degrees : float or array
-        Degrees of freedom, at least 1; interpolated from a table, within 0.5 %.
+        Degrees of freedom.
     """
-    return np.exp(np.interp(1 / degrees, 1 / DEGREES, np.log(STUDENT))) / COVERAGE
+    # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
+    from scipy.special import stdtrit
+
+    return stdtrit(np.minimum(degrees, MANY), LEVEL) / COVERAGE
 
 
 class Spread(NamedTuple):
@@ -355,7 +354,6 @@ class Fit(NamedTuple):
 
 def likelihood(chi_square: float, degrees: int) -> float:
     """Probability of a worse chi-square, of points with some degrees of freedom."""
-    # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
     from scipy.special import chdtrc
 
     return float(chdtrc(degrees, chi_square))

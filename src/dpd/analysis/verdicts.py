@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 COLUMNS = [
     "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
-    "rounding", "value", "error", "deviation_sigma", "resolution", "verdict", "note",
+    "rounding", "rival", "value", "error", "degrees", "deviation_sigma", "resolution", "verdict",
+    "note",
 ]  # fmt: skip
 REPLICATED, DEVIATES, NOT_REACHED = "replicated", "deviates", "not reached at this scale"
 SIMULATED, CLOSED_FORM, CHECK = "simulated", "closed form", "check"
@@ -40,12 +41,15 @@ class Measured:
         How it was found, for the table.
     undecided : str
         Why this run cannot decide; empty if it can.
+    degrees : float
+        Degrees of freedom that fix the error; NaN where they are not known.
     """
 
     value: float
     error: float
     note: str = ""
     undecided: str = ""
+    degrees: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -177,8 +181,10 @@ def rows(paper: str, figure: str, measured: Mapping[str, Measured]) -> pd.DataFr
             "published": entry.get("value", _range_text(entry.get("range"))),
             "published_error": entry.get("error", np.nan),
             "rounding": entry.get("rounding", np.nan),
+            "rival": entry.get("rival", np.nan),
             "value": ours.value,
             "error": ours.error,
+            "degrees": ours.degrees,
             "deviation_sigma": round(float(found.deviation), 2),
             "resolution": found.resolution,
             "verdict": found.verdict,
@@ -194,3 +200,15 @@ def _range_text(limits):
     if low is None:
         return f"< {high:g}"
     return f"> {low:g}" if high is None else f"{low:g} to {high:g}"
+
+
+def entry_of(row: Mapping[str, Any]) -> dict[str, Any]:
+    """What `judge` needs of a published number, from its row of a table."""
+    said = str(row["published"])
+    low, between, high = said.partition(" to ")
+    if said[:1] in "<>" or between:
+        ends = {"<": (None, said[2:]), ">": (said[2:], None)}.get(said[:1], (low, high))
+        return {"range": [None if end is None else float(end) for end in ends]}
+    entry = {"value": row["published"], "error": row["published_error"],
+             "rounding": row["rounding"], "rival": row["rival"]}  # fmt: skip
+    return {key: float(value) for key, value in entry.items() if not pd.isna(value)}

@@ -30,6 +30,14 @@ def add_to(stages: Stages) -> None:
     stages.add(
         "verdicts", _verdicts, "join the verdict tables of figures", "tables", output="table.csv"
     )
+    compare = stages.add(
+        "compare", _compare, "say whether two studies differ as their error bars predict",
+        prints=True,
+    )  # fmt: skip
+    for name in ("one", "other"):
+        compare.add_argument(
+            name, help="a study, a folder of its results or archive, or a verdict table"
+        )
     report = stages.add(
         "report", _report, "write the report", "study", "papers", output="report.html"
     )
@@ -87,6 +95,13 @@ def _verdicts(options: Namespace) -> None:
 
     table = joined_verdicts(options.tables)
     replace_whole(options.output, lambda draft: table.to_csv(draft, index=False))
+
+
+def _compare(options: Namespace) -> None:
+    from dpd.report.compare import as_text, compared, table_of
+
+    one, other = table_of(options.one), table_of(options.other)
+    print(as_text(compared(one, other), one, other))
 
 
 def _report(options: Namespace) -> None:

@@ -70,7 +70,7 @@ def _seen(path: Path | None, papers: list[str] | None) -> Study | OwnRuns:
     from dpd.pipeline.own_runs import ALLOWED, OwnRuns, result_of, runs_in
     from dpd.pipeline.paths import results_of
     from dpd.pipeline.status import Study
-    from dpd.pipeline.study import CONFIG, read_config
+    from dpd.pipeline.study import CONFIG, SEEDED, read_config
 
     if path is None:
         study = read_config()["study"]
@@ -78,7 +78,8 @@ def _seen(path: Path | None, papers: list[str] | None) -> Study | OwnRuns:
     if path.is_dir() and runs_in(path):
         return OwnRuns(path)
     study = path.resolve().name
-    is_study = (CONFIG / "studies" / f"{study}.yaml").is_file()
+    seeded = SEEDED.fullmatch(study)
+    is_study = (CONFIG / "studies" / f"{seeded[1] if seeded else study}.yaml").is_file()
     if is_study and (path.is_dir() or not path.exists()):
         is_name = not path.is_dir() and str(path) == study  # as in `dpd status smoke`
         return Study(study, results_of(study).folder if is_name else str(path), papers)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from dpd.digest import ROOT
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.study import file_and_seed, read_paper
 from dpd.scene.schema import LOADER, read_yaml
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def paper_file(paper: str) -> str:
 
 def study_file(study: str) -> str:
     """Of a study, below the repository."""
-    return f"config/studies/{study}.yaml"
+    return f"config/studies/{file_and_seed('study', study)[0]}.yaml"
 
 
 def replaced_values(paper: dict[str, Any], changes: dict[str, Any]) -> list[Replaced]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 CONFIG = ROOT / "config"
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+SEEDED = re.compile(r"(.*)-seed([0-9]+)")  # a study whose noise is not that of its file's name
 
 
 @dataclass(frozen=True)
@@ -66,26 +67,59 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study``: a name, ``papers``: names, and the others of config/schema/config.yaml.
+        ``study``: a name, which says the seed if that is not 1, ``papers``: names, and the others
+        of src/dpd/schemas/config.yaml.
     """
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
     validate(config, "config", "config/config.yaml")
     config = with_defaults(config, schema("config"))
-    _known("study", config["study"], "studies")
+    if (seed := config.pop("seed")) != 1:
+        config["study"] = f"{config['study']}-seed{seed}"
+    file_and_seed("study", config["study"])
     for name in config["papers"]:
         _known("papers", name, "papers")
     return config
 
 
+def file_and_seed(key: str, study: str) -> tuple[str, int]:
+    """Name of a study's file, and the seed that all its random numbers follow from.
+
+    ``quick-seed2`` is the study ``quick`` with the seed 2. It is a study like any other, with
+    results of its own, wherever a study is named.
+
+    Raises
+    ------
+    UserError
+        Naming ``key``, if there is no such study.
+    """
+    name, seed = study, 1
+    if parts := SEEDED.fullmatch(str(study)):
+        name, seed = parts[1], int(parts[2])
+        if (CONFIG / "studies" / f"{study}.yaml").is_file():
+            raise UserError(
+                f"config/studies/{study}.yaml: {study} is the study {name!r} with the seed {seed}; "
+                "give the file another name"
+            )
+        if seed < 2 or study != f"{name}-seed{seed}":
+            raise UserError(
+                f"{key}: {study!r}: a seed after the name of a study is 2 or more, without zeros "
+                f"before it; with the seed 1 it is {name!r}"
+            )
+    _known(key, name, "studies")
+    return name, seed
+
+
 def read_study(name: str) -> dict[str, Any]:
     """A study by name."""
-    _known("study", name, "studies")
-    where = f"config/studies/{name}.yaml"
-    if name == "archive":
+    file, seed = file_and_seed("study", name)
+    where = f"config/studies/{file}.yaml"
+    if file == "archive":
         raise UserError(f"{where}: results/archive is not for a study; give it another name")
-    study = read_yaml(CONFIG / "studies" / f"{name}.yaml")
+    study = read_yaml(CONFIG / "studies" / f"{file}.yaml")
     validate(study, "study", where)
+    if seed != 1:
+        study["description"] = f"With the seed {seed}: {study['description']}"
     for paper in study.get("papers", {}):
         _known(f"{where}: papers", paper, "papers")
     for number, said in enumerate(study.get("first", ())):
@@ -120,6 +154,7 @@ def read_paper(
     paper = read_yaml(CONFIG / "papers" / f"{name}.yaml")
     validate(paper, "paper", where)
     studied = read_study(study)
+    study, seed = file_and_seed("study", study)
     changes = studied.get("papers", {}).get(name, {})
     _check_first(studied.get("first", ()), name, paper["sweeps"], f"config/studies/{study}.yaml")
     for sweep in changes:
@@ -159,10 +194,10 @@ def read_paper(
             continue
         described = axes[sweep] if point is None else narrowed(axes[sweep], point)
         if "theory" in given:
-            theory[sweep] = unfold_theory(sweep, given, change, key, described, study)
+            theory[sweep] = unfold_theory(sweep, given, change, key, described, study, seed)
         else:
             sweeps[sweep] = unfold(
-                name, sweep, given, change, key, described, study, CONFIG / "papers"
+                name, sweep, given, change, key, described, study, CONFIG / "papers", seed
             )
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")

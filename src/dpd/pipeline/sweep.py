@@ -107,7 +107,7 @@ def narrowed(described: dict[str, dict[str, Any]], point: str) -> dict[str, dict
 
 def unfold(
     paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
-    described: dict[str, dict[str, Any]], study: str, folder: str | Path = "",
+    described: dict[str, dict[str, Any]], study: str, folder: str | Path = "", seed: int = 1,
 ) -> Sweep:  # fmt: skip
     """All points of a sweep; paths of files to start from count from a folder."""
     rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
@@ -116,12 +116,13 @@ def unfold(
     replicas = changes.get("replicas", given["replicas"])
     check_axes(described, replicas, key)
     axes = [*axes_of(described, key), Axis("replica", tuple(range(replicas)), "1", "replica")]
+    seeds = f"{paper}/{given.get('seeds', name)}" + (f"/seed {seed}" if seed != 1 else "")
     points = []
     for at, labels, where in places(axes, key, study if changes else ""):
         scene = placed(base, described, labels, key, where)
         check_blocks(scene, where)
         scene = _sampled(scene, changes.get("sampling", 1))
-        scene = _with_seeds(scene, f"{paper}/{given.get('seeds', name)}", at, labels[-1])
+        scene = _with_seeds(scene, seeds, at, labels[-1])
         points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
     derived = tuple(
         Derived(target, rule["from"], rule["quantity"])

@@ -85,7 +85,7 @@ def check_kind(given: dict[str, Any], changes: dict[str, Any], key: str, there: 
 
 def unfold_theory(
     name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
-    described: dict[str, dict[str, Any]], study: str,
+    described: dict[str, dict[str, Any]], study: str, seed: int = 1,
 ) -> TheorySweep:  # fmt: skip
     """All points of a sweep of theory.
 
@@ -99,6 +99,8 @@ def unfold_theory(
     described : dict
         Its axes with the values of the study.
     study : str
+    seed : int
+        Of the study, for what is sampled.
 
     Raises
     ------
@@ -115,6 +117,8 @@ def unfold_theory(
         _calculation(theory, key)
         validate(theory, "theory", where)
         arguments = with_defaults(theory, schema("theory"))[calculation]
+        if seed != 1 and arguments.get("samples"):
+            arguments = {"seed": seed, **arguments}
         points.append(TheoryPoint(at, labels, arguments, where))
     return TheorySweep(name, calculation, tuple(axes), tuple(points))
 

@@ -13,6 +13,7 @@ from dpd.analysis.collect import reading
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
+from dpd.pipeline.study import SEEDED
 
 if TYPE_CHECKING:
     from dpd.pipeline.paths import Results
@@ -27,7 +28,7 @@ def archive(study: str, results: Results) -> list[Path]:
     """Keep the verdict table of all papers, and draw anew the pictures that git keeps.
 
     Git keeps the picture of a figure if there is one beside the figure's file; the new one is as
-    wide as the old one.
+    wide as the old one. Of a study with another seed than 1 the table alone is kept.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def archive(study: str, results: Results) -> list[Path]:
     target = ARCHIVE / study / "verdicts.csv"
     replace_whole(target, lambda draft: shutil.copyfile(source, draft))
     written = [target]
-    for paper in sorted(set(table.paper)):
+    for paper in [] if SEEDED.fullmatch(study) else sorted(set(table.paper)):
         for kept in pictures(paper):
             drawn = Path(results.figure(paper, kept.stem, "png"))
             if drawn.is_file():
@@ -88,8 +89,9 @@ def in_few_colours(picture: Image.Image) -> Image.Image:
 
 
 def studies() -> list[str]:
-    """Names of the studies that have a table in the archive."""
-    return sorted(path.parent.name for path in ARCHIVE.glob("*/verdicts.csv"))
+    """Names of the studies that have a table in the archive; of each, that of the seed 1."""
+    names = sorted(path.parent.name for path in ARCHIVE.glob("*/verdicts.csv"))
+    return [name for name in names if not SEEDED.fullmatch(name)]
 
 
 def read_archive(study: str) -> pd.DataFrame:

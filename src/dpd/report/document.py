@@ -23,6 +23,13 @@ study's file. `python -m dpd show STUDY PAPER SWEEP` says which file each value 
 `snakemake` tells you when you have edited, since the last commit, a value that its study replaces.
 Only new points of the sweep are run.
 
+## Run a study with other random numbers
+
+`snakemake --cores 2 --config seed=2` makes the study anew, every run with a seed of its own, in
+`results/STUDY-seed2`. `STUDY-seed2` is the name of a study in all commands, as in `python -m dpd
+status quick-seed2`. `python -m dpd compare quick quick-seed2` says whether the two differ as their
+error bars predict.
+
 ## Calculate instead of simulating
 
 A sweep that has a `theory` in the place of its `scene` calculates something at each point. It needs

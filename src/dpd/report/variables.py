@@ -48,10 +48,12 @@ VERDICT_COLUMNS = {
     "published": "the printed number, or the range that a claim allows",
     "published_error": "its standard error",
     "rounding": 'half of its last printed digit, or of what a word like "about" allows',
+    "rival": "what it must be told from, if not from 0",
     "value": "our number",
     "error": "its standard error, widened by Student's t where few independent samples have fixed "
     "it, so that 1.96 of it make a 95 % interval; none if the run is shorter than about 20 "
     "correlation times",
+    "degrees": "degrees of freedom that have fixed the error; none where they are not known",
     "deviation_sigma": "the difference in combined standard errors, rounding included; of a range: "
     "how far the value lies outside",
     "resolution": "the smallest difference that this run would have called a deviation",

@@ -89,7 +89,7 @@ def monomer_fluid(density: float, repulsion: float) -> dict[str, Quantity]:
 
 
 def second_virial_of_chains(
-    repulsion: float, beads: int, length: float, samples: int
+    repulsion: float, beads: int, length: float, samples: int, seed: int = 1
 ) -> dict[str, Quantity]:
     """B2 of two chains, sampled and by fits; NaN for what was not sampled.
 
@@ -102,6 +102,7 @@ def second_virial_of_chains(
         Of a bond.
     samples : int
         Pairs of conformations; 0 for none.
+    seed : int
 
     Returns
     -------
@@ -114,7 +115,7 @@ def second_virial_of_chains(
     """
     sampled = (np.nan, np.nan)
     if samples:
-        sampled = sampled_second_virial(repulsion, beads, length, samples)
+        sampled = sampled_second_virial(repulsion, beads, length, samples, seed)
     return {
         "sampled": Quantity(sampled[0], VIRIAL, "B2 of two chains, sampled"),
         "sampled_error": Quantity(sampled[1], VIRIAL, "standard error"),
