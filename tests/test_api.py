@@ -337,6 +337,46 @@ def test_several_threads_read_and_write_files(folder, fluid):
         assert all(pool.map(again, range(400)))
 
 
+THREADS = """
+import json, sys, dpd
+from concurrent.futures import ThreadPoolExecutor
+scene = json.loads(sys.argv[1])
+def again(number):
+    name = f"{number}.nc" if number % 2 else None
+    start = "start.nc" if number % 3 else None
+    run = dpd.run(scene, output=name, start=start, progress=False)
+    return all(dpd.load("run.nc").kT.equals(run.kT) for _ in range(20))
+with ThreadPoolExecutor(6) as pool:
+    print(sum(pool.map(again, range(24))))
+"""
+
+
+def test_several_threads_run_and_load(folder):
+    """In a process of their own, which the library would end; all with the bits of one alone."""
+    dpd.run(SCENE, output="run.nc", progress=False)
+    done = python(THREADS, json.dumps(SCENE))
+    assert (done.returncode, done.stdout) == (0, "24\n"), done.stderr
+    assert sorted(Path().glob("*.nc*")) == sorted(
+        Path(name) for name in ("run.nc", "start.nc", *(f"{n}.nc" for n in range(1, 24, 2)))
+    )
+
+
+def test_one_function_opens_netcdf_files():
+    """Under the one lock, by whole paths: whoever calls a library for it goes round that."""
+    ways = re.compile(r"netCDF4\.Dataset\(|(load|open)_(mf)?data(set|array|tree)\(|to_netcdf")
+    found = {
+        (path.name, match[0])
+        for path in (ROOT / "src" / "dpd").rglob("*.py")
+        for match in ways.finditer(path.read_text())
+    }
+    store = "xr.open_dataset(NetCDF4DataStore(file))"
+    assert store in (ROOT / "src/dpd/analysis/collect.py").read_text()
+    assert found == {
+        ("files.py", "netCDF4.Dataset("), ("collect.py", "open_dataset("),
+        ("document.py", "open_dataset("),
+    }  # fmt: skip  # the last in a text for users
+
+
 AXES = {"repulsion.A A": [15, 25]}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import threading
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
@@ -18,11 +19,14 @@ TEMPORARY: set[Path] = set()  # paths of this process's
 def draft_of(path: Path) -> Iterator[Path]:
     """A name beside a file for what is to take its place; removed in the end if still there.
 
-    It is this process's own, so that two that write the same file do not spoil each other's.
+    It is this thread's own, so that two that write the same file do not spoil each other's, and
+    made anew: what is written does not follow a link that somebody has put there.
     """
-    draft = path.with_name(f"{path.name}.{os.getpid()}.writing")
+    draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
     TEMPORARY.add(draft)
     try:
+        draft.unlink(missing_ok=True)  # of a process of that number, which was killed
+        os.close(os.open(draft, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield draft
     finally:
         with suppress(OSError):

@@ -8,7 +8,7 @@ import stat
 from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import netCDF4
 import numpy as np
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     # Dimensions, values, units, long_name.
     Variable = tuple[Sequence[str], npt.ArrayLike, str, str]
 
-ONE_AT_A_TIME = RLock()  # of all threads: the HDF5 library is not made for several
+ONE_AT_A_TIME = RLock()  # see `opened`
 OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
@@ -53,8 +53,7 @@ def write(
 def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     """Let ``make(draft)`` write a draft beside ``path``, then put it in its place.
 
-    A failure removes the draft; a kill leaves it, but nothing under the name asked for. The draft
-    is this process's own, so that two that write the same file do not spoil each other's.
+    A failure removes the draft; a kill leaves it, but nothing under the name asked for.
 
     Raises
     ------
@@ -86,8 +85,8 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
     Raises
     ------
     UserError
-        If the name has another suffix or is not UTF-8, if there is something that is not a
-        file, or if it is one of the inputs, under this name or another.
+        If the name has another suffix, a backslash, or is not UTF-8, if there is something that is
+        not a file, or if it is one of the inputs, under this name or another.
     """
     path = Path(path)
     _check_name(path)
@@ -113,6 +112,11 @@ def _check_name(path):
         str(path).encode()
     except UnicodeEncodeError:
         raise UserError(f"{str(path)!r}: a name that is not UTF-8; rename it") from None
+    if "\\" in os.path.abspath(path):
+        raise UserError(
+            f"{path}: there is a backslash in the name of the file or of a folder that it is in, "
+            "which the NetCDF library takes for another sign; rename it"
+        )
 
 
 def _status(path):
@@ -186,7 +190,7 @@ def _fill(draft, variables, attributes, groups):
     plain = [array for group in groups.values() for array in group.values()]
     size = sum(np.asarray(values).nbytes for _, values, _, _ in variables.values())
     size += sum(array.nbytes for array in plain)
-    with ONE_AT_A_TIME, asking_system(draft, size), netCDF4.Dataset(draft, "w") as file:
+    with asking_system(draft, size), opened(draft, "w") as file:
         _put(file, variables, attributes)
         for name, arrays in groups.items():
             _put_plain(file.createGroup(name), arrays)
@@ -237,7 +241,7 @@ def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     UserError
         If it is missing or is not NetCDF.
     """
-    with _opened(path) as file:
+    with _reading(path) as file:
         file.set_auto_mask(False)
         variables = {name: variable[...] for name, variable in file.variables.items()}
         return variables, {name: file.getncattr(name) for name in file.ncattrs()}
@@ -251,7 +255,7 @@ def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
     UserError
         If it is missing or is not NetCDF.
     """
-    with _opened(path) as file:
+    with _reading(path) as file:
         file.set_auto_mask(False)
         if name not in file.groups:
             return {}
@@ -260,7 +264,7 @@ def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
 
 def attribute(path: str | Path, name: str) -> Any:
     """One attribute of a NetCDF file, its variables left unread."""
-    with _opened(path) as file:
+    with _reading(path) as file:
         return file.getncattr(name)
 
 
@@ -285,16 +289,27 @@ def check_input(path: str | Path) -> None:
 
 def attributes(path: str | Path) -> dict[str, Any]:
     """All attributes of a NetCDF file, its variables left unread."""
-    with _opened(path) as file:
+    with _reading(path) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 
 @contextmanager
-def _opened(path):
-    """A NetCDF file to read from."""
+def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[netCDF4.Dataset]:
+    """A NetCDF file, to read from or to write (``w``): the one way to open one.
+
+    One thread at a time has one open: the HDF5 library is not made for several. It gets the whole
+    path: of a name it drops blanks in front, and takes some for addresses.
+    """
+    with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
+        yield file
+
+
+@contextmanager
+def _reading(path):
+    """A NetCDF file to read from, or a sentence on why it cannot be."""
     check_input(path)
     try:
-        with ONE_AT_A_TIME, netCDF4.Dataset(path) as file:
+        with opened(path) as file:
             yield file
     except (OSError, RuntimeError) as problem:
         if is_of_system(problem):

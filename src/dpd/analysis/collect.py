@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import xarray as xr
+from xarray.backends import NetCDF4DataStore
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
@@ -247,8 +248,8 @@ def load(path: str | Path, remedy: str = "delete it and let snakemake make it ag
     UserError
         If it is missing or damaged, with what to do about a damaged one.
     """
-    with reading(path, remedy=remedy):
-        return xr.load_dataset(path, engine="netcdf4")
+    with reading(path, remedy=remedy), files.opened(path) as file:
+        return xr.open_dataset(NetCDF4DataStore(file)).load()
 
 
 def save(data: xr.Dataset, path: str | Path) -> None:
@@ -259,7 +260,7 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     plain = data.drop_encoding()
 
     def fill(draft):
-        with files.asking_system(draft, plain.nbytes):
-            plain.to_netcdf(draft, engine="netcdf4")
+        with files.asking_system(draft, plain.nbytes), files.opened(draft, "w") as file:
+            plain.dump_to_store(NetCDF4DataStore(file))
 
     files.replace_whole(path, fill)

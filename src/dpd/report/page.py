@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup
 from PIL import Image
 
-from dpd.analysis.collect import reading
+from dpd.analysis.collect import load
 from dpd.analysis.verdicts import KINDS
 from dpd.files import attribute, replace_whole
 from dpd.pipeline.made_from import verdicts_of
@@ -158,20 +157,19 @@ def _checks(paper, results):
     """What each sweep says of itself: kT, momentum, speed, memory, cost."""
     rows = []
     for name in paper.sweeps:
-        path = results.sweep(paper.name, name)
-        with reading(path), xr.open_dataset(path, engine="netcdf4") as data:
-            rows.append({
-                "paper": paper.name,
-                "sweep": name,
-                "runs": data.kT.size,
-                "beads": _span(data.beads, "{:.0f}"),
-                "steps": _span(data.steps, "{:.0f}"),
-                "kT": _span(data.kT, "{:.4f}"),
-                "momentum": float(data.momentum_per_bead.max()),
-                "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
-                "memory": float(data.peak_memory_MiB.max()),
-                "seconds": float(data.seconds.sum()),
-            })  # fmt: skip
+        data = load(results.sweep(paper.name, name))
+        rows.append({
+            "paper": paper.name,
+            "sweep": name,
+            "runs": data.kT.size,
+            "beads": _span(data.beads, "{:.0f}"),
+            "steps": _span(data.steps, "{:.0f}"),
+            "kT": _span(data.kT, "{:.4f}"),
+            "momentum": float(data.momentum_per_bead.max()),
+            "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
+            "memory": float(data.peak_memory_MiB.max()),
+            "seconds": float(data.seconds.sum()),
+        })  # fmt: skip
     return rows
 
 
