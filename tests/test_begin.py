@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -118,7 +119,7 @@ def test_the_same_order_stays(melt):
 def test_chains():
     """By length, from their lower ends; found whatever the order of bonds."""
     bonds = np.array([[4, 2], [2, 9], [7, 0], [9, 5], [1, 6]])
-    found = chains_of(bonds, 11, "file")
+    found = chains_of(SimpleNamespace(bonds=bonds, beads=11), "file")
     assert {length: table.tolist() for length, table in found.items()} == {
         1: [[3], [8], [10]], 2: [[0, 7], [1, 6]], 4: [[4, 2, 9, 5]],
     }  # fmt: skip

@@ -295,7 +295,7 @@ def test_particles_are_checked():
     """As those of a file are."""
     with pytest.raises(UserError, match="the particles: bead 0 has a position that is not"):
         draw(particles([(5, float("nan"))], (10, 10)))
-    with pytest.raises(UserError, match="the particles: bond 0 has an end at bead 7"):
+    with pytest.raises(UserError, match="the particles: bond 0 has bead 7"):
         draw(particles([(5, 5)], (10, 10), bonds=[(0, 7)]))
 
 

@@ -169,7 +169,7 @@ def data_file(style="bond", comment=True, **changes):
 @pytest.mark.parametrize("style", ATOMS)
 @pytest.mark.parametrize("comment", [True, False])
 def test_data_files_of_all_styles(tmp_path, style, comment):
-    """The hint behind Atoms says the style, or the number of columns where there is none."""
+    """The hint behind Atoms says the style, or the columns where there is none."""
     path = tmp_path / "small.data"
     path.write_text(data_file(style, comment or style == "charge"))
     found = read(path)
@@ -178,7 +178,7 @@ def test_data_files_of_all_styles(tmp_path, style, comment):
     np.testing.assert_array_equal(found.velocity, [[7, 1, 4], [8, 2, 5], [9, 3, 6]])
     assert found.species.tolist() == [0, 0, 1] and found.bonds.tolist() == [[2, 1]]
     assert (found.box, found.names, found.step) == ((4, 4, 4), ("Head", "Tail"), 70)
-    charged = [said for said in found.left_out if "charges" in said]
+    charged = [said for said in found.left_out if "charge of" in said]
     assert len(charged) == (style in ("charge", "full"))
 
 
@@ -201,14 +201,19 @@ def test_data_files_with_labels_or_without_names(tmp_path):
 
 
 @pytest.mark.parametrize("low, high", [(-0.5, 0.5), (-0.1, 0.1), (-5, 5)])
-def test_beads_at_one_height_are_two_dimensions(tmp_path, low, high):
+def test_a_thin_box_is_two_dimensions(tmp_path, low, high):
+    """The box decides, not the beads: they may lie in a plane of three dimensions."""
     path = tmp_path / "flat.data"
     text = data_file().replace("-2.0 2.0 zlo zhi", f"{low} {high} zlo zhi")
     for place in PLACES:
         text = text.replace(place, f"{place.rsplit(' ', 1)[0]} 0.0")
     path.write_text(text)
     found = read(path)
-    assert found.box == (4, 4) and found.position.shape == found.velocity.shape == (2, 3)
+    dimension = 2 if high < 1 else 3
+    assert found.box == (4, 4, 10)[:dimension]
+    assert found.position.shape == found.velocity.shape == (dimension, 3)
+    said = "velocities along z are left out" if dimension == 2 else "all beads are at one height"
+    assert said in found.left_out[0]
 
 
 def write_each_kind(folder):

@@ -538,7 +538,7 @@ def test_angles_stay_in_files(trees, tmp_path, suffix):
 
 
 @pytest.mark.parametrize(
-    ("angle", "named"), [([0, 1, 999], "has bead 999"), ([0, 1, 0], "has a bead twice")]
+    ("angle", "named"), [([0, 1, 999], "has bead 999"), ([0, 1, 0], "a bead is twice in")]
 )
 def test_angles_that_cannot_be(trees, tmp_path, angle, named):
     _, particles = trees

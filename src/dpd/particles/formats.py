@@ -22,8 +22,8 @@ def read(path: str | Path, frame: int = -1) -> Particles:
     Parameters
     ----------
     path : path
-        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``), or what this program writes: ``.nc``,
-        ``.checkpoint``.
+        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``, or a name as ``data.melt``), or what this
+        program writes: ``.nc``, ``.checkpoint``.
     frame : int
         Of a trajectory, from 0; negative numbers count from the last. Other files have one.
 
@@ -33,22 +33,21 @@ def read(path: str | Path, frame: int = -1) -> Particles:
         If the file is of no known kind, cannot be read, is damaged, or holds what no simulation
         can begin with: see `dpd.particles.particles.checked`.
     """
-    path = Path(path)
-    refuse_suffix(path, READ)
+    path, kind = Path(path), refuse_suffix(path, READ)
     files.check_input(path)
-    if path.suffix in GSD:
+    if kind in GSD:
         from dpd.particles.gsd_files import read_gsd
 
         return read_gsd(path, frame)
     if frame not in (0, -1):
         raise UserError(f"{path}: there is no frame {frame}: the file holds one configuration")
-    if path.suffix in DATA:
+    if kind in DATA:
         from dpd.particles.lammps_data import read_data
 
         return read_data(path)
     from dpd.particles.own_files import read_checkpoint, read_netcdf
 
-    return read_checkpoint(path) if path.suffix in CHECKPOINT else read_netcdf(path)
+    return read_checkpoint(path) if kind in CHECKPOINT else read_netcdf(path)
 
 
 def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
@@ -58,7 +57,7 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
     ----------
     particles : Particles
     path : path
-        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``) or NetCDF (``.nc``).
+        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``, ``data.melt``) or NetCDF (``.nc``).
 
     Returns
     -------
@@ -70,15 +69,14 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
     UserError
         If the suffix is another one, or the file cannot be written.
     """
-    path = Path(path)
-    refuse_suffix(path, WRITTEN)
-    if path.suffix in GSD:
+    path, kind = Path(path), refuse_suffix(path, WRITTEN)
+    if kind in GSD:
         from dpd.particles.gsd_files import write_gsd
 
         files.replace_whole(path, lambda draft: write_gsd(particles, draft))
         without = "there are no velocities: programs that read GSD take them to be 0"
         return () if particles.velocity is not None else (without,)
-    if path.suffix in DATA:
+    if kind in DATA:
         from dpd.particles.lammps_text import as_data
 
         text = as_data(particles)
@@ -90,8 +88,8 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
     return ()
 
 
-def refuse_suffix(path: str | Path, allowed: tuple[str, ...]) -> None:
-    """Refuse a file whose name does not say what kind of file it is.
+def refuse_suffix(path: str | Path, allowed: tuple[str, ...]) -> str:
+    """The kind of a file, by its name; refused where that says none.
 
     Parameters
     ----------
@@ -99,13 +97,22 @@ def refuse_suffix(path: str | Path, allowed: tuple[str, ...]) -> None:
     allowed : tuple of str
         Suffixes: `READ` or `WRITTEN`.
 
+    Returns
+    -------
+    str
+        The suffix; ``.data`` also for names as ``data.melt``, which LAMMPS' own examples have.
+
     Raises
     ------
     UserError
     """
     path = Path(path)
-    if path.suffix not in allowed:
-        what = f"suffix {path.suffix!r}" if path.suffix else "name without a suffix"
-        raise UserError(
-            f"{path}: a {what}, which says what kind of file it is; allowed: {', '.join(allowed)}"
-        )
+    if path.suffix in allowed:
+        return path.suffix
+    if path.name.startswith("data.") and DATA[0] in allowed:
+        return DATA[0]
+    what = f"suffix {path.suffix!r}" if path.suffix else "name without a suffix"
+    raise UserError(
+        f"{path}: a {what}, which says what kind of file it is; allowed: {', '.join(allowed)}, and "
+        "data.NAME"
+    )

@@ -15,7 +15,7 @@ import gsd.pygsd
 import numpy as np
 
 from dpd.errors import UserError, reason
-from dpd.particles.particles import Particles, checked
+from dpd.particles.particles import FLAT, Particles, checked
 from dpd.particles.tilt import box_of_file, centre, in_tilted_box, tilt_factors
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
 SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
-FLAT = 1e-4  # r_c that a bead of two dimensions may be away from z = 0
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
 OTHERS = {"charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")

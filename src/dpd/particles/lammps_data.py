@@ -1,304 +1,223 @@
 """Read configurations from data files of LAMMPS, which it writes by ``write_data``.
 
-https://docs.lammps.org/read_data.html: a title, a header with counts and the box, and sections.
-What this program has no use for, as coefficients of potentials, is skipped.
+What this program has no use for is left out: coefficients of potentials without a word, as a scene
+has its own, all else with one.
 """
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.errors import UserError, reason, shown
-from dpd.particles.particles import Particles, checked
+from dpd.errors import UserError, shown
+from dpd.particles.lammps_file import GENERAL, KINDS, UPRIGHT, WHOLE, WHOLES, Table, taken_apart
+from dpd.particles.particles import FLAT, Particles, checked
+from dpd.particles.tilt import FACTORS, box_of_file
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Columns of a line of Atoms before its coordinates, by style.
+# Columns of a line of Atoms by style, as https://docs.lammps.org/read_data.html has them.
 STYLES = {
-    "atomic": ("id", "type"),
-    "bond": ("id", "molecule", "type"),
-    "angle": ("id", "molecule", "type"),
-    "molecular": ("id", "molecule", "type"),
-    "charge": ("id", "type", "charge"),
-    "full": ("id", "molecule", "type", "charge"),
+    "charge": "id type charge x y z",
+    "full": "id molecule type charge x y z",
+    "molecular": "id molecule type x y z",
+    "bond": "id molecule type x y z",
+    "angle": "id molecule type x y z",
+    "atomic": "id type x y z",
+    "dpd": "id type theta x y z",
+    "mdpd": "id type rho x y z",
+    "edpd": "id type temperature capacity x y z",
+    "sphere": "id type diameter density x y z",
+    "ellipsoid": "id type flag density x y z",
+    "dipole": "id type charge x y z mu_x mu_y mu_z",
 }
-GUESSED = {5: "atomic", 6: "molecular", 7: "full"}  # by the number of columns, without images
-COUNT = re.compile(r"(\d+)\s+(atoms|bonds|angles|dihedrals|impropers|(?:atom|bond|angle) types)")
-EDGE = re.compile(r"(\S+)\s+(\S+)\s+([xyz])lo\s+\3hi")
-TILT = re.compile(r"(\S+)\s+(\S+)\s+(\S+)\s+xy\s+xz\s+yz")
-STEP = re.compile(r"timestep = (\d+)")  # in the title, where LAMMPS puts it
+OTHERS = (
+    "body", "bpm/sphere", "dielectric", "electron", "hybrid", "line", "peri", "smd", "sph", "spin",
+    "tdpd", "template", "tri", "wavepacket",
+)  # fmt: skip
+TITLE = re.compile(r"atom_style (\S+)")  # where TopoTools, of VMD, has it
+FLAGS = ("ix", "iy", "iz")
+SAID = {"id", "molecule", "type", "x", "y", "z", *FLAGS}  # columns that are not left out
+EXTRAS = ("ellipsoids", "lines", "triangles", "bodies")
+KNOWN = {"Velocities", "Masses", *(f"{kind}s".title() for kind in KINDS), *map(str.title, EXTRAS)}
 THIN = 2.0  # r_c: no box of three dimensions may be thinner
 MOST_TYPES = 256
-
-
-class Line(NamedTuple):
-    """A line of the file: its number, its text before ``#``, and what stands behind."""
-
-    number: int
-    text: str
-    comment: str
-
-
-class Data(NamedTuple):
-    """A file taken apart.
-
-    Attributes
-    ----------
-    title : str
-    counts : dict of str to int
-        Of the header: atoms, bonds, atom types ...
-    box : (3, 2) array
-        Lower and upper ends along x, y and z.
-    sections : dict of str to list of Line
-        Bodies by name; the line with the name itself stands first.
-    """
-
-    title: str
-    counts: dict[str, int]
-    box: np.ndarray
-    sections: dict[str, list[Line]]
 
 
 def read_data(path: Path) -> Particles:
     """Read a data file.
 
-    It is of two dimensions if all beads are at the same z. Units are taken to be ``lj``, with
-    lengths in r_c and energies in kT.
+    It is of two dimensions if its box is too thin along z for three. Beads outside of the box are
+    wrapped into it, and counted in their images. Units are taken to be ``lj``, with lengths in r_c
+    and energies in kT.
 
     Raises
     ------
     UserError
         If the file cannot be read, or holds what no simulation can begin with.
     """
-    data = _taken_apart(path)
-    _check_header(path, data)
-    atoms = _Table(path, data, "Atoms", data.counts["atoms"])
-    style, has_images = _style(path, data, atoms)
-    before = len(STYLES[style])
-    labels, names = _names(path, data)
-    rows = atoms.numbers(before + 3 + 3 * has_images, labels, STYLES[style].index("type"))
-    order = np.argsort(rows[:, 0], kind="stable")
-    rows = rows[order]
-    identities = _whole(path, atoms, rows[:, 0], order)
-    if (twice := identities[1:] == identities[:-1]).any():
-        raise UserError(
-            f"{path}: atom {identities[np.argmax(twice)]} is there twice; number atoms differently"
-        )
-    kinds = _whole(path, atoms, rows[:, STYLES[style].index("type")], order)
-    _check_kinds(path, identities, kinds, len(names))
-    place, image = rows[:, before : before + 3], np.zeros((len(rows), 3))
-    if has_images:
-        image = rows[:, before + 3 :]
-        _whole(path, atoms, image, order)
-    velocity = _velocities(path, data, identities)
-    dimension = _dimension(path, data, place)
-    low, high = data.box[:dimension].T
-    return checked(
-        Particles(
-            box=tuple(high - low),
-            position=(place[:, :dimension] - low).T,
-            image=image[:, :dimension].T.astype(np.int64),
-            velocity=None if velocity is None else velocity[:, :dimension].T,
-            species=kinds - 1,
-            names=names,
-            bonds=_members(path, data, identities, "Bond", 2),
-            angles=_members(path, data, identities, "Angle", 3),
-            step=int(found[1]) if (found := STEP.search(data.title)) else 0,
-            left_out=tuple(_left_out(data, style, rows)),
-            masses=_masses(path, data, labels),
-        ),
-        path,
-    )
-
-
-def _taken_apart(path):
-    """Header and sections of a file."""
-    try:
-        text = path.read_bytes().decode("utf-8", errors="replace")
-    except OSError as problem:
-        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-    title, _, _ = text.partition("\n")
-    counts = {}
-    box, sections = np.array([[-0.5, 0.5]] * 3), {}
-    body = None
-    for number, line in enumerate(text.split("\n")[1:], start=2):
-        words, _, comment = line.partition("#")
-        found = Line(number, words.strip(), comment.strip())
-        if not found.text:
-            continue
-        if _is_name(found.text):
-            name = " ".join(found.text.split())
-            if name in sections:
-                raise UserError(f"{path}: line {number}: a second section {name!r}; keep one")
-            body = sections[name] = [found]
-        elif body is not None:
-            body.append(found)
-        else:
-            _read_header(path, found, counts, box)
-    if "atoms" not in counts or "Atoms" not in sections:
-        what = "line '<number> atoms' in the header" if "atoms" not in counts else "section Atoms"
-        raise UserError(
-            f"{path}: not a whole data file of LAMMPS: there is no {what}; write it again with "
-            "write_data"
-        )
-    if not text.endswith("\n"):
-        raise UserError(
-            f"{path}: the last line has no end, so the file may be cut off there; write it again, "
-            "or end the line if it is whole"
-        )
-    return Data(title, counts, box, sections)
-
-
-def _check_header(path, data):
-    """Refuse counts of nothing, or of more types than a byte can number."""
-    atoms, types = data.counts["atoms"], data.counts.get("atom types", 0)
+    data = taken_apart(path)
+    atoms, types, labels = data.count("atoms"), data.types("Atom"), data.labels("Atom")
     if not atoms:
         raise UserError(f"{path}: the header says 0 atoms; at least one is needed")
     if not 1 <= types <= MOST_TYPES:
         raise UserError(f"{path}: the header says {types} atom types; allowed: 1 to {MOST_TYPES}")
-
-
-def _is_name(text):
-    """Whether a line is the name of a section: words that begin with capitals, no numbers."""
-    return all(re.fullmatch(r"[A-Z][A-Za-z0-9]*", word) for word in text.split())
-
-
-def _read_header(path, line, counts, box):
-    """Take counts or an edge from a line; other lines say what is of no use here."""
-    if count := COUNT.fullmatch(line.text):
-        counts[count[2]] = int(count[1])
-    elif edge := EDGE.fullmatch(line.text):
-        try:
-            box["xyz".index(edge[3])] = float(edge[1]), float(edge[2])
-        except ValueError:
-            raise UserError(
-                f"{path}: line {line.number}: {shown(line.text)} is not two numbers and the names "
-                "of the ends"
-            ) from None
-    elif (tilt := TILT.fullmatch(line.text)) and any(_number(part) != 0 for part in tilt.groups()):
+    table = Table(data, "Atoms", atoms)
+    columns = _columns(data, table, labels)
+    rows = table.numbers(columns, labels)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    identities, kinds = rows[:, [0, columns.index("type")]].T.astype(np.int64)
+    if (twice := identities[1:] == identities[:-1]).any():
         raise UserError(
-            f"{path}: line {line.number}: the box is tilted; allowed: right angles, 0 0 0 xy xz yz"
+            f"{path}: atom {identities[np.argmax(twice)]} is there twice; number atoms differently"
         )
-
-
-def _number(text):
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
-
-
-class _Table:
-    """A section whose lines are numbers, as many lines as the header says."""
-
-    def __init__(self, path, data, name, count):
-        self.path, self.name = path, name
-        head, *self.lines = data.sections[name]
-        self.comment = head.comment
-        if len(self.lines) != count:
-            raise UserError(
-                f"{path}: line {head.number}: section {name} has {len(self.lines)} lines, and the "
-                f"header says {count}; the file is cut off or damaged, write it again"
-            )
-
-    def columns(self):
-        """Columns of the first line."""
-        return len(self.lines[0].text.split()) if self.lines else 0
-
-    def numbers(self, columns, labels=None, labelled=-1):
-        """(lines, columns) array; names in column ``labelled`` become their numbers."""
-        rows = np.empty((len(self.lines), columns))
-        for row, line in zip(rows, self.lines):
-            words = line.text.split()
-            if len(words) != columns:
-                self.refuse(line, f"has {len(words)} columns, and {columns} are expected")
-            if labels and words[labelled] in labels:
-                words[labelled] = labels[words[labelled]]
-            try:
-                row[:] = words
-            except ValueError:
-                self.refuse(line, "is not made of numbers")
-        return rows
-
-    def refuse(self, line, problem):
+    if (bad := (kinds < 1) | (kinds > types)).any():
         raise UserError(
-            f"{self.path}: line {line.number}, in section {self.name}: {shown(line.text)} {problem}"
-            "; mend the line"
+            f"{path}: atom {identities[np.argmax(bad)]} is of type {kinds[np.argmax(bad)]}; the "
+            f"header allows 1 to {types}"
         )
-
-
-def _whole(path, table, values, order):
-    """Whole numbers, as whole numbers."""
-    bad = ~np.isfinite(values) | (values != np.rint(values)) | (np.abs(values) > 2**53)
-    if bad.any():
-        row = int(np.argmax(bad.reshape(len(values), -1).any(axis=1)))
-        table.refuse(table.lines[order[row]], "has a fraction where a whole number is needed")
-    return values.astype(np.int64)
-
-
-def _style(path, data, atoms):
-    """Style of the atoms, and whether they have image flags."""
-    columns = atoms.columns()
-    if atoms.comment:
-        style = atoms.comment.split()[0]
-        if style not in STYLES:
-            raise UserError(
-                f"{path}: atom style {shown(style)} after 'Atoms #'; allowed: {', '.join(STYLES)}"
-            )
-        plain = len(STYLES[style]) + 3
-        if columns not in (0, plain, plain + 3):
-            raise UserError(
-                f"{path}: line {atoms.lines[0].number}: {columns} columns in section Atoms; style "
-                f"{style!r} has {plain}, or {plain + 3} with image flags"
-            )
-        return style, columns == plain + 3
-    for plain, style in GUESSED.items():
-        if columns in (plain, plain + 3):
-            return style, columns == plain + 3
-    raise UserError(
-        f"{path}: section Atoms has {columns} columns, which no known style has; write the style "
-        f"behind its name, as 'Atoms # molecular'; allowed: {', '.join(STYLES)}"
+    names, unnamed = _names(data, labels)
+    corner, turn, edges, tilts = _box(data)
+    first = columns.index("x")
+    place = (rows[:, first : first + 3] - corner) @ turn
+    velocity, spins = _velocities(data, identities)
+    image = rows[:, -3:] if columns[-1] == "iz" else np.zeros((atoms, 3))
+    dimension, flat = 2 + (edges[2] >= THIN), np.ptp(place[:, 2]) <= FLAT
+    if dimension == 2 and not flat:
+        raise UserError(
+            f"{path}: the box is {edges[2]:g} thick along z, as for two dimensions, and beads are "
+            f"at different z; give beads one z, or the box three edges of at least {THIN:g}"
+        )
+    box = box_of_file(edges[:dimension], tilts, path)
+    left_out = [*unnamed, *_left_out(data, columns, rows)]
+    if dimension == 3 and atoms > 1 and flat:
+        left_out.append(
+            f"all beads are at one height, in a box {edges[2]:g} high: three dimensions (the box "
+            f"of two is lower than {THIN:g})"
+        )
+    if spins:
+        left_out.append("velocities of rotation are left out: beads have none here")
+    if velocity is not None:
+        velocity = velocity @ turn
+        if dimension == 2 and velocity[:, 2].any():
+            left_out.append("velocities along z are left out: there are two dimensions")
+        velocity = velocity[:, :dimension].T
+    return checked(
+        Particles(
+            box=box,
+            position=place[:, :dimension].T,
+            image=image[:, :dimension].T,
+            velocity=velocity,
+            species=kinds - 1,
+            names=names,
+            bonds=_members(data, identities, "Bond", 2),
+            angles=_members(data, identities, "Angle", 3),
+            step=data.step,
+            left_out=tuple(left_out),
+            masses=_masses(data, labels),
+            identity=identities,
+        ),
+        path,
+        periodic=True,
     )
 
 
-def _names(path, data):
-    """Numbers of types by label, if there are labels; and names of the species.
+def _columns(data, table, labels):
+    """What stands in each column of Atoms: of the style that is named, or the only one that fits.
+
+    A comment that is no style says nothing. Columns of whole numbers tell styles apart.
+    """
+    path, width = data.path, table.width()
+    named = (table.head.comment.lower().split() or [""])[0]
+    if named not in (*STYLES, *OTHERS) and (said := TITLE.search(data.title)):
+        named = said[1]
+    if named in OTHERS:
+        raise UserError(
+            f"{path}: line {table.head.number}: atom style {named!r} cannot be read; write the "
+            f"file in another one; allowed: {', '.join(STYLES)}"
+        )
+    if named in STYLES:
+        plain = STYLES[named].split()
+        if width not in (len(plain), len(plain) + 3):
+            raise UserError(
+                f"{path}: line {table.lines[0].number}: {width} columns in section Atoms; style "
+                f"{named!r} has {len(plain)}, or {len(plain) + 3} with image flags"
+            )
+        return (*plain, *FLAGS[: width - len(plain)])
+    rows = [line.text.split(" ") for line in table.lines]
+    fits: dict[tuple, list[str]] = {}
+    for style, text in STYLES.items():
+        for columns in (tuple(text.split()), (*text.split(), *FLAGS)):
+            if len(columns) == width and _fits(data, rows, columns, labels):
+                fits.setdefault(columns, []).append(style)
+    if len(fits) > 1 and data.count("bonds"):
+        fits = {each: fits[each] for each in fits if "molecule" in each} or fits
+    if len(fits) > 1:  # coordinates have points, image flags have none
+        fits = {each: fits[each] for each in fits if _has_points(rows, each.index("x"))} or fits
+    if len(fits) == 1:
+        return next(iter(fits))
+    styles = [style for each in fits.values() for style in each] or list(STYLES)
+    why = "fit to several styles" if fits else "fit to no style that is known"
+    raise UserError(
+        f"{path}: line {table.head.number}: the {width} columns of section Atoms {why}; write "
+        f"'Atoms # {styles[0]}' if that is the style; allowed: {', '.join(styles)}"
+    )
+
+
+def _fits(data, rows, columns, labels):
+    """Whether what stands in columns of whole numbers and of types can be that."""
+    for place, name in enumerate(columns):
+        words = {row[place] for row in rows if len(row) == len(columns)}
+        if name == "type":
+            words.difference_update(labels)
+            if not all(data.is_type(word, "Atom") for word in words):
+                return False
+        elif name in WHOLES and not all(re.fullmatch(WHOLE, word) for word in words):
+            return False
+    return True
+
+
+def _has_points(rows, first):
+    """Whether a coordinate is not a whole number."""
+    return any(not re.fullmatch(WHOLE, word) for row in rows for word in row[first : first + 3])
+
+
+def _names(data, labels):
+    """Names of the species, and a sentence on those that have none.
 
     They are the type labels, or what stands as a comment behind a mass, or letters.
     """
-    count = data.counts.get("atom types", 0)
-    names = {}
-    for line in data.sections.get("Atom Type Labels", [])[1:]:
-        words = line.text.split()
-        if len(words) != 2 or not words[0].isdigit():
-            raise UserError(
-                f"{path}: line {line.number}: {shown(line.text)} is not a number and a label"
-            )
-        names[int(words[0])] = words[1]
-    labels = {name: number for number, name in names.items()}
+    names = {int(number): label for label, number in labels.items()}
     if not names:
         for line in data.sections.get("Masses", [])[1:]:
-            number = line.text.split()[0]
-            if number.isdigit() and line.comment:
+            number = line.text.split(" ")[0]
+            if data.is_type(number, "Atom") and line.comment:
                 names[int(number)] = line.comment.split()[0]
-    return labels, tuple(names.get(number) or _letters(number) for number in range(1, count + 1))
+    numbers = range(1, data.types("Atom") + 1)
+    found = tuple(names.get(number) or _letters(number) for number in numbers)
+    if twice := [name for name in found if found.count(name) > 1]:
+        raise UserError(
+            f"{data.path}: {len(twice)} types are called {shown(twice[0])}; types are called by "
+            "their labels, or by the comments behind the masses, or by letters where there are "
+            "none; write a name of its own behind the mass of each"
+        )
+    without = ", ".join(_letters(number) for number in numbers if number not in names)
+    return found, [f"types have no names: they are called {without}"] if without else []
 
 
-def _masses(path, data, labels):
+def _masses(data, labels):
     """(types,) array of masses by type; None if all are 1 or none are given."""
-    masses = np.ones(data.counts.get("atom types", 0))
-    for line in data.sections.get("Masses", [])[1:]:
-        words = line.text.split()
-        number = labels.get(words[0], words[0])
-        mass = _number(words[-1]) if len(words) == 2 else None
-        if mass is None or not str(number).isdigit() or not 1 <= int(number) <= len(masses):
-            raise UserError(
-                f"{path}: line {line.number}: {shown(line.text)} is not a type and its mass"
-            )
+    masses = np.ones(data.types("Atom"))
+    if "Masses" not in data.sections:
+        return None
+    table = Table(data, "Masses", len(data.sections["Masses"]) - 1)
+    rows = table.numbers(("type", "mass"), labels)
+    for line, (number, mass) in zip(table.lines, rows):
+        if not 1 <= number <= len(masses):
+            table.refuse(line, f"is not of a type from 1 to {len(masses)}")
         masses[int(number) - 1] = mass
     return None if (masses == 1).all() else masses
 
@@ -312,13 +231,37 @@ def _letters(number):
     return text
 
 
-def _check_kinds(path, identities, kinds, count):
-    bad = (kinds < 1) | (kinds > count)
-    if bad.any():
+def _box(data):
+    """Lower corner, the turn to the axes of the box, edges, and tilt factors.
+
+    Vectors of any direction are turned so that the first is along x and the second has no z.
+    """
+    header = data.header
+    general, upright = ([name for name in names if name in header] for names in (GENERAL, UPRIGHT))
+    needed = ("avec", "bvec") if general else ("xlo xhi", "ylo yhi")
+    if missing := [name for name in needed if name not in header]:
+        raise UserError(f"{data.path}: the header has no line {missing[0]!r}; write the whole box")
+    if general and upright:
         raise UserError(
-            f"{path}: atom {identities[np.argmax(bad)]} is of type {kinds[np.argmax(bad)]}; the "
-            f"header allows 1 to {count}"
+            f"{data.path}: the header has a box by {general[0]!r} and one by {upright[0]!r}; keep "
+            "one"
         )
+    if general:
+        vectors = [header[name] for name in needed] + [header.get("cvec", (0, 0, 1))]
+        corner, vectors = np.array(header.get("abc origin", (0, 0, 0))), np.array(vectors).T
+        if np.linalg.det(vectors) < 0:
+            raise UserError(f"{data.path}: avec, bvec and cvec are left-handed; swap two of them")
+        turn, vectors = np.linalg.qr(vectors)
+        forward = np.where(np.diag(vectors) < 0, -1.0, 1.0)
+        turn, vectors = turn * forward, vectors * forward[:, None]
+    else:
+        ends = np.array([header.get(f"{axis}lo {axis}hi", (-0.5, 0.5)) for axis in "xyz"])
+        corner, turn, vectors = ends[:, 0], np.eye(3), np.diag(ends[:, 1] - ends[:, 0])
+        for (along, across), tilt in zip(FACTORS, header.get("xy xz yz", (0, 0, 0))):
+            vectors[along, across] = tilt
+    edges = np.diag(vectors)
+    tilts = [vectors[pair] / edges[pair[1]] if edges[pair[1]] else 0.0 for pair in FACTORS]
+    return corner, turn, edges, tilts
 
 
 def _places(identities, wanted):
@@ -327,69 +270,53 @@ def _places(identities, wanted):
     return np.where(identities[places] == wanted, places, -1)
 
 
-def _velocities(path, data, identities):
-    """(n, 3) array in the order of identities, or None."""
+def _velocities(data, identities):
+    """(n, 3) array in the order of identities, or None; and whether there are those of rotation."""
     if "Velocities" not in data.sections:
-        return None
-    table = _Table(path, data, "Velocities", len(identities))
-    rows = table.numbers(4)
+        return None, False
+    table = Table(data, "Velocities", len(identities))
+    more = max(0, min(3, table.width() - 4))  # spheres and ellipsoids have three more
+    rows = table.numbers(("id", "x", "y", "z", *["spin"] * more), {})
     places = _places(identities, rows[:, 0])
     if not np.array_equal(np.sort(places), np.arange(len(identities))):
         raise UserError(
-            f"{path}: section Velocities does not have each of the atoms once; write it again"
+            f"{data.path}: section Velocities does not have each of the atoms once; write it again"
         )
     velocity = np.empty((len(rows), 3))
-    velocity[places] = rows[:, 1:]
-    return velocity
+    velocity[places] = rows[:, 1:4]
+    return velocity, rows[:, 4:].any()
 
 
-def _members(path, data, identities, kind, size):
+def _members(data, identities, kind, size):
     """(n, size) array of the places of the atoms of bonds or angles, in the order of identities."""
     section, name = f"{kind}s", f"{kind.lower()}s"
-    count = data.counts.get(name, 0)
     if section not in data.sections:
-        if count:
+        if data.count(name):
             raise UserError(
-                f"{path}: the header says {count} {name}, and there is no section {section}; the "
-                "file is cut off or damaged, write it again"
+                f"{data.path}: the header says {data.count(name)} {name}, and there is no section "
+                f"{section}; the file is cut off or damaged, write it again"
             )
         return np.zeros((0, size), np.int64)
-    table = _Table(path, data, section, count)
-    kinds = data.sections.get(f"{kind} Type Labels", [])[1:]
-    labels = {line.text.split()[-1]: line.text.split()[0] for line in kinds}
-    places = _places(identities, table.numbers(2 + size, labels, 1)[:, 2:])
+    table = Table(data, section, data.count(name))
+    rows = table.numbers(("id", "type", *["id"] * size), data.labels(kind))
+    places = _places(identities, rows[:, 2:])
     if (places < 0).any():
         row = int(np.argmax((places < 0).any(axis=1)))
         table.refuse(table.lines[row], "ties an atom that is not there")
     return places
 
 
-def _dimension(path, data, place):
-    """2 if all beads are at the same height, otherwise 3."""
-    height = data.box[2, 1] - data.box[2, 0]
-    flat = (place[:, 2] == place[0, 2]).all()
-    if flat and (len(place) > 1 or height < THIN):
-        return 2
-    if height < THIN:
-        raise UserError(
-            f"{path}: the box is {height:g} thick along z, as for two dimensions, and beads are at "
-            "different z; give all beads the same z, or the box three edges of at least "
-            f"{THIN:g}"
-        )
-    return 3
-
-
-def _left_out(data, style, rows):
+def _left_out(data, columns, rows):
     """What a file has that is lost, a sentence each."""
-    if "charge" in STYLES[style] and rows[:, STYLES[style].index("charge")].any():
-        yield "charges are left out: there are none here"
-    for name in ("dihedrals", "impropers"):
-        if data.counts.get(name):
-            yield f"{data.counts[name]} {name} are left out: there are none here"
+    lost = [name for k, name in enumerate(columns) if name not in SAID and rows[:, k].any()]
+    if lost:
+        yield f"{', '.join(lost)} of the atoms left out: beads have none here"
+    for name in ("dihedrals", "impropers", *EXTRAS):
+        if data.count(name):
+            yield f"{data.count(name)} {name} are left out: there are none here"
     for name in ("bond", "angle"):
-        if (types := data.counts.get(f"{name} types", 0)) > 1:
+        if (types := data.types(name)) > 1:
             yield f"{name}s of {types} types become {name}s of one type"
-    if "Atom Type Labels" not in data.sections and not any(
-        line.comment for line in data.sections.get("Masses", [])
-    ):
-        yield "types have no names: they are called A, B ..."
+    for name in data.sections:
+        if name not in KNOWN and not name.endswith((" Coeffs", " Type Labels")):
+            yield f"section {name} is left out: it says nothing that is known here"

@@ -8,6 +8,9 @@ from dpd.engine.space import along_axes, wrapped
 from dpd.errors import UserError
 
 ROUNDING = 1e-5  # of an edge that a bead may be outside: single precision, numbers in text
+FLAT = 1e-4  # r_c by which heights of beads of two dimensions may differ
+MOST_IMAGES = 2**20  # boxes that a bead may be away
+LARGEST_STEP = 10**18
 
 NO_ANGLES = np.zeros((0, 3), np.uint32)
 
@@ -38,6 +41,8 @@ class Particles(NamedTuple):
         Identities of the three beads of each, the middle one in between.
     masses : None or (names,) array
         Of a bead of each species; None where all are 1.
+    identity : None or (n,) array
+        What the file calls each bead; None where it counts them from 0.
     """
 
     box: tuple[float, ...]
@@ -51,6 +56,7 @@ class Particles(NamedTuple):
     left_out: tuple[str, ...] = ()
     angles: np.ndarray = NO_ANGLES
     masses: np.ndarray | None = None
+    identity: np.ndarray | None = None
 
     @property
     def dimension(self) -> int:
@@ -60,6 +66,10 @@ class Particles(NamedTuple):
     def beads(self) -> int:
         """Number of beads."""
         return self.position.shape[1]
+
+    def called(self, bead: int | np.integer) -> str:
+        """A bead as its file names it, for messages."""
+        return f"bead {bead}" if self.identity is None else f"atom {self.identity[bead]}"
 
     def masses_by_name(self) -> dict[str, float]:
         """Mass of a bead of each species; nothing where all are 1."""
@@ -87,7 +97,7 @@ def molecules_of(particles: Particles) -> np.ndarray:
     return connected_components(table, directed=False)[1]
 
 
-def checked(particles: Particles, path: object) -> Particles:
+def checked(particles: Particles, path: object, periodic: bool = False) -> Particles:
     """Particles that a simulation can begin with.
 
     Beads that are outside of the box by no more than `ROUNDING` are put inside.
@@ -98,6 +108,9 @@ def checked(particles: Particles, path: object) -> Particles:
         As they stand in a file, in arrays of the right shapes.
     path : path
         Of that file, for messages.
+    periodic : bool
+        Whether beads further outside are put inside as well, which is said, as the file's format
+        has it; each bead's image goes along.
 
     Raises
     ------
@@ -115,19 +128,32 @@ def checked(particles: Particles, path: object) -> Particles:
         refuse(f"the box of {edges} has an edge that is not a positive number; mend the box")
     if not particles.beads:
         refuse("holds no beads; at least one is needed")
+    if not 0 <= particles.step < LARGEST_STEP:
+        refuse(f"is of step {particles.step}; allowed: from 0 to {LARGEST_STEP:g}")
     for name in ("position", "velocity"):
         array = getattr(particles, name)
         if array is not None and not np.isfinite(array).all():
             bad = ~np.isfinite(array).all(axis=0)
             refuse(
-                f"bead {np.argmax(bad)} has a {name} that is not a finite number ({bad.sum()} of "
-                f"{bad.size} beads have); write the file again from a run that is whole"
+                f"{particles.called(np.argmax(bad))} has a {name} that is not a finite number "
+                f"({bad.sum()} of {bad.size} beads have); write the file again from a run that is "
+                "whole"
             )
-    position, image = _inside(particles, box[:, None], refuse)
+    position, image, far = _inside(particles, box[:, None], refuse)
+    if far.any() and not periodic:
+        bead = int(np.argmax(far.any(axis=0)))
+        axis = int(np.argmax(far[:, bead]))
+        refuse(
+            f"{particles.called(bead)} is at {particles.position[axis, bead]:g} along "
+            f"{'xyz'[axis]}, counted from the lower end of the box, whose edge is {box[axis]:g} "
+            f"({far.any(axis=0).sum()} of {particles.beads} beads are outside); wrap the positions "
+            "into the box, with image flags if they are to be kept, or mend the box"
+        )
+    wrapped_in = f"{far.any(axis=0).sum()} beads outside of the box are put in, and their images"
     _check_species(particles, refuse)
     _check_masses(particles, refuse)
-    _check_bonds(particles.bonds, particles.beads, refuse)
-    _check_angles(particles.angles, particles.beads, refuse)
+    for name in ("bond", "angle"):
+        _check_members(particles, name, refuse)
     return particles._replace(
         box=particles.box if _slid(particles.box) else tuple(map(float, box)),
         position=position,
@@ -136,6 +162,7 @@ def checked(particles: Particles, path: object) -> Particles:
         species=particles.species.astype(np.uint8),
         bonds=particles.bonds.astype(np.uint32).reshape(-1, 2),
         angles=particles.angles.astype(np.uint32).reshape(-1, 3),
+        left_out=(*particles.left_out, *[f"{wrapped_in} counted"] * bool(far.any())),
     )
 
 
@@ -145,46 +172,36 @@ def _slid(box):
 
 
 def _inside(particles, edges, refuse):
-    """Positions in the box, with rounding mended, and their images."""
-    position, image = particles.position.astype(float), particles.image
-    if _slid(particles.box):  # files may have them in the tilted box
-        across = position.copy()
-        across[particles.box.slide.flow] = 0.0
-        _refuse_outside(across, edges, refuse)
-        inside = wrapped(position, particles.box)
-        moved = np.rint(along_axes(position - inside, particles.box) / edges).astype(np.int32)
-        return inside, image + moved
-    _refuse_outside(position, edges, refuse)
-    boxes = np.floor(position / edges)
-    inside = position - edges * boxes
-    over = inside >= edges  # by rounding
-    inside[over] = 0.0
-    return inside, (image + boxes + over).astype(np.int32)
-
-
-def _refuse_outside(position, edges, refuse):
-    outside = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
-    if outside.any():
-        bad = outside.any(axis=0)
-        bead = int(np.argmax(bad))
-        axis = int(np.argmax(outside[:, bead]))
+    """Positions in the box, their images, and along which axes they are outside by more than
+    rounding.
+    """
+    box, position = particles.box, particles.position.astype(float)
+    far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
+    if _slid(box):  # files may have them in the tilted box
+        far[box.slide.flow] = False
+    with np.errstate(over="ignore", invalid="ignore"):
+        inside = wrapped(position, box)
+        image = particles.image + np.rint(along_axes(position - inside, box) / edges)
+    away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
+    if away.any():
         refuse(
-            f"bead {bead} is at {position[axis, bead]:g} along {'xyz'[axis]}, counted from the "
-            f"lower end of the box, whose edge is {edges[axis, 0]:g} ({bad.sum()} of {bad.size} "
-            "beads are outside); wrap the positions into the box, with image flags if they are to "
-            "be kept, or mend the box"
+            f"{particles.called(np.argmax(away))} is {MOST_IMAGES} boxes away or more "
+            f"({away.sum()} of {away.size} beads are); mend its position or its image flags"
         )
+    return inside, image.astype(np.int32), far
 
 
 def _check_species(particles, refuse):
     names, species = particles.names, particles.species
     if len(set(names)) != len(names):
         refuse(f"two kinds of beads have the same name ({', '.join(names)}); name them differently")
+    if not all(map(str.isprintable, names)):
+        refuse(f"names of kinds of beads have letters that cannot be shown ({names}); rename them")
     if species.min() < 0 or species.max() >= len(names):
         bead = int(np.argmax((species < 0) | (species >= len(names))))
         refuse(
-            f"bead {bead} is of kind {species[bead]}, and there are {len(names)} kinds, counted "
-            "from 0; mend its kind"
+            f"{particles.called(bead)} is of kind {species[bead]}, and there are {len(names)} "
+            "kinds, counted from 0; mend its kind"
         )
 
 
@@ -194,38 +211,20 @@ def _check_masses(particles, refuse):
             refuse(f"beads of {name} have the mass {mass:g}; allowed: numbers above 0")
 
 
-def _check_bonds(bonds, count, refuse):
-    if not bonds.size:
-        return
-    bad = (bonds < 0) | (bonds >= count)
-    if bad.any():
+def _check_members(particles, name, refuse):
+    """Refuse a bond or an angle of a bead that is not there, or with a bead twice."""
+    members, count = getattr(particles, f"{name}s"), particles.beads
+    if (bad := (members < 0) | (members >= count)).any():
         number = int(np.argmax(bad.any(axis=1)))
-        end = bonds[number][bad[number]][0]
         refuse(
-            f"bond {number} has an end at bead {end}, and beads go from 0 to {count - 1}; the "
-            "file lacks beads, or the bond is wrong"
+            f"{name} {number} has bead {members[number][bad[number]][0]}, and beads go from 0 to "
+            f"{count - 1}; the file lacks beads, or the {name} is wrong"
         )
-    if (bonds[:, 0] == bonds[:, 1]).any():
-        number = int(np.argmax(bonds[:, 0] == bonds[:, 1]))
-        refuse(f"bond {number} ties bead {bonds[number, 0]} to itself; remove it")
-    pairs = np.sort(bonds, axis=1)
-    _, first, times = np.unique(pairs, axis=0, return_index=True, return_counts=True)
-    if (times > 1).any():
-        one, other = pairs[first[np.argmax(times > 1)]]
-        refuse(f"beads {one} and {other} are bonded {times.max()} times; keep one of these bonds")
-
-
-def _check_angles(angles, count, refuse):
-    bad = (angles < 0) | (angles >= count)
-    if bad.any():
-        number = int(np.argmax(bad.any(axis=1)))
-        bead = angles[number][bad[number]][0]
-        refuse(
-            f"angle {number} has bead {bead}, and beads go from 0 to {count - 1}; the file lacks "
-            "beads, or the angle is wrong"
-        )
-    one, middle, other = angles.T
-    twice = (one == middle) | (middle == other) | (one == other)
-    if twice.any():
-        number = int(np.argmax(twice))
-        refuse(f"angle {number} has a bead twice: {angles[number].tolist()}; remove it")
+    inside = np.sort(members, axis=1)
+    if (twice := (inside[:, 1:] == inside[:, :-1]).any(axis=1)).any():
+        beads = ", ".join(map(particles.called, members[np.argmax(twice)]))
+        refuse(f"a bead is twice in the {name} of {beads}; remove it")
+    _, first, times = np.unique(inside, axis=0, return_index=True, return_counts=True)
+    if name == "bond" and (times > 1).any():
+        one, other = map(particles.called, inside[first[np.argmax(times > 1)]])
+        refuse(f"{one} and {other} are bonded {times.max()} times; keep one of these bonds")

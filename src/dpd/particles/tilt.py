@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FACTORS = (0, 1), (0, 2), (1, 2)  # axes of xy, xz and yz
 SLID = "slid"  # attribute of a first configuration whose images have slid
 ROUNDING = 1e-5  # of an edge by which a tilt may be beyond half of it
+UPRIGHT = 1e-9  # a tilt factor that is less is rounding: the box has right angles
 
 
 def shear_of(scene: Scene) -> Shear | None:
@@ -78,10 +79,11 @@ def box_of_file(
     UserError
         If more than one do, or if it tilts by more than half an edge.
     """
-    edges, pairs = tuple(map(float, edges)), [p for p, f in zip(FACTORS, factors) if f]
-    if not pairs:
+    edges, tilts = tuple(map(float, edges)), [0.0 if abs(f) < UPRIGHT else f for f in factors]
+    pairs = [pair for pair, tilt in zip(FACTORS, tilts) if tilt]
+    if not pairs or not all(edge > 0 for edge in edges):
         return edges
-    (flow, gradient), factor = pairs[0], next(f for f in factors if f)
+    (flow, gradient), factor = pairs[0], next(filter(None, tilts))
     turns = float(factor) * edges[gradient] / edges[flow] if gradient < len(edges) else np.nan
     if len(pairs) > 1 or not abs(turns) <= 0.5 + ROUNDING:
         found = ", ".join(f"{factor:g}" for factor in factors)

@@ -8,12 +8,11 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.scene.walls import AXES, period_of, walls_of
+from dpd.start.matching import SAME
 
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles
     from dpd.scene.scene import Scene
-
-SAME = 1e-6  # relative difference of edges that counts for none: files have single precision
 
 
 def between_walls(scene: Scene, particles: Particles, path: str) -> Particles:
@@ -58,8 +57,8 @@ def between_walls(scene: Scene, particles: Particles, path: str) -> Particles:
         bead = int(np.argmax(depth))
         if depth[bead] > walls.reach:
             raise UserError(
-                f"{path}: bead {bead} would be {depth[bead]:.3g} r_c behind a wall along "
-                f"{AXES[axis]}; allowed: {walls.reach:g}. The walls of {scene.where} are about the "
-                "middle of the file's box; make them further apart, or take another file"
+                f"{path}: {particles.called(bead)} would be {depth[bead]:.3g} r_c behind a wall "
+                f"along {AXES[axis]}; allowed: {walls.reach:g}. The walls of {scene.where} are "
+                "about the middle of the file's box; make them further apart, or take another file"
             )
     return particles._replace(box=tuple(edges), position=position)

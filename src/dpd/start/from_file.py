@@ -9,7 +9,7 @@ import numpy as np
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
-from dpd.particles.tilt import shear_of
+from dpd.particles.tilt import UPRIGHT, shear_of
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
 from dpd.start.between_walls import between_walls
 from dpd.start.matching import order_of, same_box
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.scene.scene import Scene
-
-UPRIGHT = 1e-9  # a tilt below which a box has right angles
 
 
 def state_from_file(

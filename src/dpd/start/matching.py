@@ -49,7 +49,7 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     number = _numbers_of_species(scene, particles, path)
     if not all(kind.is_chain for kind in scene.molecules):
         return order_of_trees(scene, particles, number, path)
-    chains = chains_of(particles.bonds, particles.position.shape[1], path)
+    chains = chains_of(particles, path)
     order = []
     for place, kind in enumerate(scene.molecules):
         wanted = np.array([scene.species.index(name) for name in kind.beads])
@@ -68,7 +68,7 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
         order.append(found[taken].ravel())
         rest = np.setdiff1d(there[:, 0], found[taken][:, [0, -1]])
         chains[len(wanted)] = there[np.isin(there[:, 0], rest)]
-    _refuse_more(scene, chains, number, path)
+    _refuse_more(scene, particles, chains, number, path)
     return np.concatenate(order)
 
 
@@ -138,7 +138,7 @@ def _count(scene, number):
     return ", ".join(f"{n} {name}" for n, name in zip(there, scene.species))
 
 
-def _refuse_more(scene, chains, number, path):
+def _refuse_more(scene, particles, chains, number, path):
     """Refuse molecules that the scene has not, or not as many of."""
     left = [chain for table in chains.values() for chain in table[:1]]
     if left:
@@ -147,19 +147,18 @@ def _refuse_more(scene, chains, number, path):
         more = sum(len(table) for table in chains.values())
         raise UserError(
             f"{path}: it has {more} molecules more than {scene.where}; the first is "
-            f"{_formula(names)} with bead {min(chain)}; add them to 'molecules', or take another "
-            "file"
+            f"{_formula(names)} with {particles.called(min(chain))}; add them to 'molecules', or "
+            "take another file"
         )
 
 
-def chains_of(bonds: np.ndarray, beads: int, path: str) -> dict[int, np.ndarray]:
+def chains_of(particles: Particles, path: str) -> dict[int, np.ndarray]:
     """Linear molecules, from their bonds.
 
     Parameters
     ----------
-    bonds : (bonds, 2) array
-        Numbers of bonded beads; no bond twice, none of a bead with itself.
-    beads : int
+    particles : Particles
+        With no bond twice, and none of a bead with itself.
     path : str
         Of the file, for messages.
 
@@ -173,7 +172,7 @@ def chains_of(bonds: np.ndarray, beads: int, path: str) -> dict[int, np.ndarray]
     UserError
         If a molecule is branched or a ring.
     """
-    beyond = _neighbours(bonds, beads, path)
+    beads, beyond = particles.beads, _neighbours(particles, path)
     ends = np.flatnonzero(beyond[:, 1] < 0)
     # All molecules are followed at the same time, each from both of its ends.
     chain, now, before = np.arange(len(ends)), ends, np.full(len(ends), -1)
@@ -193,8 +192,8 @@ def chains_of(bonds: np.ndarray, beads: int, path: str) -> dict[int, np.ndarray]
     if lengths[once].sum() < beads:
         ring = np.setdiff1d(np.arange(beads), along)[0]
         raise UserError(
-            f"{path}: bead {ring} is of a molecule that is a ring; molecules are chains or trees "
-            "here"
+            f"{path}: {particles.called(ring)} is of a molecule that is a ring; molecules are "
+            "chains or trees here"
         )
     return {
         int(length): along[first[once & (lengths == length)][:, None] + np.arange(length)]
@@ -202,15 +201,16 @@ def chains_of(bonds: np.ndarray, beads: int, path: str) -> dict[int, np.ndarray]
     }
 
 
-def _neighbours(bonds, beads, path):
+def _neighbours(particles, path):
     """(beads, 2) array: the beads to which each one is bonded, -1 for none."""
+    bonds, beads = particles.bonds, particles.beads
     one, other = np.concatenate([bonds, bonds[:, ::-1]]).astype(np.int64).T
     count = np.bincount(one, minlength=beads)
     if count.max(initial=0) > 2:
         bead = np.argmax(count > 2)
         raise UserError(
-            f"{path}: bead {bead} has {count[bead]} bonds; allowed: 2, since all molecules of "
-            "the scene are linear"
+            f"{path}: {particles.called(bead)} has {count[bead]} bonds; allowed: 2, since all "
+            "molecules of the scene are linear"
         )
     order = np.argsort(one, kind="stable")
     one, other = one[order], other[order]

@@ -137,8 +137,8 @@ def order_of_trees(scene: Scene, particles: Particles, number: np.ndarray, path:
         first = min(left, key=min)
         raise UserError(
             f"{path}: it has {len(left)} molecules more than {scene.where}; the first is one of "
-            f"{len(first)} beads with bead {min(first)}; add them to 'molecules', or take another "
-            "file"
+            f"{len(first)} beads with {particles.called(min(first))}; add them to 'molecules', or "
+            "take another file"
         )
     return np.concatenate(order)
 
@@ -157,7 +157,8 @@ def _refuse_rings(particles, path):
     if (bonds >= beads).any():
         bead = int(np.argmax((bonds >= beads)[molecule]))
         raise UserError(
-            f"{path}: bead {bead} is of a molecule with a ring; molecules are chains or trees here"
+            f"{path}: {particles.called(bead)} is of a molecule with a ring; molecules are chains "
+            "or trees here"
         )
 
 
