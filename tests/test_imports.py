@@ -80,7 +80,7 @@ def test_a_scene_knows_schemes_alone():
     rooms = [module for module in MODULES if room_of(module) == "scene"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     physics = {name for name in names if name.startswith("physics")}
-    assert physics == {"physics.schemes.scheme_named"}
+    assert physics == {"physics.schemes.scheme_named", "physics.schemes.WITHOUT_EXCHANGE"}
     assert not any(name.startswith("engine") for name in names)
 
 

@@ -202,7 +202,7 @@ class Reference:
         self.virial += [r_ij @ conservative.T, r_ij @ full.T]
 
     def step(self):
-        """One step of Eq. 7, of Eq. 9 with or without its acceleration term, or of DPD-VV.
+        """One step of Eq. 7 or Eq. 9, with or without an acceleration term, or of DPD-VV.
 
         Or of a scheme that ends with an exchange of momentum, or has it in its middle.
         """
@@ -215,8 +215,9 @@ class Reference:
             self.exchange()
             self.velocity += dt * self.force / self.mass / 2
             self.position = self.position + dt * self.velocity / 2
-        elif self.scheme == "euler":
-            self.position = self.position + dt * v
+        elif self.scheme in ("euler", "euler-acceleration"):
+            acceleration = 0 if self.scheme == "euler" else dt**2 * f / 2
+            self.position = self.position + dt * v + acceleration
             self.velocity = v + dt * f
             self.evaluate(self.velocity)
         else:

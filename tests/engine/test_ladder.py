@@ -18,6 +18,7 @@ from tests.engine.reference import Reference, pair_noise
 DIRECTION = np.array([2.0, -1.0, 2.0]) / 3
 SCHEMES = [
     ("euler", 0.5),
+    ("euler-acceleration", 0.5),
     ("gw-vv", 0.5),
     ("gw-vv", 0.65),
     ("verlet-no-acceleration", 0.5),

@@ -46,11 +46,12 @@ class Scheme(NamedTuple):
     middle: bool | None = None
 
 
-# The schemes of Groot and Warren 1997, Fig. 1: Eq. 7, Eq. 9, and Eq. 9 without dt^2 f / 2;
-# that of Nikunen et al. 2007 (Besold et al. 2000); velocity Verlet followed by Shardlow's
-# exchange, or by that of Lowe; and drift, kick, exact exchange, kick, drift in halves.
+# The schemes of Groot and Warren 1997, Sec. III: Eq. 7, without and with dt^2 f / 2, and Eq. 9,
+# with and without; that of Nikunen et al. 2007 (Besold et al. 2000); velocity Verlet followed by
+# Shardlow's exchange, or by that of Lowe; and drift, kick, exact exchange, kick, drift in halves.
 SCHEMES = {
     "euler": lambda prediction: Scheme(0.0, 1.0, 0.0),
+    "euler-acceleration": lambda prediction: Scheme(0.5, 1.0, 0.0),
     "gw-vv": lambda prediction: Scheme(0.5, prediction, 0.5),
     "verlet-no-acceleration": lambda prediction: Scheme(0.0, prediction, 0.5),
     "dpd-vv": lambda prediction: Scheme(0.5, 0.5, 0.5, renewal=True),
@@ -58,6 +59,7 @@ SCHEMES = {
     "lowe-andersen": lambda prediction: Scheme(0.5, None, 0.5, exchange=LOWE),
     "aboba": lambda prediction: Scheme(0.0, None, 1.0, exchange=EXACT, middle=True),
 }
+WITHOUT_EXCHANGE = ", ".join(name for name, of in SCHEMES.items() if of(0.5).exchange is None)
 
 
 def scheme_named(name: str, prediction: float = 0.5) -> Scheme:

@@ -11,7 +11,7 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError
-from dpd.physics.schemes import scheme_named
+from dpd.physics.schemes import WITHOUT_EXCHANGE, scheme_named
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, check_bonding, joined
@@ -368,7 +368,7 @@ class Scene:
             self._fail(
                 "integrator.scheme",
                 f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "
-                "allowed: euler, gw-vv, verlet-no-acceleration, dpd-vv",
+                f"allowed: {WITHOUT_EXCHANGE}",
             )
 
     def _check_core(self):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot
 from typing import TYPE_CHECKING
 
-from dpd.physics.schemes import scheme_named
+from dpd.physics.schemes import WITHOUT_EXCHANGE, scheme_named
 from dpd.scene.walls import period_of
 
 if TYPE_CHECKING:
@@ -117,8 +117,8 @@ def _check_beside(scene, refuse):
         refuse(
             "integrator.scheme",
             f"{scheme!r} lets pairs exchange momentum by their direction alone, and how the flow "
-            "moves them apart depends on their distance; allowed with 'shear': euler, gw-vv, "
-            "verlet-no-acceleration, dpd-vv",
+            "moves them apart depends on their distance; allowed with 'shear': "
+            f"{WITHOUT_EXCHANGE}",
         )
     if scene.data["pairs"]["search"] == "list":
         refuse(
