@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from dpd.analysis.published import published
+from dpd.analysis.verdicts import judge
 from dpd.report.figures import load_module
 
 RNG = np.random.default_rng(8)
@@ -46,6 +48,20 @@ def test_step_at_a_temperature():
     step, error = module("fig01_time_step").step_at(data, "euler", 0.02, 0.01)
     assert 2 * step + 30 * step**2 == pytest.approx(0.02)
     assert 1e-5 < error < 1e-4
+
+
+@pytest.mark.parametrize("apart, verdict", [(0.0, "replicated"), (0.01, "deviates")])
+def test_two_kinds_of_noise(apart, verdict):
+    """Temperatures that differ by 1 % are told apart, however far from 1 they are."""
+    true = np.array([1, 3])[:, None, None] * np.array([1, 1 + apart])[:, None] * np.ones(8)
+    along, error = ("scheme", "noise", "dt"), 0.001 * true
+    data = xr.Dataset(
+        {"excess": (along, true - 1 + RNG.normal(0, error)), "error": (along, error)},
+        {"noise": ["uniform", "gaussian"]},
+    )
+    found = module("fig01_time_step").between_noises(data)
+    limits = published("groot_warren_1997")["noise_difference"]
+    assert judge(limits, found).verdict == verdict
 
 
 def test_steepening_of_a_broken_line():
@@ -114,12 +130,17 @@ def test_width_against_chi(rho):
 
 
 def test_points_off_a_straight_line_decide_nothing():
-    """Their zero depends on which are fitted; points on one are taken, but for 1 in 100."""
-    chi, widths, refused = np.linspace(2.8, 5.5, 6), module("text_interface_width"), []
+    """Their zero depends on which are fitted; points on one are taken, but for 1 in 100.
+
+    A point far from the critical one is not fitted, so it may lie anywhere.
+    """
+    widths, refused = module("text_interface_width"), []
+    chi = np.append(np.linspace(2.6, 3.9, 5), 5)
     for power in (1.0, 1.3):
         reasons = []
         for _ in range(100):
             true = (0.3 * (chi - 2.39) ** power) ** -0.5
+            true[-1] *= 2
             data = xr.Dataset(
                 {
                     "chi": ("excess", chi),
@@ -128,11 +149,11 @@ def test_points_off_a_straight_line_decide_nothing():
                     "fitted": ("excess", np.ones(6, dtype=bool)),
                 }
             )
-            data["classical_p_value"] = widths.line(data, 3, 0.5)["p_value"]
-            reasons.append(widths.no_line(data, "classical"))
+            reasons.append(widths.of_line(data, 3, 0.5, "critical").undecided)
         refused.append(sum("straight line" in reason for reason in reasons))
     assert refused[0] <= 6 and refused[1] >= 94
-    assert "fewer than three" in widths.no_line(data.isel(excess=slice(0, 2)), "classical")
+    few = widths.of_line(data.isel(excess=slice(3, 6)), 3, 0.5, "critical")
+    assert "fewer than three" in few.undecided
 
 
 def test_the_largest_difference_of_three_pressures():

@@ -1,20 +1,21 @@
 """Figure 4: excess pressure over a rho^2, with the exact limits at zero density."""
 
-from typing import NamedTuple
-
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.collect import first_scene
-from dpd.analysis.flow import Measured as Ratio
-from dpd.analysis.fluctuations import noise_ratio, shear_components
 from dpd.analysis.pressure import compressibility, dense, excess_pressure, exponent, from_rdf
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points
 from dpd.theory.virial import MEAN_FIELD, second_virial
-from paper_figures.groot_warren_1997.shared import REPULSIONS, excess_by, look_of
+from paper_figures.groot_warren_1997.shared import (
+    REPULSIONS,
+    excess_by,
+    look_of,
+    noise_of_stress,
+    put_stress_noise,
+)
 
 PUBLISHED = shown_by(__file__)
 ALPHA = PUBLISHED["alpha"]
@@ -30,7 +31,6 @@ PAPER_SHOWS = (
     "without time step error. Dotted: mean field, pi / 30."
 )
 SWEEPS = ("equation_of_state_15", "equation_of_state_25_30")
-PART = 4.0  # tau, a part of a run that is long beside the memory of the stress
 DENSITIES_OF_LEVEL = (3.0, 8.0)  # where the text says that it begins, and the highest one
 
 
@@ -77,9 +77,7 @@ def compute(sweeps):
         p, error = excess_by(fluid, name)
         data[f"fluid_{name}"] = ((), 3 + float(p), {"units": pressure})
         data[f"fluid_{name}_error"] = ((), float(error), {"units": pressure})
-    for name, found in stress_noise(sweeps["virials"])._asdict().items():
-        data[name] = ((), found.value, {"units": "1", "long_name": "ratio of errors"})
-        data[f"{name}_error"] = ((), found.error, {"units": "1", "long_name": "standard error"})
+    put_stress_noise(data, sweeps["virials"], slice(None))  # each of five is as good
     return data.assign_coords(dt=reference.dt)
 
 
@@ -88,34 +86,6 @@ def _spread(values, errors):
     high, low = np.argmax(values), np.argmin(values)
     mean = values.mean()
     return (values[high] - values[low]) / mean, np.hypot(errors[high], errors[low]) / mean
-
-
-class StressNoise(NamedTuple):
-    """Ratios of errors: single samples, the same with momenta, and means of all steps with them."""
-
-    stress_noise: Ratio
-    with_momenta_noise: Ratio
-    every_step_noise: Ratio
-
-
-def stress_noise(runs):
-    """Error of a normal stress difference with all forces over that with the conservative ones.
-
-    Eq. 15 has rho kT in the place of the momenta, so their part, whose variance is rho (kT)^2 / V,
-    is taken off. It is known for single samples alone.
-    """
-    differences = []
-    for name in ("pressure_tensor_all_series", "pressure_tensor_series"):
-        # All five shear stresses of both replicas: each is as good as the difference.
-        tensors = runs[name].transpose("replica", "time", "axis", "axis2").values
-        differences.append(np.concatenate([shear_components(part) for part in tensors], axis=1))
-    scene = first_scene(runs)
-    momenta = scene.beads * float(runs.kT.mean()) ** 2 / float(np.prod(scene.box)) ** 2
-    return StressNoise(
-        stress_noise=noise_ratio(*differences, 1, momenta),
-        with_momenta_noise=noise_ratio(*differences, 1),
-        every_step_noise=noise_ratio(*differences, max(1, round(PART / float(runs.time[0])))),
-    )
 
 
 def measured(data):
@@ -139,11 +109,7 @@ def measured(data):
             "slope of a cubic through the pressures at a = 25 and densities within 1 of 3; "
             f"1 + 2 alpha a rho with our alpha: {1 + 150 * alpha:.2f}",
         ),
-        "stress_noise": Measured(
-            float(data.stress_noise), float(data.stress_noise_error),
-            f"single samples of virials; with momenta {float(data.with_momenta_noise):.2f}; means "
-            f"of all steps over {PART:g} tau, with momenta {float(data.every_step_noise):.2f}",
-        ),
+        "stress_noise": noise_of_stress(data),
         "levels_off": levelling(data),
         "routes": routes(data),
     }  # fmt: skip

@@ -1,6 +1,5 @@
 """Figure 6: density profile across an interface."""
 
-import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
@@ -9,6 +8,7 @@ from dpd.analysis.interfaces import recentred, slabs
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
+from paper_figures.groot_warren_1997.shared import EVEN, mean_and_even_error
 
 TITLE = "Density profiles across the interfaces (rho = 3, a = 25, a_AB = 37)."
 PAPER_SHOWS = (
@@ -16,11 +16,7 @@ PAPER_SHOWS = (
     "the sum at the interface; a periodic box has two. Both drift while a run goes on. So each "
     "block of the run is drawn as seen from its own interfaces, which are put at z = 0 and 10."
 )
-ERRORS = (
-    "Bands: 95 % intervals from blocks of the run. One slice of 0.2 r_c fixes its own correlation "
-    "time poorly, so the error is the median of those of eleven slices beside each other."
-)
-BESIDE = 11  # slices whose errors have their median taken
+ERRORS = f"Bands: 95 % intervals from blocks of the run. {EVEN}"
 
 
 def compute(sweeps):
@@ -49,18 +45,6 @@ def compute(sweeps):
         },
         {"species": sweep.species, "z": sweep.z},
     )
-
-
-def mean_and_even_error(profile):
-    """Mean over blocks and its standard error, which changes evenly from slice to slice.
-
-    The true error does; that of a single slice is scattered, as its correlation time is, and one
-    in a hundred is several times too large. So the median over neighbours is taken, across the
-    periodic edge too. NaN next to a slice that has none.
-    """
-    mean, error = block_mean_and_error(profile)
-    away = range(-(BESIDE // 2), BESIDE // 2 + 1)
-    return mean, np.median([np.roll(error, n, axis=-1) for n in away], axis=0)
 
 
 def measured(data):

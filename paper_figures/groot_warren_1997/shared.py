@@ -2,10 +2,20 @@
 
 from typing import NamedTuple
 
-from dpd.analysis.statistics import linear_fit, over_replicas
+import numpy as np
+
+from dpd.analysis.collect import first_scene
+from dpd.analysis.fluctuations import noise_ratio, shear_components
+from dpd.analysis.statistics import block_mean_and_error, linear_fit, over_replicas
+from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, RED, Look
 
 CROOKED = 0.01  # p-value below which points do not follow a law, and its numbers are not judged
+BESIDE = 11  # slices whose errors have their median taken
+EVEN = (
+    "One slice fixes its own correlation time poorly, so the error is the median of those of "
+    "eleven slices beside each other."
+)
 MEAN_FIELD = 3.0  # chi above which the paper trusts Flory-Huggins theory
 REPULSIONS = {15.0: (BLUE, "X"), 25.0: (GREEN, "s"), 30.0: (RED, "o")}  # drawn as in the paper
 NOT_FITTED = (
@@ -89,3 +99,60 @@ def excess_by(runs, forces):
     """
     name = f"excess_{forces}"
     return over_replicas(runs[name].values, runs[f"{name}_error"].values, -1)
+
+
+def mean_and_even_error(profile):
+    """Mean over blocks and its standard error, which changes evenly from slice to slice.
+
+    The true error does; that of a single slice is scattered, as its correlation time is, and one
+    in a hundred is several times too large. So the median over neighbours is taken, across the
+    periodic edge too. NaN next to a slice that has none.
+    """
+    mean, error = block_mean_and_error(profile)
+    away = range(-(BESIDE // 2), BESIDE // 2 + 1)
+    return mean, np.median([np.roll(error, n, axis=-1) for n in away], axis=0)
+
+
+PART = 4.0  # tau, a part of a run that is long beside the memory of the stress
+
+
+def put_stress_noise(data, runs, which):
+    """Put into a dataset the error of a normal stress difference with noise over that without.
+
+    As ``stress_noise`` of single samples of virials: Eq. 15 has rho kT in the place of the momenta,
+    whose part, of a variance of rho (kT)^2 / V, is taken off. With it, as ``with_momenta_noise``,
+    and of means of all samples, as ``every_step_noise``.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    runs : xarray.Dataset
+        Replicas of one point, with both pressure tensors as series.
+    which : slice
+        Of the five components of `dpd.analysis.fluctuations.shear_components`; the last is the
+        difference across layers along z.
+    """
+    both = []
+    for name in ("pressure_tensor_all_series", "pressure_tensor_series"):
+        tensors = runs[name].transpose("replica", "time", "axis", "axis2").values
+        both.append(np.concatenate([shear_components(part)[:, which] for part in tensors], axis=1))
+    scene = first_scene(runs)
+    momenta = scene.beads * float(runs.kT.mean()) ** 2 / float(np.prod(scene.box)) ** 2
+    for name, found in (
+        ("stress_noise", noise_ratio(*both, 1, momenta)),
+        ("with_momenta_noise", noise_ratio(*both, 1)),
+        ("every_step_noise", noise_ratio(*both, max(1, round(PART / float(runs.time[0]))))),
+    ):
+        data[name] = ((), found.value, {"units": "1", "long_name": "ratio of errors"})
+        data[f"{name}_error"] = ((), found.error, {"units": "1", "long_name": "standard error"})
+
+
+def noise_of_stress(data):
+    """What `put_stress_noise` has put there, for the table; NaN where it has not."""
+    if "stress_noise" not in data:
+        return Measured(np.nan, np.nan)
+    return Measured(
+        float(data.stress_noise), float(data.stress_noise_error),
+        f"single samples of virials; with momenta {float(data.with_momenta_noise):.2f}; means of "
+        f"all samples over {PART:g} tau, with momenta {float(data.every_step_noise):.2f}",
+    )  # fmt: skip

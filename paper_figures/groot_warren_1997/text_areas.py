@@ -4,11 +4,17 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import COVERAGE, block_mean_and_error
+from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.surface_tension import slab_tension, tension_of_tensor
 from dpd.analysis.tension_sweeps import one_run, sweep_tension
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
+from paper_figures.groot_warren_1997.shared import (
+    EVEN,
+    mean_and_even_error,
+    noise_of_stress,
+    put_stress_noise,
+)
 
 # The variance that the slope of tanh(2 z / xi) stands for is pi^2 xi^2 / 48.
 OF_VARIANCE = 48 / np.pi**2
@@ -25,6 +31,7 @@ PAPER_SHOWS = (
     "(Eq. 31). It vanishes in both bulks. The pressure tensor of the box gives the same tension, "
     "with a smaller error, as it is sampled more often; (b) has that one."
 )
+ERRORS = f"Bars and bands: 95 % intervals from blocks of the run. In (c): {EVEN}"
 
 
 def compute(sweeps):
@@ -56,7 +63,7 @@ def of_figure_6(runs):
     noise = run.pressure_tensor_all_series - run.pressure_tensor_series
     added = tension_of_tensor(run.assign(pressure_tensor=noise))
     missing = (run.normal_pressure_profile - run.tangential_pressure_profile).values
-    mean, error = block_mean_and_error(missing)
+    mean, error = mean_and_even_error(missing)
     pressure, tension = {"units": "kT / r_c^3"}, {"units": "kT / r_c^2"}
     data = xr.Dataset(
         {
@@ -73,6 +80,7 @@ def of_figure_6(runs):
     for name, ((value, error), units) in parts.items():
         data[name] = ((), value, units)
         data[f"{name}_error"] = ((), error, units)
+    put_stress_noise(data, runs, slice(-1, None))
     return data
 
 
@@ -111,6 +119,7 @@ def measured(data):
             f"friction and noise add {float(data.added):.3f} +- {float(data.added_error):.3f} to "
             f"{tensor:.3f}",
         ),
+        "stress_noise_interface": noise_of_stress(data),
         "isotropic_bulk": Measured(
             value / peak, of_bulk / peak,
             ", ".join(f"{bulk:.3f} +- {error:.3f}" for bulk, error in bulks) + " in both bulks",

@@ -21,6 +21,7 @@ PAPER_SHOWS = (
     "through the origin. (b) Prefactor over rho^2 Delta a, a constant if it were linear; dashed: "
     f"2 alpha with the published alpha = {ALPHA:g}, which Eq. 21 would have."
 )
+SHAPES = {"mixing_shape_eighth": 0.125, "mixing_shape": 0.25, "mixing_shape_three": 0.375}
 COLORS = (BLUE, GREEN, ORANGE, RED)
 
 
@@ -67,23 +68,27 @@ def slope(x, y, error):
 
 def measured(data):
     """The shape in x, and what the prefactor does."""
-    quarter, half = data.sel(fraction=0.25), data.sel(fraction=0.5)
-    ratio = (quarter.mixing / half.mixing).values
-    parts = (quarter.mixing_error / quarter.mixing, half.mixing_error / half.mixing)
-    shape, shape_error = slope(np.ones_like(ratio), ratio, ratio * np.hypot(*parts))
+    found = {name: over_half(data, x) for name, x in SHAPES.items()}
     low, high = data.isel(excess=0), data.isel(excess=-1)
     change = float(high.prefactor / low.prefactor)
     error = change * float(
         np.hypot(high.prefactor_error / high.prefactor, low.prefactor_error / low.prefactor)
     )
     direction = "falls" if change < 1 else "rises"
-    return {
-        "mixing_shape": Measured(
-            float(shape), float(shape_error),
-            f"mean over Delta a {data.excess.values[0]:g} to {data.excess.values[-1]:g}",
-        ),
-        "mixing_prefactor": Measured(abs(change - 1), error, f"it {direction} with Delta a"),
-    }  # fmt: skip
+    moved = Measured(abs(change - 1), error, f"it {direction} with Delta a")
+    return found | {"mixing_prefactor": moved}
+
+
+def over_half(data, x):
+    """Excess pressure of mixing at a fraction over that at 1/2, the mean over Delta a."""
+    if x not in data.fraction:
+        return Measured(np.nan, np.nan)
+    part, half = data.sel(fraction=x), data.sel(fraction=0.5)
+    ratio = (part.mixing / half.mixing).values
+    parts = (part.mixing_error / part.mixing, half.mixing_error / half.mixing)
+    shape, error = slope(np.ones_like(ratio), ratio, np.abs(ratio) * np.hypot(*parts))
+    first, last = data.excess.values[[0, -1]]
+    return Measured(float(shape), float(error), f"mean over Delta a {first:g} to {last:g}")
 
 
 def describe(data):

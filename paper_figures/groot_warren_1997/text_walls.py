@@ -2,6 +2,8 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from scipy.optimize import minimize_scalar
 
 from dpd.analysis.collect import first_scene
@@ -14,6 +16,7 @@ PUBLISHED = shown_by(__file__)
 PRINTED = {"bulk": "wall_pressure", "noisy": "wall_pressure_all", "force": "wall_force"}
 ASIDE = 0.0006  # tau, by which points at the same step are drawn beside each other
 PAPER_STEP = 0.04  # tau
+BESIDE = 0.6  # kT / r_c, by which points at the same a_w are drawn beside each other
 AWAY = 0.0025  # tau, by which published numbers stand beside ours
 MIDDLE = 1.5  # r_c on either side of the middle, which is the bulk
 LOOKS = {
@@ -179,25 +182,24 @@ def describe(data):
 
 def draw(data):
     """Pressures over the strength of the walls, and differences over the time step."""
-    figure, (left, right) = panels(2, height=2.9)
-    for name, look in LOOKS.items():
-        points(left, data.strength, data[name], data[f"{name}_error"], *look)
+    figure, (left, right) = panels(2, height=3.1)
+    for place, (name, (label, color, marker)) in enumerate(LOOKS.items()):
+        aside = (place - 1.5) * BESIDE
+        points(left, data.strength + aside, data[name], data[f"{name}_error"], label, color, marker)
     for name, row in PRINTED.items():
         value, error, color = PUBLISHED[row].value, PUBLISHED[row].error, LOOKS[name].color
         left.axhspan(value - error, value + error, color=color, alpha=0.3, lw=0)
     if np.isfinite(data.best):
-        left.axvline(float(data.best), color=BLACK, ls=":", lw=0.8)
-    low, high = left.get_ylim()
-    left.set_ylim(low, high + 0.35 * (high - low))  # room for the legend
+        left.axvline(float(data.best), color=BLACK, ls=":", lw=0.8,
+                     label=f"best $a_w$, {float(data.best):.1f}")  # fmt: skip
     left.set(xlabel="strength of the walls $a_w$ $r_c$ / $k_BT$",
              ylabel=r"pressure / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
-    left.legend(loc="upper left")
     for name, aside in (("bulk", -ASIDE), ("normal", 0.0), ("noisy", ASIDE)):
-        label, color, marker = LOOKS[name]
+        _, color, marker = LOOKS[name]
         relative = 100 * (data[f"step_{name}"] / data.step_force - 1)
         error = 100 * np.hypot(data[f"step_{name}_error"] / data.step_force,
                                data.step_force_error / data.step_force)  # fmt: skip
-        points(right, data.dt + aside, relative, error, label, color, marker)
+        points(right, data.dt + aside, relative, error, None, color, marker)
         if name in PRINTED:
             printed, force = PUBLISHED[PRINTED[name]], PUBLISHED["wall_force"]
             apart = 100 * (printed.value / force.value - 1)
@@ -206,8 +208,14 @@ def draw(data):
                            markerfacecolor="white", capsize=1.5)  # fmt: skip
     right.axhline(0, color=RED, lw=0.8)
     low, _ = right.get_ylim()
-    right.set(xlim=(0, 0.045), ylim=(low, 0.1), xticks=[0, 0.01, 0.02, 0.03, 0.04],
+    right.set(xlim=(0, 0.046), ylim=(low, 0.1), xticks=[0, 0.01, 0.02, 0.03, 0.04],
               xlabel=r"time step $\Delta t$ / $\tau$",
               ylabel="pressure less force per area / %")  # fmt: skip
-    right.legend(loc="lower left")
+    handles, labels = left.get_legend_handles_labels()
+    handles += [
+        Patch(color=BLACK, alpha=0.3, lw=0),
+        Line2D([], [], color=BLACK, ls="none", marker="o", markerfacecolor="white"),
+    ]
+    labels += ["published (a)", "published (b)"]
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
