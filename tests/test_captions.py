@@ -138,6 +138,22 @@ def test_a_line_names_axes_that_do_not_show():
     assert line.swept == "swept: set one, other"
 
 
+def test_names_of_several_letters_stand_apart():
+    """In the tables of a scene, and in what a caption makes of them."""
+    pairs = ["W1 W1", "W1 tail", "Na+ W1", "tail tail", "tail Na+", "Na+ Na+"]
+    scene = BLENDS | {
+        "molecules": [{"architecture": name, "density": 1} for name in ("W1", "tail", "Na+")],
+        "repulsion": dict(zip(pairs, (25, 40, 25, 25, 40, 25))),
+        "mass": {"W1": 2},
+        "thermostat": {"gamma": dict.fromkeys(pairs, 4.5) | {"Na+ Na+": 9}},
+    }
+    line = sweep_line(swept(scene, set=["one"]))
+    assert "= 25, a_(Na+ tail) = a_(W1 tail) = 40 kT" in line.forces
+    assert "masses m_(Na+) = 1, m_(W1) = 2, m_(tail) = 1" in line.forces
+    assert str(typeset("a_(Na+ W1) = 25")) == "<i>a</i><sub>Na+ W1</sub> = 25"
+    assert str(typeset("gamma_(W1 W1)")) == "γ<sub>W1 W1</sub>"
+
+
 def test_a_line_on_a_run_without_friction_or_equilibration():
     """What is not there is called so."""
     line = sweep_line(swept(BLENDS | {"thermostat": {"gamma": 0}}))

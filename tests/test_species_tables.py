@@ -57,6 +57,11 @@ BAD = [
     ),
     (LANGEVIN | {"start": {"relax": {"steps": 10, "dt": 0.01}}}, "add start.forces.gamma"),
     ({"mass": {"C": 2}}, "mass.C: no molecule has the species 'C'; allowed: A, B"),
+    ({"mass": {None: 2}}, "mass"),
+    (
+        {"molecules": [{"architecture": "A3 B", "count": 1}]},
+        "repulsion.A A: no molecule has the species 'A'; allowed: A3, B; did you mean 'A 3'",
+    ),
     ({"mass": {"A": 0}}, "mass.A: 0 is out of range; allowed: >= 0.001"),
     ({"mass": {"A B": 1}}, "mass"),
     ({"mass": {"A": "1"}}, "write 1 without quotes"),

@@ -51,7 +51,9 @@ def test_architectures(architecture, beads, parents):
 
 
 def test_names_of_several_letters():
-    assert tree_of("Head 2 Tail (Arm)").beads == ("Head", "Head", "Tail", "Arm")
+    """As public files have them; a digit that stands apart is a number of beads."""
+    assert tree_of("Head 2 tail (Arm)").beads == ("Head", "Head", "tail", "Arm")
+    assert tree_of("(W1 c3(Na+)C-3_b 2)1").beads == ("W1", "c3", "Na+", "C-3_b", "C-3_b")
 
 
 # Text of some parts, species of the beads, bonds, and the last bead along the chain.
@@ -119,9 +121,11 @@ def test_architectures_are_trees(drawn):
         ("3 A", [">>>3<<< A", "behind a species"]),
         ("A 3 5", ["A 3 >>>5<<<"]),
         ("A (3)", ["A (>>>3<<<)"]),
-        ("A1 B A1", [">>>A1<<< B A1", "no rings"]),
+        ("1A B 1A", [">>>1A<<< B 1A", "no rings"]),
         ("A=B", [">>>A=B<<<"]),
-        ("a", [">>>a<<<", "capital"]),
+        ("+a", [">>>+a<<<", "a letter, then letters, digits"]),
+        ("Na+.", [">>>Na+.<<<"]),
+        ("é", [">>>é<<<"]),
         ("A 2.5", [">>>2.5<<<"]),
         ("A -1", [">>>-1<<<"]),
         ("A [B]", [">>>[B]<<<"]),

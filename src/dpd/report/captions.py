@@ -276,15 +276,22 @@ def _by_pairs(symbol, species, tables):
     """A quantity of pairs of species."""
     alike = {}
     for i, j in combinations_with_replacement(range(len(species)), 2):
-        pair = f"{symbol}_{species[i]}{species[j]}"
+        pair = _of_species(symbol, species[i], species[j])
         alike.setdefault(span([table[i, j] for table in tables]), []).append(pair)
     return ", ".join(f"{' = '.join(pairs)} = {values}" for values, pairs in alike.items())
+
+
+def _of_species(symbol, *names):
+    """a_AB, or a_(W1 tail) where names are longer."""
+    short = "".join(names)
+    return f"{symbol}_{short}" if len(short) == len(names) else f"{symbol}_({' '.join(names)})"
 
 
 def _by_species(symbol, species, tables):
     """A quantity of species."""
     values = (span([table[i] for table in tables]) for i in range(len(species)))
-    return ", ".join(f"{symbol}_{name} = {value}" for name, value in zip(species, values))
+    named = (_of_species(symbol, name) for name in species)
+    return ", ".join(f"{name} = {value}" for name, value in zip(named, values))
 
 
 def _masses(scenes):

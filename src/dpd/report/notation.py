@@ -37,6 +37,8 @@ _RULES = [
     # Subscripts and superscripts.
     (r"(?:\b|(?<=Δ))([A-Za-z])_([A-Za-z]+|\d+)(?![\w(])", r"<i>\1</i><sub>\2</sub>"),
     (rf"\b({_GREEK})_([A-Za-z]+|\d+)(?!\w)", r"\1<sub>\2</sub>"),
+    (r"\b([A-Za-z])_\(([^()]*)\)", r"<i>\1</i><sub>\2</sub>"),
+    (rf"\b({_GREEK})_\(([^()]*)\)", r"\1<sub>\2</sub>"),
     (r"\^\(([^()]*)\)", r"<sup>\1</sup>"),
     (rf"\^({_NUMBER}|[A-Za-z]+)", r"<sup>\1</sup>"),
     (r"(?<![\w)])-(?=\d|\w\b)| - ", lambda found: found.group().replace("-", "−")),

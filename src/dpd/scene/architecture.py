@@ -15,12 +15,12 @@ from dpd.errors import UserError, shown
 MOST_BEADS = 10**6  # of one molecule
 MOST_NESTED = 50  # brackets in brackets
 AROUND = 30  # characters that a message shows on either side of a mistake
-NAME = re.compile(r"[A-Z][A-Za-z]*")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_+-]*")
 WORD = re.compile(r"[()]|[^\s()]+")
 RULES = (
     "write species and repeats as 'A 3 B 9'; behind a bead a branch in brackets, 'A 3 (B 2) A 3'; "
-    "groups with their repeats, '(A 2 B) 4'; a species is letters, the first a capital, and there "
-    "are no rings"
+    "groups with their repeats, '(A 2 B) 4'; a species is a letter, then letters, digits, _, + or "
+    "-, and there are no rings"
 )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from dpd.errors import UserError
+from dpd.scene.tables import no_species
 from dpd.theory.repulsion import relation_at, unlike_repulsion
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def _from_chi(scene, pair, chi):
     given = scene.data["repulsion"]
     for name in names:
         if name not in scene.species:
-            refuse(f"no molecule has the species {name!r}; allowed: {', '.join(scene.species)}")
+            refuse(no_species(scene, name))
     if one == other:
         refuse("a species mixes with itself, it has no chi; give its 'repulsion' alone")
     for key in (pair, f"{other} {one}"):

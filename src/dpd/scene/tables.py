@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
+def no_species(scene: Scene, name: str) -> str:
+    """In words that no molecule has a species, and what may be meant."""
+    found = f"no molecule has the species {name!r}; allowed: {', '.join(scene.species)}"
+    for other in scene.species:
+        if other.startswith(name) and other[len(name) :].isdigit():
+            return f"{found}; did you mean '{name} {other[len(name) :]}', several beads of {name}?"
+    return found
+
+
 def pair_table(scene: Scene, values: Mapping[str, float]) -> np.ndarray:
     """(species, species) array of values by pairs as "A B"; NaN for pairs without one."""
     table = np.full((len(scene.species),) * 2, np.nan)
@@ -54,10 +63,7 @@ def check_pairs(scene: Scene, key: str, values: Mapping[str, float], example: fl
             refuse(f"{key}.{pair}", f"{value:g}, but {other:g} in the other order")
         for name in names:
             if name not in scene.species:
-                refuse(
-                    f"{key}.{pair}",
-                    f"no molecule has the species {name!r}; allowed: {', '.join(scene.species)}",
-                )
+                refuse(f"{key}.{pair}", no_species(scene, name))
     table = pair_table(scene, values)
     for i, j in combinations_with_replacement(range(len(scene.species)), 2):
         if np.isnan(table[i, j]):
@@ -115,8 +121,4 @@ def _check_species(scene: Scene, key: str, values: Mapping[str, Any]) -> None:
     for name in values:
         if name not in scene.species:
             pair = "one value for each species, not for pairs" if " " in name else ""
-            raise UserError(
-                f"{scene.where}: {key}.{name}: "
-                f"{pair or f'no molecule has the species {name!r}'}; allowed: "
-                f"{', '.join(scene.species)}"
-            )
+            raise UserError(f"{scene.where}: {key}.{name}: {pair or no_species(scene, name)}")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dpd.errors import UserError
 from dpd.physics.schemes import scheme_named
+from dpd.scene.tables import no_species
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -120,17 +121,14 @@ def per_species(scene: Scene, key: str, given: float | dict[str, float]) -> tupl
     """
     if not isinstance(given, dict):
         return (float(given),) * len(scene.species)
-    allowed = ", ".join(scene.species)
     for name in given:
         if name not in scene.species:
-            raise UserError(
-                f"{scene.where}: {key}.{name}: no molecule has this species; allowed: {allowed}"
-            )
+            raise UserError(f"{scene.where}: {key}.{name}: {no_species(scene, name)}")
     for name in scene.species:
         if name not in given:
             raise UserError(
                 f"{scene.where}: {key}: no value for the species {name!r}; it needs one for each "
-                f"of {allowed}, or one number for all"
+                f"of {', '.join(scene.species)}, or one number for all"
             )
     return tuple(float(given[name]) for name in scene.species)
 
