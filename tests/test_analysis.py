@@ -53,16 +53,17 @@ def test_correlation_time_of_a_known_series():
 def test_correlation_time_against_emcee(memory):
     """emcee sums the same autocorrelation, 1 + 2 sum, up to the first lag of c times that.
 
-    With c of 2.5 that is our window, so that each series has the same sum; what we multiply it by
-    for the sample's own mean, 1 + (2 W + 1) / n, follows from the degrees of freedom. emcee's own
-    c of 5 is another estimator of the same time: over many series the means of both agree within
-    three standard errors of their difference.
+    With c of 2.5 that is our window W, which follows from the degrees of freedom, so that each
+    series has the same sum. We add what an exponential has beyond it, and multiply by 1 + (2 W + 1)
+    / n for the sample's own mean. emcee's own c of 5 is another estimator of the same time: over
+    many series the means of both agree within three standard errors of their difference.
     """
     n, runs = 20_000, correlated(np.random.default_rng(6), 60, 20_000, memory)
     ours = by_window(runs.T)
-    tau = n / ours.times / (1 + 1 / (ours.degrees + 0.5))
-    same = np.array([integrated_time(x, c=2.5, tol=0)[0] for x in runs])
-    np.testing.assert_allclose(2 * tau, same, rtol=1e-9)
+    window = 0.5 * (n / (ours.degrees + 0.5) - 1)
+    summed = np.array([integrated_time(x, c=2.5, tol=0)[0] for x in runs]) / 2
+    whole = 0.5 + (summed - 0.5) / (1 - np.exp(-window / summed))
+    np.testing.assert_allclose(n / ours.times, whole * (1 + (2 * window + 1) / n), rtol=1e-9)
     wider = np.array([integrated_time(x, c=5, tol=0)[0] for x in runs])
     apart = 2 * n / ours.times - wider
     assert abs(apart.mean()) < 3 * apart.std(ddof=1) / np.sqrt(len(runs))

@@ -6,11 +6,14 @@ from scipy.signal import lfilter
 
 from dpd.analysis import statistics
 from dpd.analysis.coverage import coverage, coverage_of_pieces, slow_time
+from dpd.analysis.diffusion import exponent
 from dpd.analysis.resampling import Resampled
 from dpd.analysis.statistics import (
     jackknife,
+    linear_fit,
     mean_and_error,
     serial_jackknife_error,
+    widening,
 )
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
@@ -34,6 +37,17 @@ def process(rng, samples, runs, tau=0.5, slow=1.0):
     noise[1:] *= np.sqrt(1 - memory**2)
     correlated = lfilter([1], [1, -memory], noise, axis=0)
     return np.sqrt(slow) * correlated + np.sqrt(1 - slow) * rng.normal(size=(samples, runs))
+
+
+def rms_z(mean, error):
+    """Of pairs of runs: their difference over the error of it; 1 where errors are true."""
+    z = (mean[::2] - mean[1::2]) / np.hypot(error[::2], error[1::2])
+    return np.sqrt(np.nanmean(z**2))
+
+
+def jumps(error):
+    """Share of pairs of runs whose error bars differ by a factor of 2 or more."""
+    return np.mean(np.abs(np.log(error[::2] / error[1::2])) > np.log(2))
 
 
 def largest_over_levels(blocks):
@@ -74,8 +88,12 @@ def test_series_cover(name):
 
     Few have no error there.
     """
-    found = coverage(made(name, 1000), 0.0)
+    series = made(name, 1000)
+    found = coverage(series, 0.0)
     assert (HARD if "slow" in PROCESSES[name] else LEAST) <= found.share <= MOST
+    # Of 50 correlation times few degrees of freedom are left, of 20 two, and Student's t is 4.3.
+    least = {"n / 50": 0.72, "n / 20": 0.62, "a third, n / 25": 0.72}.get(name, 0.82)
+    assert least < rms_z(*statistics.block_mean_and_error(series)) < 1.05
     assert found.too_short < 0.12
     assert found.width < 1.5
 
@@ -96,6 +114,10 @@ def test_blocks_cover(name, count):
     found = coverage(blocks, 0.0)
     assert (LEAST if count >= statistics.FEW else HARD) <= found.share <= MOST
     assert found.too_short < 0.16
+    if count == 50:  # as runs have
+        mean, error = statistics.block_mean_and_error(blocks)
+        assert 0.87 < rms_z(mean, error) < 1.05
+        assert jumps(error) < {"n / 20": 0.2, "n / 50": 0.12}.get(name, 0.05)
 
 
 @pytest.mark.slow
@@ -111,22 +133,65 @@ def test_jackknives_cover(name):
     assert HARD <= coverage(tenths, 1.0, lambda _: estimate).share <= MOST
 
 
+LAGS = np.array([1, 2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48, 60])
+
+
+def walks(rng, molecules, together):
+    """Mean-square displacements of random walks of 10 parts of 60 steps, as a run keeps them.
+
+    A share ``together`` of the variance of each step is common to all.
+    """
+    steps = np.sqrt(1 - together) * rng.normal(size=(600, molecules, 3))
+    steps += np.sqrt(together) * rng.normal(size=(600, 1, 3))
+    place = np.concatenate([np.zeros((1, molecules, 3)), np.cumsum(steps, axis=0)])
+    each, sums, counts = [], [], []
+    for lag in LAGS:
+        square = ((place[lag:] - place[:-lag]) ** 2).sum(axis=-1)
+        part = np.arange(lag - 1, 600) // 60
+        each.append(square.mean(axis=0))
+        sums.append(np.bincount(part, square.mean(axis=1), 10))
+        counts.append(np.bincount(part, minlength=10))
+    each, sums, counts = (np.array(a) for a in (each, sums, counts))
+    groups = np.array_split(np.arange(molecules), 20)
+    without = [np.delete(each, group, axis=1).mean(axis=1) for group in groups]
+    others = (sums.sum(axis=1) - sums.T) / (counts.sum(axis=1) - counts.T)
+    return Resampled(LAGS, sums.sum(axis=1) / counts.sum(axis=1), np.array(without), others)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "groups"), [("white", 20), ("white", 5), ("n / 20", 20)])
-def test_resampled_quantities_cover(name, groups):
-    """The larger of two errors, of molecules and of tenths, is not too small for either."""
-    rng = np.random.default_rng(4)
-    tenths = made(name, 400).reshape(10, 40, RUNS).mean(axis=1)
-    scale = tenths.mean(axis=0).std()
-    molecules = scale * np.sqrt(groups) * rng.normal(size=(groups, RUNS))
-    for noise in (tenths, molecules):
-        others = [noise if part is noise else 0 * part for part in (molecules, tenths)]
-        left = [(p.sum(axis=0) - p) / (len(p) - 1) for p in others]
-        value = noise.mean(axis=0)
-        resampled = Resampled(np.arange(RUNS), value, *left)
-        found = resampled.derived(lambda g: 2 * g)
-        least = HARD if noise is tenths else LEAST
-        assert least <= coverage(noise, 0.0, lambda _, found=found: found).share <= MOST
+@pytest.mark.parametrize(("molecules", "together"), [(32, 0), (32, 0.2), (160, 0.137)])
+def test_displacements_cover(molecules, together):
+    """D and the exponent of free diffusion, of molecules alone and of those that move together.
+
+    What all do together makes the variance of the mean 2.2 and 4 times that of independent ones.
+    """
+    rng = np.random.default_rng(2)
+    runs = [walks(rng, molecules, together) for _ in range(400)]
+    late = LAGS >= 20
+    for truth, function in (
+        (3, lambda g: np.polyfit(LAGS[late], g[late], 1)[0]),
+        (1, lambda g: exponent(np.log(LAGS), np.log(g))),
+    ):
+        value, error = np.array([each.derived(function) for each in runs]).T
+        assert 0.91 < np.mean(np.abs(value - truth) < 1.96 * error) <= MOST
+        assert 0.78 < rms_z(value, error) < 1.05
+        assert jumps(error) < 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("points", "degrees"), [(3, 16), (4, 9), (8, 16), (8, 1000)])
+def test_fits_cover(points, degrees):
+    """The slope of points whose errors have some degrees of freedom each."""
+    rng, x = np.random.default_rng(1), np.arange(points) + 1.0
+    found = []
+    for _ in range(RUNS):
+        error = widening(degrees) * np.sqrt(rng.chisquare(degrees, points) / degrees)
+        fit = linear_fit([np.ones(points), x], rng.normal(size=points), error)
+        found.append((fit.values[1], fit.errors[1]))
+    value, error = np.array(found).T
+    assert LEAST <= np.mean(np.abs(value) < 1.96 * error) <= 0.97
+    assert 0.9 < rms_z(value, error) < 1.06
+    assert jumps(error) < 0.03
 
 
 def test_estimators_without_these_cares_do_not_cover(monkeypatch):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.analysis.statistics import likelihood, linear_fit
+from dpd.analysis.statistics import likelihood, linear_fit, scatter
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -156,7 +156,7 @@ def crossover(
     -------
     Crossover
         Its place is where chi-square is least, its error half the width over which that rises by
-        one, or by the reduced chi-square if that is larger.
+        one, or by the reduced chi-square where that is larger than errors explain.
     """
     use = np.isfinite(value) & (error > 0)
     order = np.argsort(length[use])
@@ -172,7 +172,7 @@ def crossover(
     worse = _bent(places[:, np.newaxis], x, y, spread, exponents)
     best = int(worse.argmin())
     there = float(np.exp(places[best]))
-    height = worse[best] + max(1.0, worse[best] / degrees)
+    height = worse[best] + scatter(float(worse[best]), degrees) ** 2
     shorter = _reaches(places[best::-1], worse[best::-1], height)
     longer = _reaches(places[best:], worse[best:], height)
     straight = linear_fit([np.ones_like(x), x], y, spread).p_value

@@ -18,13 +18,16 @@ LEVEL = 0.975  # below the upper end of that interval
 MANY = 1e6  # degrees of freedom that stand for a variance that is known
 GROUPS = 50  # of blocks, left out in turn
 BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many samples make one
-WINDOW = 5.0  # correlation times that an autocorrelation is summed up to
+# Correlation times that an autocorrelation is summed up to: of many samples, of averages in which a
+# slow part may hide, and of few blocks. Each more costs degrees of freedom, n / (2 W + 1) of n.
+WINDOW, OF_AVERAGES, OF_BLOCKS = 5.0, 3.0, 1.5
 SURE = 0.5  # standard errors by which averages have to say more than the samples do
 FEW = 25  # values below which their own correlation cannot be told
 PARTS = 4  # that so few are joined to
 # Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
 # the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
 TOO_SHORT = 10.0
+UNLIKELY = 0.01  # probability of a scatter about a fit that errors of points do not explain
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
 
 
@@ -64,20 +67,23 @@ class Spread(NamedTuple):
     times: Values
 
 
-def by_window(x: np.ndarray) -> Spread:
+def by_window(x: np.ndarray, reach: float = WINDOW) -> Spread:
     """Variance of the mean of a series by its autocorrelation up to one window.
 
-    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches five
-    times tau (Sokal's self-consistent window), times 1 + (2 W + 1) / n for what subtracting
-    the sample's own mean has cost (Wolff 2004, Eq. 49), and at least 1/2. The variance of the
-    mean is 2 tau / n times that of the samples. tau^2 has a variance of 4 (W + 1/2 - tau) / n
-    tau^2 (his Eq. 42), so that the variance of the mean has n / (2 W + 1) degrees of freedom; half
-    a one less as W is found with it (by calibration), and n - 1 where nothing correlates.
+    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches some
+    times tau (Sokal's self-consistent window), with what a single exponential has beyond it, times
+    1 + (2 W + 1) / n for what subtracting the sample's own mean has cost (Wolff 2004, Eq. 49), and
+    at least 1/2. The variance of the mean is 2 tau / n times that of the samples. tau^2 has a
+    variance of 4 (W + 1/2 - tau) / n tau^2 (his Eq. 42), so that the variance of the mean has
+    n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by calibration), and
+    n - 1 where nothing correlates.
 
     Parameters
     ----------
     x : (n, ...) array
         n of 2 or more.
+    reach : float
+        W over tau, at least.
 
     Returns
     -------
@@ -92,11 +98,13 @@ def by_window(x: np.ndarray) -> Spread:
     scale = np.where(variance == 0, 1, variance) * n
     tau = 0.5 + np.cumsum(covariance[1:] / scale, axis=0)
     lag = np.arange(1, n).reshape(-1, *[1] * (x.ndim - 1))
-    beyond = lag >= WINDOW * np.maximum(tau, 0.5)
+    beyond = lag >= reach * np.maximum(tau, 0.5)
     beyond[-1] = True
     last = beyond.argmax(axis=0)
     window = last + 1
-    tau = np.take_along_axis(tau, last[None], axis=0)[0] * (1 + (2 * window + 1) / n)
+    tau = np.take_along_axis(tau, last[None], axis=0)[0]
+    tau = 0.5 + (tau - 0.5) / (1 - np.exp(-window / np.maximum(tau, 0.5)))
+    tau = tau * (1 + (2 * window + 1) / n)
     tau = np.maximum(tau, 0.5)
     degrees = np.where(tau > 0.5, np.clip(n / (2 * window + 1) - 0.5, 1, n - 1), n - 1)
     return Spread(2 * tau * variance / (n - 1), degrees, n / tau)
@@ -127,11 +135,10 @@ def spread_of_mean(x: np.ndarray) -> Spread:
         return Spread(
             parts.var(axis=0, ddof=1) / len(parts), degrees, np.full(degrees.shape, np.inf)
         )
-    fine = by_window(x)
     count = min(BLOCKS, n // LEAST)
     if count < FEW:
-        return fine
-    coarse = by_window(averaged(x, n // count))
+        return by_window(x, OF_BLOCKS)
+    fine, coarse = by_window(x), by_window(averaged(x, n // count), OF_AVERAGES)
     slow = coarse.variance > fine.variance * (1 + SURE * np.sqrt(2 / coarse.degrees))
     return Spread(*(np.where(slow, *pair) for pair in zip(coarse, fine)))
 
@@ -337,8 +344,8 @@ def over_replicas(values: np.ndarray, errors: np.ndarray, axis: int) -> tuple[Va
 class Fit(NamedTuple):
     """A least-squares fit that is linear in its coefficients.
 
-    ``errors`` are standard errors, widened by sqrt(reduced chi-square) where the points
-    scatter more than their own errors allow.
+    ``errors`` are standard errors. They are those of the points, carried over, unless these scatter
+    about the fit more than they explain, see `scatter`.
     """
 
     values: np.ndarray
@@ -357,6 +364,17 @@ def likelihood(chi_square: float, degrees: int) -> float:
     from scipy.special import chdtrc
 
     return float(chdtrc(degrees, chi_square))
+
+
+def scatter(chi_square: float, degrees: int) -> float:
+    """Factor on errors of a fit: 1, or the root of a reduced chi-square that is `UNLIKELY` large.
+
+    A factor that never is below 1, and follows each larger chi-square, would be too large on
+    average: by a quarter with one degree of freedom, and often by more than 2.
+    """
+    if degrees and likelihood(chi_square, degrees) < UNLIKELY:
+        return float(np.sqrt(chi_square / degrees))
+    return 1.0
 
 
 def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | None = None) -> Fit:
@@ -386,7 +404,7 @@ def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | No
                 f"{np.sum(~known)} of {len(y)} points have no error > 0, and so no weight: leave "
                 "them out before the fit"
             )
-    least = 0.0 if error is None else 1.0
+    alone = error is None
     error = np.ones(len(y)) if error is None else np.asarray(error)
     terms, n = basis.shape
     if n < terms:
@@ -397,6 +415,7 @@ def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | No
     spread = np.linalg.norm(np.linalg.inv(r), axis=1)  # root of the diagonal of the covariance
     residual = y / error - design @ values
     degrees = n - terms
-    chi_square = float(residual @ residual) / degrees if degrees else np.nan
-    widened = np.sqrt(max(least, chi_square)) if degrees else np.nan if least == 0 else 1.0
-    return Fit(values, widened * spread, chi_square, degrees)
+    chi_square = float(residual @ residual)
+    quality = chi_square / degrees if degrees else np.nan
+    factor = np.sqrt(quality) * widening(degrees) if alone else scatter(chi_square, degrees)
+    return Fit(values, factor * spread, quality, degrees)

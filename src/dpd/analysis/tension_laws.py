@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.analysis.statistics import likelihood
+from dpd.analysis.statistics import likelihood, scatter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,7 +43,7 @@ class TensionLaw(NamedTuple):
     Attributes
     ----------
     prefactor, alpha, critical, mu : Fitted
-        Standard errors, widened where points scatter more than their own errors allow.
+        Standard errors, widened as by `dpd.analysis.statistics.scatter`.
     reduced_chi_square : float
         NaN without degrees of freedom.
     points, degrees : int
@@ -211,7 +211,7 @@ def _fitted(
     if best is None:
         return _Best([NOTHING] * heights, shape, np.nan, 0)
     quality = best.chi_square / degrees if degrees else np.nan
-    widened = np.sqrt(max(1.0, quality)) if degrees else 1.0
+    widened = scatter(best.chi_square, degrees)
     errors = widened * np.sqrt(np.diagonal(best.covariance))
     for name, value, error in zip(free, best.values[heights:], errors[heights:]):
 
