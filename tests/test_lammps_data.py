@@ -9,6 +9,8 @@ from dpd.errors import UserError
 from dpd.particles.formats import read, write
 from dpd.particles.lammps_data import STYLES
 from dpd.particles.particles import Particles
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start
 from tests.test_particles import assert_same
 
 UPRIGHT = "0 5 xlo xhi\n0 5 ylo yhi\n0 5 zlo zhi\n"
@@ -305,6 +307,71 @@ def test_names_in_an_older_encoding(tmp_path):
 def test_sections_that_are_not_known_are_said(tmp_path):
     found = read_text(tmp_path, atoms("1 0.5 0.5 0.5") + "\nVelocites\n\n1 0 0 0\n")
     assert any(said.startswith("section Velocites is left out") for said in found.left_out)
+
+
+MICELLE = """four beads, and two more that nothing parts
+
+6 atoms
+2 atom types
+0 6 xlo xhi
+0 6 ylo yhi
+0 6 zlo zhi
+
+Masses
+
+1 1 # W1
+2 1 # tail
+
+Atoms # molecular
+
+11 1 1 0.5 0.5 0.5 0 0 0
+12 1 2 1.1 0.5 0.5 0 0 0
+13 2 1 3.0 3.0 3.0 0 0 0
+14 2 2 3.6 3.0 3.0 0 0 0
+15 3 1 5.0 5.0 1.0 0 0 0
+16 3 2 5.0 5.0 1.0 0 0 0
+"""
+SCENE = {
+    "dimension": 3,
+    "box": 6,
+    "molecules": [{"architecture": "W1", "count": 3}, {"architecture": "tail", "count": 3}],
+    "repulsion": {"W1 W1": 25, "tail tail": 25, "W1 tail": 40},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 10},
+}
+
+
+def test_a_run_starts_with_such_a_file(tmp_path):
+    """Under its name and with its species; beads that cannot part are said, by the file's names."""
+    path = tmp_path / "data.micelle"
+    scene = SCENE | {"start": {"method": "file", "path": str(path)}}
+    for velocity, together in (("", False), (" 0 0 0", True)):
+        rows = "\n".join(f"{atom}{velocity}" for atom in range(11, 17))
+        path.write_text(MICELLE + (f"\nVelocities\n\n{rows}\n" if velocity else ""))
+        said = []
+        state = make_start(Scene(scene), say=said.append)
+        assert state.position[0].tolist() == [0.5, 3.0, 5.0, 1.1, 3.6, 5.0]
+        found = [sentence for sentence in said if "at one place" in sentence]
+        assert len(found) == together
+        assert not found or "atom 15 and atom 16 are at one place with one velocity (1" in found[0]
+
+
+@pytest.mark.parametrize("bonds, architecture, said", [
+    ("11 12\n2 1 12 13\n3 1 13 11", "W1", "atom 11 is of a molecule that is a ring"),
+    ("11 12\n2 1 11 13\n3 1 11 14", "W1", "atom 11 has 3 bonds; allowed: 2"),
+    ("11 12\n2 1 12 13\n3 1 13 11", "W1 (tail) W1", "atom 11 is of a molecule with a ring"),
+    ("15 15\n2 1 12 13\n3 1 13 11", "W1", "twice in the bond of atom 15, atom 15"),
+])  # fmt: skip
+def test_atoms_have_the_numbers_of_the_file(tmp_path, bonds, architecture, said):
+    text = MICELLE.replace("6 atoms", "6 atoms\n3 bonds\n1 bond types")
+    path = tmp_path / "small.data"
+    path.write_text(f"{text}\nBonds\n\n1 1 {bonds}\n")
+    molecules = [{"architecture": architecture, "count": 1}, {"architecture": "tail", "count": 1}]
+    scene = SCENE | {"molecules": molecules, "start": {"method": "file", "path": str(path)}}
+    if "(" in architecture:
+        scene["bond"] = {"stiffness": 4}
+    with pytest.raises(UserError, match=rf"small\.data: .*{said}"):
+        make_start(Scene(scene))
 
 
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_+-]{0,5}", fullmatch=True)

@@ -30,13 +30,14 @@ CHAINS = GOOD | {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {
 # What is changed in GOOD, and what the message has to name: key, value, what is allowed.
 BAD = [
     ({"boxx": 4}, ["boxx", "did you mean 'box'"]),
+    ({"charge": 1}, ["unknown key 'charge'; allowed: ", "unstable, keep_state, seed"]),
     ({"integrator": {"scheme": "gw-vv", "dt": 0.04, "lamda": 1}}, ["lamda", "lambda"]),
     ({"box": "large"}, ["box", "'large'", "number"]),
     ({"dimension": 4}, ["dimension", "4", "2, 3"]),
     ({"molecules": [{"architecture": "A", "density": -3}]}, ["molecules.0.density", "-3", "> 0"]),
     ({"molecules": [{"architecture": "A", "density": "3"}]}, ["density", "'3'", "number"]),
     ({"molecules": [{"architecture": "A"}]}, ["molecules.0", "density", "count"]),
-    ({"molecules": [{"architecture": "a 3", "density": 3}]}, ["architecture", ">>>a<<< 3"]),
+    ({"molecules": [{"architecture": "_a 3", "density": 3}]}, ["architecture", ">>>_a<<< 3"]),
     ({"molecules": [{"architecture": "A", "density": 0.001}]}, ["0.001", "one molecule"]),
     ({"integrator": {"scheme": "gw-vv", "dt": 0}}, ["integrator.dt", "0", ">= 1e-09"]),
     ({"integrator": {"scheme": "leapfrog", "dt": 0.1}}, ["integrator.scheme", "leapfrog", "euler"]),

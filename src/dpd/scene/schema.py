@@ -26,6 +26,7 @@ LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
 LARGEST_NUMBER = 2**63  # of a whole number
 EXACT = 2**53  # up to which every whole number is one with a decimal point
 MOST_MARKS = 8000  # in the cache
+NEAR = 0.65  # likeness of names, above which one may be meant: charge is no core, owm is own
 
 
 @cache
@@ -181,7 +182,7 @@ def suggestion(name: object, allowed: Collection[object]) -> str:
     """Allowed names, the nearest first, as the end of a message."""
     if not allowed:
         return "there are none"
-    near = difflib.get_close_matches(str(name), [str(a) for a in allowed], 1)
+    near = difflib.get_close_matches(str(name), [str(a) for a in allowed], 1, NEAR)
     guess = f"; did you mean {near[0]!r}?" if near else ""
     return f"allowed: {', '.join(map(str, allowed))}{guess}"
 

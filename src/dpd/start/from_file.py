@@ -86,12 +86,28 @@ def state_from_file(
         in_file = mass if np.ndim(mass) == 0 else mass[np.argsort(order)]  # type: ignore[index]
         velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
+    if sentence := _together(particles, velocity):
+        say(f"{path}: {sentence}")
     identity = np.arange(len(order), dtype=np.uint32)
     return State(
         particles.position[:, order], velocity[:, order], None, identity, species, 0,
         slid=_slid(scene, particles.box, path),
         box=particles.box if "pressure" in scene.data else None,
     )  # fmt: skip
+
+
+def _together(particles, velocity):
+    """A sentence if beads are at one place with one velocity: no force between them parts them."""
+    rows = np.concatenate([particles.position, velocity])
+    order = np.lexsort(rows)
+    same = (np.diff(rows[:, order]) == 0).all(axis=0)
+    if not same.any():
+        return ""
+    one, other = map(particles.called, sorted(order[np.argmax(same) :][:2]))
+    return (
+        f"{one} and {other} are at one place with one velocity ({same.sum()} such pairs), so that "
+        "no force between them has a direction: unless other beads push, they stay together"
+    )
 
 
 def _other_masses(scene, particles):
