@@ -172,7 +172,9 @@ def draw(data):
                    fitted)  # fmt: skip
         found, x = line(close(at), rho, EXPONENTS["classical"]), np.linspace(*REACH, 2)
         amplitude, critical = found["amplitude"], found["critical"]
-        text = f"{name}: $A$ = {amplitude:.2f} ± {COVERAGE * found['amplitude_error']:.2f}"
+        text = name
+        if np.isfinite(amplitude):
+            text += f": $A$ = {amplitude:.2f} ± {COVERAGE * found['amplitude_error']:.2f}"
         axes.plot(x, (x - critical) / amplitude**2, color=color, linewidth=0.8, marker=marker,
                   markevery=[], label=text)  # fmt: skip
     eq_35 = (x - CRITICAL.value) / AMPLITUDE.value**2

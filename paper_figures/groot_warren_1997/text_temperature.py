@@ -58,6 +58,7 @@ def compute(sweeps):
         {
             "relaxation_steps": ("sigma", relaxation_steps, {"units": "steps"}),
             "relaxation_error": ("sigma", error, {"units": "steps"}),
+            "replicas": ((), len(times[0]), {"units": "1", "long_name": "that relax"}),
             "relaxation_end": ("sigma", ends, {"units": "kT", "long_name": "kT in equilibrium"}),
             "kT_series": (("sigma", "step"), series.mean("replica").values, {"units": "kT"}),
             "excess": ("amplitude", kT - 1, above_one),
@@ -142,6 +143,7 @@ def measured(data):
         found[f"relaxation_sigma_{sigma:g}"] = Measured(
             float(at.relaxation_steps), float(at.relaxation_error),
             "exponential from kT 10 to kT in equilibrium, error from replicas",
+            degrees=float(data["replicas"]) - 1 if "replicas" in data else np.nan,
         )  # fmt: skip
     found["relaxation_ratio"] = relaxation_ratio(data)
     ratio, error = steepening(data, END_OF_SLOW)
