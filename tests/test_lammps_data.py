@@ -255,15 +255,15 @@ def test_bonds_tell_styles_apart(tmp_path):
 
 
 WRONG = {
-    "1.5e3 atoms": ("2 atoms", "1.5e3 atoms", "line 3: .* no whole number before 'atoms'"),
-    "superscript": ("2 atoms", "² atoms", "line 3: .* no whole number"),
+    "1.5e3 atoms": ("2 atoms", "1.5e3 atoms", "line 3: .* not 1 whole number.*before 'atoms'"),
+    "superscript": ("2 atoms", "² atoms", "line 3: .* not 1 whole number"),
     "counts twice": ("2 atom types", "2 atoms", "line 4: .* is there a second time"),
     "unknown": ("2 atom types", "2 atom types\n3 crossterms", "line 5: '3 crossterms' is neither"),
-    "many digits": ("2 atoms", "9" * 5000 + " atoms", "line 3: .* of up to 15 digits"),
-    "far end": ("0 5 xlo", "0 1e99 xlo", "not 2 numbers, up to 1e.15, before 'xlo xhi'"),
+    "many digits": ("2 atoms", "9" * 5000 + " atoms", "line 3: .* up to 1e.15"),
+    "far end": ("0 5 xlo", "0 1e99 xlo", "not 2 number.s., up to 1e.15, before 'xlo xhi'"),
     "no line": ("0 5 ylo yhi\n", "", "the header has no line 'ylo yhi'"),
     "two boxes": ("0 5 zlo zhi", "1 0 0 avec\n0 1 0 bvec", "a box by 'avec' and one by 'xlo"),
-    "step": ("charged", "x timestep = 1" + "0" * 30, "line 1: .* allowed: up to 18 digits"),
+    "step": ("charged", "x timestep = 1" + "0" * 30, "a step that is not from 0 to"),
     "flag": ("0 0 0\n2", "3000000000 0 0\n2", "atom 1 is 1048576 boxes away or more"),
     "long flag": ("0 0 0\n2", "1" * 16 + " 0 0\n2", "in section Atoms has '1+' where a whole"),
     "position": ("1 0.5 0.5", "1 0.5 4e60", "atom 1 is 1048576 boxes away"),

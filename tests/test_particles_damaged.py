@@ -46,7 +46,7 @@ WRONG_DATA = {
     "velocity of nobody": ("12 4 5", "13 4 5", "each of the atoms once"),
     "velocity twice": ("12 4 5", "7 4 5", "each of the atoms once"),
     "no box": ("-1 3.0 xlo", "3 -1.0 xlo", "an edge that is not a positive"),
-    "box in words": ("-1 3.0 xlo", "-1 wide xlo", "line 9: .*not 2 numbers.*before 'xlo xhi'"),
+    "box in words": ("-1 3.0 xlo", "-1 wide xlo", "line 9: .*not 2 number.*before 'xlo xhi'"),
     "tilted": ("0 0 0 xy", "0.5 1 0 xy", "tilt factors 0.125, 0.25, 0; allowed: one"),
     "thin": ("-2.0 2.0 zlo", "-2.0 -0.5 zlo", "1.5 thick along z"),
     "cut off in a number": ("2 25 4.5\n", "2 25 4", "the last line has no end"),

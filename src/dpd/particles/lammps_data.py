@@ -7,6 +7,8 @@ has its own, all else with one.
 from __future__ import annotations
 
 import re
+from itertools import product
+from string import ascii_uppercase
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,6 +47,7 @@ EXTRAS = ("ellipsoids", "lines", "triangles", "bodies")
 KNOWN = {"Velocities", "Masses", *(f"{kind}s".title() for kind in KINDS), *map(str.title, EXTRAS)}
 THIN = 2.0  # r_c: no box of three dimensions may be thinner
 MOST_TYPES = 256
+LETTERS = [*ascii_uppercase, *map("".join, product(ascii_uppercase, repeat=2))]  # A, B ... AA, AB
 
 
 def read_data(path: Path) -> Particles:
@@ -147,16 +150,22 @@ def _columns(data, table, labels):
                 f"{named!r} has {len(plain)}, or {len(plain) + 3} with image flags"
             )
         return (*plain, *FLAGS[: width - len(plain)])
-    rows = [line.text.split(" ") for line in table.lines]
+    rows = (line.text.split(" ") for line in table.lines)
+    along = list(enumerate(zip(*(row for row in rows if len(row) == width))))
+    whole = {k for k, words in along if all(re.fullmatch(WHOLE, word) for word in words)}
+    numbers = {*map(str, range(1, data.types("Atom") + 1)), *labels}
+    types = {k for k, words in along if numbers.issuperset(words)}
     fits: dict[tuple, list[str]] = {}
     for style, text in STYLES.items():
         for columns in (tuple(text.split()), (*text.split(), *FLAGS)):
-            if len(columns) == width and _fits(data, rows, columns, labels):
+            wholes = {k for k, name in enumerate(columns) if name in WHOLES and name != "type"}
+            if len(columns) == width and wholes <= whole and columns.index("type") in types:
                 fits.setdefault(columns, []).append(style)
     if len(fits) > 1 and data.count("bonds"):
         fits = {each: fits[each] for each in fits if "molecule" in each} or fits
-    if len(fits) > 1:  # coordinates have points, image flags have none
-        fits = {each: fits[each] for each in fits if _has_points(rows, each.index("x"))} or fits
+    if len(fits) > 1:  # coordinates have points somewhere, image flags have none
+        pointed = [each for each in fits if {each.index(axis) for axis in "xyz"} - whole]
+        fits = {each: fits[each] for each in pointed} or fits
     if len(fits) == 1:
         return next(iter(fits))
     styles = [style for each in fits.values() for style in each] or list(STYLES)
@@ -165,24 +174,6 @@ def _columns(data, table, labels):
         f"{path}: line {table.head.number}: the {width} columns of section Atoms {why}; write "
         f"'Atoms # {styles[0]}' if that is the style; allowed: {', '.join(styles)}"
     )
-
-
-def _fits(data, rows, columns, labels):
-    """Whether what stands in columns of whole numbers and of types can be that."""
-    for place, name in enumerate(columns):
-        words = {row[place] for row in rows if len(row) == len(columns)}
-        if name == "type":
-            words.difference_update(labels)
-            if not all(data.is_type(word, "Atom") for word in words):
-                return False
-        elif name in WHOLES and not all(re.fullmatch(WHOLE, word) for word in words):
-            return False
-    return True
-
-
-def _has_points(rows, first):
-    """Whether a coordinate is not a whole number."""
-    return any(not re.fullmatch(WHOLE, word) for row in rows for word in row[first : first + 3])
 
 
 def _names(data, labels):
@@ -197,14 +188,14 @@ def _names(data, labels):
             if data.is_type(number, "Atom") and line.comment:
                 names[int(number)] = line.comment.split()[0]
     numbers = range(1, data.types("Atom") + 1)
-    found = tuple(names.get(number) or _letters(number) for number in numbers)
+    found = tuple(names.get(number, LETTERS[number - 1]) for number in numbers)
     if twice := [name for name in found if found.count(name) > 1]:
         raise UserError(
             f"{data.path}: {len(twice)} types are called {shown(twice[0])}; types are called by "
             "their labels, or by the comments behind the masses, or by letters where there are "
             "none; write a name of its own behind the mass of each"
         )
-    without = ", ".join(_letters(number) for number in numbers if number not in names)
+    without = ", ".join(LETTERS[number - 1] for number in numbers if number not in names)
     return found, [f"types have no names: they are called {without}"] if without else []
 
 
@@ -220,15 +211,6 @@ def _masses(data, labels):
             table.refuse(line, f"is not of a type from 1 to {len(masses)}")
         masses[int(number) - 1] = mass
     return None if (masses == 1).all() else masses
-
-
-def _letters(number):
-    """A to Z for 1 to 26, then AA, AB ..."""
-    text = ""
-    while number > 0:
-        number, digit = divmod(number - 1, 26)
-        text = chr(ord("A") + digit) + text
-    return text
 
 
 def _box(data):
@@ -249,11 +231,11 @@ def _box(data):
     if general:
         vectors = [header[name] for name in needed] + [header.get("cvec", (0, 0, 1))]
         corner, vectors = np.array(header.get("abc origin", (0, 0, 0))), np.array(vectors).T
-        if np.linalg.det(vectors) < 0:
-            raise UserError(f"{data.path}: avec, bvec and cvec are left-handed; swap two of them")
         turn, vectors = np.linalg.qr(vectors)
         forward = np.where(np.diag(vectors) < 0, -1.0, 1.0)
         turn, vectors = turn * forward, vectors * forward[:, None]
+        if np.linalg.det(turn) < 0:
+            raise UserError(f"{data.path}: avec, bvec and cvec are left-handed; swap two of them")
     else:
         ends = np.array([header.get(f"{axis}lo {axis}hi", (-0.5, 0.5)) for axis in "xyz"])
         corner, turn, vectors = ends[:, 0], np.eye(3), np.diag(ends[:, 1] - ends[:, 0])

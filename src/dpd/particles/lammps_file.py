@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dpd.errors import UserError, reason, shown
+from dpd.particles.particles import LARGEST_STEP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,7 +31,6 @@ GENERAL = {"avec": 3, "bvec": 3, "cvec": 3, "abc origin": 3}
 HEADER = dict.fromkeys(COUNTS, 1) | UPRIGHT | GENERAL
 WHOLES = {"id", "molecule", "type", "ix", "iy", "iz", "flag"}  # columns of whole numbers
 STEP = re.compile(r"timestep = ([0-9]+)")  # in the title, where LAMMPS puts it
-LONGEST_STEP = 18  # digits
 
 
 class Line(NamedTuple):
@@ -61,14 +61,9 @@ class Data(NamedTuple):
 
     @property
     def step(self) -> int:
-        """Which the title says, otherwise 0."""
+        """Which the title says, otherwise 0; of too many digits, one that is out of range."""
         found = STEP.search(self.title)
-        if found and len(found[1]) > LONGEST_STEP:
-            raise UserError(
-                f"{self.path}: line 1: {shown(found[0])}; allowed: up to {LONGEST_STEP} digits, or "
-                "leave it out"
-            )
-        return int(found[1]) if found else 0
+        return int(found[1][: len(str(LARGEST_STEP))]) if found else 0
 
     def count(self, name: str) -> int:
         """A count of the header; 0 if it is not there."""
@@ -162,11 +157,10 @@ def _read_header(data, line):
         )
     if name in data.header:
         data.refuse(line, "is there a second time; keep one")
-    if name in COUNTS and not re.fullmatch("[0-9]{1,15}", words[0]):
-        data.refuse(line, f"has no whole number before {name!r}, of up to 15 digits")
-    values = [float(word) if re.fullmatch(NUMBER, word) else np.inf for word in words[:size]]
+    form, kind = ("[0-9]+", "whole ") if name in COUNTS else (NUMBER, "")
+    values = [float(word) if re.fullmatch(form, word) else np.inf for word in words[:size]]
     if max(map(abs, values)) > LARGEST:
-        data.refuse(line, f"has not {size} numbers, up to {LARGEST:g}, before {name!r}")
+        data.refuse(line, f"has not {size} {kind}number(s), up to {LARGEST:g}, before {name!r}")
     data.header[name] = tuple(values)
 
 

@@ -129,7 +129,7 @@ def checked(particles: Particles, path: object, periodic: bool = False) -> Parti
     if not particles.beads:
         refuse("holds no beads; at least one is needed")
     if not 0 <= particles.step < LARGEST_STEP:
-        refuse(f"is of step {particles.step}; allowed: from 0 to {LARGEST_STEP:g}")
+        refuse(f"is of a step that is not from 0 to {LARGEST_STEP:g}; mend its number")
     for name in ("position", "velocity"):
         array = getattr(particles, name)
         if array is not None and not np.isfinite(array).all():
