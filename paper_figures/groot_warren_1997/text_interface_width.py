@@ -180,8 +180,8 @@ def draw(data):
     eq_35 = (x - CRITICAL.value) / AMPLITUDE.value**2
     published_line(axes, x, eq_35, f"published, Eq. 35: $A$ = {AMPLITUDE.value:g}")
     axes.axhline(0, color=BLACK, linewidth=0.5)
-    axes.axvline(NEAR, ymax=0.65, color=BLACK, linewidth=0.5, linestyle=":")
-    axes.set(xlim=REACH, ylim=(-0.02, 0.35), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
+    axes.axvline(NEAR, ymax=0.6, color=BLACK, linewidth=0.5, linestyle=":")
+    axes.set(xlim=REACH, ylim=(-0.02, 0.42), xlabel=r"$\chi$ from $\Delta a$ by Eq. 24",
              ylabel=r"$1 / (\rho \xi^2)$ / $r_c$")  # fmt: skip
     axes.legend(loc="upper left")
     return figure
