@@ -16,8 +16,8 @@ def add_to(stages: Stages) -> None:
     convert = stages.add(
         "convert", _convert,
         "turn one configuration of beads into a file of another kind: GSD (.gsd), LAMMPS data "
-        "(.data, .lmp) or NetCDF (.nc); checkpoints are read as well. Or the density field of a "
-        "run.nc into VTK image data (.vti), for ParaView", "source", "target",
+        "(.data, .lmp, data.NAME) or NetCDF (.nc); checkpoints are read as well. Or the density "
+        "field of a run.nc into VTK image data (.vti), for ParaView", "source", "target",
     )  # fmt: skip
     convert.add_argument(
         "--frame", type=int, default=-1, metavar="N",
