@@ -30,6 +30,7 @@ UPRIGHT = {"xlo xhi": 2, "ylo yhi": 2, "zlo zhi": 2, "xy xz yz": 3}  # and how m
 GENERAL = {"avec": 3, "bvec": 3, "cvec": 3, "abc origin": 3}
 HEADER = dict.fromkeys(COUNTS, 1) | UPRIGHT | GENERAL
 WHOLES = {"id", "molecule", "type", "ix", "iy", "iz", "flag"}  # columns of whole numbers
+SECTION = re.compile(r"[A-Z][A-Za-z0-9]*( [A-Z][A-Za-z0-9]*)*")  # its name
 STEP = re.compile(r"timestep = ([0-9]+)")  # in the title, where LAMMPS puts it
 
 
@@ -120,7 +121,7 @@ def taken_apart(path: Path) -> Data:
         line = Line(number, " ".join(words.split()), comment.strip())
         if not line.text:
             continue
-        if re.fullmatch(r"[A-Z][A-Za-z0-9]*( [A-Z][A-Za-z0-9]*)*", line.text):
+        if SECTION.fullmatch(line.text):
             if line.text in data.sections:
                 data.refuse(line, "is there as a section before; keep one")
             body = data.sections[line.text] = [line]
