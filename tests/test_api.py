@@ -158,6 +158,7 @@ def test_a_scene_shows_what_it_holds():
     assert "first guess" in repr(dpd.Scene(FLUID | {"integrator": {"scheme": "auto"}}))
 
 
+AXES = {"repulsion.A A": [15, 25]}
 WRONG = {
     "a number": (lambda: dpd.run(3), "int is none"),
     "no file": (lambda: dpd.run("none.yaml"), "none.yaml: there is no such file"),
@@ -171,6 +172,10 @@ WRONG = {
     "a folder": (lambda: dpd.load("."), "is a folder"),
     "no NetCDF": (lambda: dpd.load("scene.yaml"), "scene.yaml: not a whole NetCDF file"),
     "no run": (lambda: dpd.load("other.nc"), "other.nc: neither the result of a run"),
+    "a trajectory": (
+        lambda: dpd.sweep(FLUID | {"observe": ["thermo", {"trajectory": {"every": 5}}]}, AXES),
+        "observe.trajectory: writes a file beside the result",
+    ),
     "an axis": (lambda: dpd.sweep(FLUID, {"boxx": [4]}), "unknown key 'boxx'"),
     "no list": (lambda: dpd.sweep(FLUID, {"box": 4}), "sweep.axes.box: 4 is no list"),
     "twice": (lambda: dpd.sweep(FLUID, {"box": [4, 4.0]}), "both named '4'"),
@@ -269,6 +274,19 @@ def test_who_sees_a_bar(monkeypatch, terminal, notebook, bar):
     assert ("label: 100%" in screen.text) == expected and bool(screen.text) == expected
 
 
+@pytest.mark.parametrize("end", ["sys.stderr = None", "sys.stderr.close()"])
+def test_a_program_without_standard_error(folder, end):
+    """As a service, or a script that has closed it: it runs, and warns nobody."""
+    program = (
+        f"import json, sys, dpd; {end}; hot = json.loads(sys.argv[1]); "
+        "print(dpd.run(hot, output='run.nc').warning[:5], dpd.run(hot, progress=True).seed, "
+        "dpd.run(hot, output='run.nc').kT.size)"
+    )
+    hot = FLUID | {"integrator": {"scheme": "euler", "dt": 0.04}}
+    done = python(program, json.dumps(hot))
+    assert (done.returncode, done.stdout) == (0, "kT is 1 400\n"), done.stderr
+
+
 STOPPED = """
 import json, sys, dpd
 try:
@@ -312,6 +330,11 @@ def test_a_stopped_run_goes_on(folder, monkeypatch, fluid):
             os.kill(os.getpid(), signal.SIGINT)
 
     before = signal.getsignal(signal.SIGINT)
+    with monkeypatch.context() as patch:
+        patch.setattr(Progress, "__call__", interrupt)
+        with pytest.raises(KeyboardInterrupt, match=r"stopped at step \d+ of \d+, as asked$"):
+            dpd.run(FLUID, progress=False)  # of which nothing is kept
+    looks.clear()
     with monkeypatch.context() as patch:
         patch.setattr(Progress, "__call__", interrupt)
         with pytest.raises(KeyboardInterrupt, match=r"stopped at step \d+ .* run.checkpoint"):
@@ -377,12 +400,9 @@ def test_one_function_opens_netcdf_files():
     }  # fmt: skip  # the last in a text for users
 
 
-AXES = {"repulsion.A A": [15, 25]}
-
-
 def test_a_sweep_keeps_what_is_finished(folder):
     """More values and replicas leave former runs alone, and each has noise of its own."""
-    first = dpd.sweep(FLUID, AXES, replicas=2, output="sweep", progress=False)
+    first = dpd.sweep(FLUID, AXES, replicas=np.int64(2), output="sweep", progress=False)
     assert first.pressure.dims == ("repulsion.A A", "replica")
     assert len(np.unique(first.seed)) == 4 and (first.kT_error > 0).all()
     assert dpd.load("sweep/sweep.nc").identical(first)

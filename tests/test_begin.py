@@ -376,7 +376,7 @@ def test_a_start_of_other_sources(work, dpd, told):
     for name, values in one.items():
         np.testing.assert_array_equal(values, two[name], err_msg=name)
     Path("melt.yaml").write_text(yaml.safe_dump(MELT | {"seed": 5}))
-    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")[0] == 0
+    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "other.nc")[0] == 0
     fewer = [{"architecture": "A 2 B", "count": 20}, {"architecture": "A B A", "count": 5}]
     Path("melt.yaml").write_text(yaml.safe_dump(MELT | {"molecules": fewer}))
     code, said = dpd("run", "melt.yaml", "--start", "start.nc", "-o", "three.nc")

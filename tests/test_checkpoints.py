@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from dpd import jit
 from dpd.engine.checkpoint import MARK, Checkpoint, checksum_of, note_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
@@ -307,6 +308,22 @@ def test_a_full_cache_is_no_reason_not_to_run(monkeypatch):
     with pytest.warns(UserWarning, match="No space left") as said:
         assert twice(21) == 42
     assert len(said) == 1
+
+
+def test_kernels_that_others_could_have_written_are_not_run(tmp_path, monkeypatch):
+    """Nor kept: in a folder that is another's, or that all may write to."""
+    trusts = jit._is_trusted.__wrapped__
+    assert trusts(tmp_path / "kernels") and (tmp_path / "kernels").is_dir()
+    for mode, owner in ((0o777, os.getuid()), (0o755, 12345)):
+        (tmp_path / "kernels").chmod(mode)
+        if os.getuid() == 0:
+            os.chown(tmp_path / "kernels", owner, -1)
+        elif owner != os.getuid():
+            monkeypatch.setattr("os.getuid", lambda: 12345)
+        jit._warn.cache_clear()
+        with pytest.warns(UserWarning, match="another user can write there"):
+            assert not trusts(tmp_path / "kernels")
+    jit._warn.cache_clear()
 
 
 def test_marks_of_what_is_valid_do_not_grow_without_end(tmp_path, monkeypatch):

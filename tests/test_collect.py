@@ -41,7 +41,7 @@ def run(width, density):
 def collected(monkeypatch, *runs):
     """A sweep of those runs over an axis and one replica."""
     place = iter(runs)
-    monkeypatch.setattr(module, "_read", lambda path, scene: next(place))
+    monkeypatch.setattr(module, "_read", lambda path, *_: next(place))
     axes = (
         Axis("pressure_asked", tuple(range(len(runs))), "1", "pressure"),
         Axis("replica", (0,), "1", "replica"),

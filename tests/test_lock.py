@@ -122,6 +122,17 @@ def test_a_lock_that_cannot_be_written_is_not_left(here, monkeypatch):
     assert made() == []
 
 
+def test_a_link_in_the_place_of_a_lock_is_not_followed(here):
+    """Whatever it leads to stays, and nothing is made there."""
+    Path("mine").write_text("")
+    for target in ("mine", "nothing"):
+        os.symlink(target, "run.nc.lock")
+        with pytest.raises(UserError, match="remove the link"), alone("run.nc", print):
+            pass
+        os.remove("run.nc.lock")
+    assert made() == ["mine"] and Path("mine").read_text() == ""
+
+
 def test_where_files_cannot_be_locked_the_process_is_looked_for(here, monkeypatch):
     """As on some cluster's disks: alive, or dead, or another of the same number."""
 

@@ -24,6 +24,13 @@ class Stopped(UserError):
     """A run that was asked to stop."""
 
 
+class Occupied(UserError):
+    """A file that is there would be replaced unasked; the command line says how to ask for it."""
+
+    def __str__(self) -> str:
+        return f"{self.args[0]}; overwrite=True replaces it"
+
+
 class LostTrack(UserError):
     """Beads moved too far between two samples to be followed, at a ``step`` of the run."""
 
@@ -39,8 +46,12 @@ def reason(problem: BaseException) -> str:
 
 def remedy(problem: BaseException, folder: str | Path) -> str:
     """What to do where the system did not let us write into a folder."""
-    full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
-    return f"{'make room there' if full else f'make {folder} writable'} or choose another place"
+    number, what = getattr(problem, "errno", None), f"make {folder} writable"
+    if number in (errno.ENOSPC, errno.EDQUOT):
+        what = "make room there"
+    elif number == errno.ELOOP:
+        what = "remove the link that lies there"
+    return f"{what} or choose another place"
 
 
 def shown(value: object, form: Callable[[object], str] = repr) -> str:

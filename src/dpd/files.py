@@ -14,7 +14,7 @@ import netCDF4
 import numpy as np
 
 from dpd.drafts import draft_of
-from dpd.errors import UserError, reason, remedy
+from dpd.errors import Occupied, UserError, reason, remedy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -92,7 +92,7 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
     _check_name(path)
     if path.is_dir():
         raise UserError(f"{path}: is a folder; name the file to write")
-    if path.suffix != suffix and suffix:
+    if path.suffix.lower() != suffix and suffix:
         raise UserError(f"{path}: a file is written here whose name ends in {suffix}; name it so")
     there = _status(path)
     if there and not stat.S_ISREG(there.st_mode):
@@ -105,6 +105,17 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
             raise UserError(
                 f"{path}: what is written would take the place of {what}; choose another name"
             )
+
+
+def is_filled(path: str | Path) -> bool:
+    """Whether something is there that could be lost."""
+    return os.path.lexists(path) and (not os.path.isfile(path) or os.path.getsize(path) > 0)
+
+
+def refuse_to_replace(path: str | Path) -> None:
+    """Refuse a place where a file would be lost that is not empty."""
+    if is_filled(path):
+        raise Occupied(f"{path}: is there already")
 
 
 def _check_name(path):

@@ -10,6 +10,7 @@ the time that a kernel takes.
 from __future__ import annotations
 
 import os
+import stat
 import sys
 import warnings
 from functools import cache, partial
@@ -68,7 +69,9 @@ def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
             kept = compiled._cache
         except RuntimeError:  # nowhere to write
             kept = NullCache()
-        if not str(kept.cache_path).startswith(CACHE):
+        if not _is_trusted(Path(CACHE)):
+            compiled._cache = kept = NullCache()
+        elif not str(kept.cache_path).startswith(CACHE):
             # Numba would keep it beside its source, where it does not notice that a function
             # which the kernel calls was changed.
             _warn("it cannot be written")
@@ -80,6 +83,20 @@ def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
         return compiled
 
     return decorate
+
+
+@cache
+def _is_trusted(folder):
+    """Whether nobody else can have put code into a folder, which would be run."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        there = folder.stat()
+    except OSError:  # nothing is read there
+        return True
+    if there.st_uid in (0, os.getuid()) and not there.st_mode & stat.S_IWOTH:
+        return True
+    _warn("another user can write there; NUMBA_CACHE_DIR names another folder")
+    return False
 
 
 class _FileOfEach:

@@ -24,8 +24,9 @@ class Progress:
     def __init__(self, total: int, label: str, bar: bool | None = None) -> None:
         self._total, self._label = total, label
         self._bar = None
-        self._silent = bar is False
-        if total and (_for_people() if bar is None else bar):
+        # A program without a terminal, or a script, may have none, or have closed it.
+        self._silent = bar is False or sys.stderr is None or getattr(sys.stderr, "closed", False)
+        if total and not self._silent and (_for_people() if bar is None else bar):
             self._bar = _bar(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
 

@@ -13,8 +13,17 @@ if TYPE_CHECKING:
     from io import TextIOWrapper
 
 
+# What names of files may hold, and a terminal would obey: all but tabs and ends of lines.
+COMMANDS = {
+    code: f"\\x{code:02x}" for code in (*range(9), 11, 12, *range(14, 32), *range(127, 160))
+}
+
+
 class Steady:
-    """A text stream that is silent from the moment when it cannot be written."""
+    """A text stream that is silent from the moment when it cannot be written.
+
+    It shows control characters and does not send them.
+    """
 
     def __init__(self, stream: TextIOWrapper) -> None:
         stream.reconfigure(errors="backslashreplace")  # names of files need not be UTF-8
@@ -23,7 +32,7 @@ class Steady:
 
     def write(self, text: str) -> int:
         """As of any text stream."""
-        return self._try(self._stream.write, text) or 0
+        return self._try(self._stream.write, text.translate(COMMANDS)) or 0
 
     def flush(self) -> None:
         """As of any text stream."""

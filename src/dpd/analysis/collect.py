@@ -49,7 +49,7 @@ RECORDED = {
 }
 
 
-def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
+def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
     """Put the runs of a sweep on its axes.
 
     A series becomes its mean, ``_error`` (standard error), ``_correlation_time`` in tau,
@@ -63,6 +63,8 @@ def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
     sweep : dpd.pipeline.sweep.Sweep
     paths : list of path
         One per point, in the order of ``sweep.points``.
+    any_version : bool
+        Whether other sources than today's may have made them.
 
     Returns
     -------
@@ -75,7 +77,7 @@ def collect(sweep: Sweep, paths: Iterable[str | Path]) -> xr.Dataset:
         If a run was made by other sources or from another scene.
     """
     begun = time.perf_counter()
-    runs = [_read(path, point.scene) for path, point in zip(paths, sweep.points)]
+    runs = [_read(path, point.scene, any_version) for path, point in zip(paths, sweep.points)]
     shape = [len(axis.labels) for axis in sweep.axes]
     names = [axis.name for axis in sweep.axes]
     data = xr.Dataset(attrs={"sweep": sweep.name})
@@ -197,12 +199,13 @@ def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
     return padded
 
 
-def _read(path, scene):
+def _read(path, scene, any_version):
     """A run as a dataset, refused if it is not what the sweep asks for."""
     # Snakemake keeps no record of a file that was moved or copied, and would leave it as it is.
     remedy = f"make it again: snakemake --cores 2 --forcerun '{Path(path).parents[1]}'/*/run.nc"
     run = load(path, remedy)
-    files.check_digest(path, run.attrs, "sources", run_sources(scene), remedy)
+    if not any_version:
+        files.check_digest(path, run.attrs, "sources", run_sources(scene), remedy)
     files.check_digest(path, run.attrs, "scene_digest", scene.digest, remedy)
     if "kT" not in run:
         raise UserError(f"{scene.where}: observe: a sweep needs 'thermo' among its observables")

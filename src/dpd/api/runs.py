@@ -6,7 +6,7 @@ import os
 import warnings
 from argparse import ArgumentTypeError
 from collections.abc import Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -37,6 +37,7 @@ def run(
     output: str | os.PathLike | None = None,
     threads: int = 1,
     progress: bool | None = None,
+    overwrite: bool = False,
 ) -> xr.Dataset:
     """Simulate a scene.
 
@@ -52,13 +53,15 @@ def run(
         First configuration, as ``dpd run --start`` takes it: read if the file is there, otherwise
         made and kept in it. Without it, it is made as the scene says.
     output : path, optional
-        A file to keep the result in, whose name ends in ``.nc``. Without it nothing is left on the
-        disk.
+        A file to keep the result in, whose name ends in ``.nc``. If it holds the result of the same
+        scene already, nothing is run, with a warning. Without it nothing is left on the disk.
     threads : int, optional
         Threads that share the work. The results are the same bits.
     progress : bool, optional
         Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere a line
         on standard error every 20 seconds.
+    overwrite : bool, optional
+        Whether to replace what is in the place of the output.
 
     Returns
     -------
@@ -68,7 +71,8 @@ def run(
     Raises
     ------
     dpd.UserError
-        If the scene is not allowed, a file cannot be read or written, or the run blows up.
+        If the scene is not allowed, a file cannot be read or written, or would be replaced unasked,
+        or the run blows up.
 
     Examples
     --------
@@ -93,15 +97,16 @@ def run(
     """
     scene = as_scene(scene)
     if output is None:
-        _refuse_files_beside(scene)
+        refuse_files_beside(scene, "dpd.run(..., output='run.nc')")
     with _output(output) as path:
         inputs = _inputs(scene, start)
         check_output(path, ".nc", inputs)
         with ctrl_c() as asked:
             order = Order(
                 scene, path, "dpd.run", Path(start) if start else None, keep_start=True,
-                threads=checked_threads(threads), inputs=inputs, stopping=asked, say=_warn,
-                tell=_say_nothing, progress=partial(Progress, bar=progress),
+                threads=checked_threads(threads), inputs=inputs, checkpoints=output is not None,
+                overwrite=overwrite, stopping=asked, say=warn, tell=_say_nothing,
+                progress=partial(Progress, bar=progress),
             )  # fmt: skip
             try:
                 run_alone(order)
@@ -162,12 +167,12 @@ def _output(given: str | os.PathLike | None) -> Iterator[Path]:
         yield Path(folder) / "run.nc"
 
 
-def _refuse_files_beside(scene: Scene) -> None:
-    """Refuse a run whose files would be lost."""
+def refuse_files_beside(scene: Scene, call: str) -> None:
+    """Refuse a run whose files would be lost; a ``call`` says how they would not."""
     for name in files_beside(scene, "run.nc"):
         raise UserError(
             f"{scene.where}: observe.{name}: writes a file beside the result, and no result is "
-            "kept; name one, as dpd.run(..., output='run.nc')"
+            f"kept; name one, as {call}"
         )
 
 
@@ -176,9 +181,11 @@ def _inputs(scene: Scene, start: str | os.PathLike | None) -> tuple[Path, ...]:
     return tuple(Path(path) for path in (scene.where, start) if path and Path(path).is_file())
 
 
-def _warn(sentence: str) -> None:
+def warn(sentence: str) -> None:
+    """A warning as Python has it; nothing for an empty one, or where standard error is closed."""
     if sentence:
-        warnings.warn(sentence, stacklevel=2)
+        with suppress(ValueError):
+            warnings.warn(sentence, stacklevel=2)
 
 
 def _say_nothing(sentence: str) -> None:

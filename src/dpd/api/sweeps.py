@@ -8,23 +8,24 @@ import sys
 import warnings
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
 
+from dpd import files
 from dpd.analysis.collect import collect, save
 from dpd.api.datasets import CONVENTIONS, UNITS
-from dpd.api.runs import as_scene, checked_threads, plain
+from dpd.api.runs import as_scene, checked_threads, plain, refuse_files_beside, warn
 from dpd.digest import PACKAGE
 from dpd.errors import UserError, shown
-from dpd.files import replace_whole
 from dpd.pipeline.paths import run_file
 from dpd.pipeline.points import fixed
 from dpd.pipeline.simulate import is_made
 from dpd.pipeline.sweep import Point, Sweep, unfold
+from dpd.pipeline.there import result_there
 from dpd.progress import Progress
 from dpd.scene.schema import validate
 
@@ -47,6 +48,7 @@ def sweep(
     threads: int = 1,
     output: str | os.PathLike | None = None,
     progress: bool | None = None,
+    overwrite: bool = False,
 ) -> xr.Dataset:
     """Simulate all combinations of some values of a scene.
 
@@ -69,11 +71,14 @@ def sweep(
     threads : int, optional
         Threads of each run.
     output : path, optional
-        A folder for the results. Those that are there already, of the same scene and the same
-        version of this program, are not made again; a run that was stopped goes on. The dataset is
-        kept in it as ``sweep.nc``. Without it nothing is left on the disk.
+        A folder for the results. Those that are there already, of the same scene, are not made
+        again, with a warning where another version of this program made them; a run that was
+        stopped goes on. The dataset is kept in it as ``sweep.nc``. Without it nothing is left on
+        the disk.
     progress : bool, optional
         See `dpd.run`.
+    overwrite : bool, optional
+        Whether to replace results of other scenes and of other versions of this program.
 
     Returns
     -------
@@ -85,7 +90,8 @@ def sweep(
     Raises
     ------
     dpd.UserError
-        If a scene is not allowed, before anything is run; or if runs fail, once all have ended.
+        If a scene is not allowed, or a file would be replaced unasked, before anything is run; or
+        if runs fail, once all have ended.
 
     Examples
     --------
@@ -102,13 +108,18 @@ def sweep(
     >>> bool(soft < hard), bool((found.pressure_error > 0).all())
     (True, True)
     """
-    planned = _planned(as_scene(scene), axes, replicas)
+    planned = _planned(as_scene(scene), axes, plain(replicas))
     threads = checked_threads(threads)
-    workers = _workers(processes, threads)
+    workers = _workers(plain(processes), threads)
+    if output is None:
+        refuse_files_beside(planned.points[0].scene, "dpd.sweep(..., output='runs')")
     with _folder(output) as folder:
-        _run_all(planned, folder, workers, threads, progress)
+        missing = [point for point in planned.points if _is_missing(point, folder, overwrite)]
+        if not overwrite:
+            _refuse_other(folder / "sweep.nc")
+        _run_all(missing, _Runs(folder, threads, overwrite), workers, progress)
         paths = [run_file(folder, point.name) for point in planned.points]
-        data = collect(planned, paths)
+        data = collect(planned, paths, any_version=True)
         # Last configurations are for those who go on from a run.
         data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
         data = data.assign_attrs(Conventions=CONVENTIONS, comment=UNITS)
@@ -161,6 +172,22 @@ def _folder(given: str | os.PathLike | None) -> Iterator[Path]:
         yield Path(folder)
 
 
+def _is_missing(point: Point, folder: Path, overwrite: bool) -> bool:
+    """Whether a point has to be run; refused where something else is in its place."""
+    result = Path(run_file(folder, point.name))
+    if is_made(point.scene, result):
+        return False
+    return overwrite or result_there(point.scene, result, warn) is None
+
+
+def _refuse_other(path: Path) -> None:
+    """Refuse to let the dataset take the place of what is none."""
+    with suppress(UserError):
+        if "sweep" in files.attributes(path):  # whose runs stay
+            return
+    files.refuse_to_replace(path)
+
+
 class _Outcome(NamedTuple):
     """What became of a point: sentences of warning, and what went wrong, if anything."""
 
@@ -176,23 +203,24 @@ class _Runs:
     ``__main__``, and could not be stopped so that they keep their states.
     """
 
-    def __init__(self, folder: Path, threads: int):
-        self._folder, self._threads = folder, threads
+    def __init__(self, folder: Path, threads: int, overwrite: bool):
+        self._folder = folder
+        self._options = ["--threads", str(threads), *["--overwrite"] * overwrite]
         self._at_work: set[subprocess.Popen] = set()
         self._stopped = False
 
     def run(self, point: Point) -> _Outcome:
-        """Run a point, unless it was run before."""
+        """Run a point."""
         result = Path(run_file(self._folder, point.name))
-        if self._stopped or is_made(point.scene, result):
+        if self._stopped:
             return _Outcome(point.name)
         scene = result.with_name("scene.yaml")
         text = yaml.safe_dump(point.scene.data)
-        replace_whole(scene, lambda draft: draft.write_text(text))
+        files.replace_whole(scene, lambda draft: draft.write_text(text))
         command = [sys.executable, "-P", "-m", "dpd", "run", scene, "-o", result]
         path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
         child = subprocess.Popen(
-            [*map(str, command), "--threads", str(self._threads)], text=True,
+            [*map(str, command), *self._options], text=True,
             env=os.environ | {"PYTHONPATH": path}, stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         )  # fmt: skip
@@ -216,18 +244,14 @@ class _Runs:
             child.terminate()
 
 
-def _run_all(
-    planned: Sweep, folder: Path, workers: int, threads: int, progress: bool | None
-) -> None:
-    """Run all points of a sweep that have not been run.
+def _run_all(points: Sequence[Point], runs: _Runs, workers: int, progress: bool | None) -> None:
+    """Run points of a sweep.
 
     Raises
     ------
     dpd.UserError
         If some of them failed, once the others have ended.
     """
-    runs = _Runs(folder, threads)
-    points = planned.points
     with (
         Progress(len(points), "dpd.sweep", progress) as done,
         ThreadPoolExecutor(workers) as pool,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.arguments import steps
+from dpd.commands.options import add_overwrite
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -91,6 +92,7 @@ def add_to(stages: Stages) -> None:
     draw.add_argument(
         "--rate", type=float, default=20, metavar="N", help="frames per second (default 20)"
     )
+    add_overwrite(draw)
 
 
 def _draw(options: Namespace) -> None:
@@ -99,9 +101,12 @@ def _draw(options: Namespace) -> None:
     if options.movie:
         _movie(options, choices)
         return
+    from dpd.files import refuse_to_replace
     from dpd.report.pictures.draw import draw_file
 
     path = options.output or Path(options.file).with_suffix(".png")
+    if not (options.output or options.overwrite):  # nobody has named the picture
+        refuse_to_replace(path)
     particles = draw_file(options.file, path, options.frame, **choices)
     print(f"{path}: {particles}")
 

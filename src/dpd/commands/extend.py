@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.arguments import steps
-from dpd.commands.options import add_checkpoints, add_threads
+from dpd.commands.options import add_checkpoints, add_overwrite, add_threads
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -30,6 +30,7 @@ def add_to(stages: Stages) -> None:
     )  # fmt: skip
     add_checkpoints(extend)
     add_threads(extend)
+    add_overwrite(extend)
 
 
 def _extend(options: Namespace) -> None:
@@ -39,6 +40,7 @@ def _extend(options: Namespace) -> None:
         Extension(
             Path(options.run), options.sample, options.output or Path(options.run),
             threads=options.threads, every_seconds=options.checkpoint_every,
+            overwrite=options.overwrite,
         )
     )  # fmt: skip
     for name, value in found.items():

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from typing import TYPE_CHECKING
 
-from dpd.commands.parser import new_parser
-from dpd.errors import FAILED, Stopped, UserError, reason
+from dpd.commands.parser import called, new_parser
+from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
 from dpd.interrupts import asked
 from dpd.sources import HOMES
 from dpd.streams import unprinted
@@ -39,6 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise UserError(f"standard output: cannot be written ({reason(problem)})")
     except Stopped as problem:
         return _fail(problem, 128 + asked())
+    except Occupied as problem:
+        again = shlex.join(sys.argv[1:] if arguments is None else arguments)
+        return _fail(f"{problem.args[0]}; to replace it: {called()} {again} --overwrite")
     except UserError as problem:
         return _fail(problem)
     except OSError as problem:  # a disk, a file or a folder that is not as it should be

@@ -36,6 +36,14 @@ def add_checkpoints(parser: ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def add_overwrite(parser: ArgumentParser) -> None:
+    """Whether a file that is there may be lost."""
+    parser.add_argument(
+        "--overwrite", action="store_true",
+        help="replace what is in the place of the output; without it, that stays",
+    )  # fmt: skip
+
+
 def add_derived(parser: ArgumentParser) -> None:
     """What other sweeps have measured for the stage's own."""
     parser.add_argument(

@@ -82,7 +82,7 @@ class Stages:
         return parser
 
 
-def _called() -> str:
+def called() -> str:
     """The command as it was typed: an installed program ``dpd``, or a module of Python."""
     return "dpd" if Path(sys.argv[0]).stem == "dpd" else "python -m dpd"
 
@@ -90,7 +90,7 @@ def _called() -> str:
 def new_parser() -> argparse.ArgumentParser:
     """The parser of all stages."""
     parser = argparse.ArgumentParser(
-        prog=_called(), description="Dissipative particle dynamics: runs, figures, verdicts."
+        prog=called(), description="Dissipative particle dynamics: runs, figures, verdicts."
     )
     stages = Stages(parser)
     for group in GROUPS:

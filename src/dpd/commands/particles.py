@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dpd.commands.options import add_overwrite
+
 if TYPE_CHECKING:
     from argparse import Namespace
 
@@ -24,16 +26,19 @@ def add_to(stages: Stages) -> None:
         help="of a trajectory or a density field, from 0, or from the end: -1 is the last "
         "(default)",
     )  # fmt: skip
+    add_overwrite(convert)
 
 
 def _convert(options: Namespace) -> None:
-    from dpd.files import check_output
+    from dpd.files import check_output, refuse_to_replace
     from dpd.particles.formats import WRITTEN, read, refuse_suffix, write
     from dpd.particles.image_data import IMAGE
 
     refuse_suffix(options.target, (*WRITTEN, IMAGE))
     check_output(options.target, inputs=[options.source])
-    if Path(options.target).suffix == IMAGE:
+    if not options.overwrite:
+        refuse_to_replace(options.target)
+    if Path(options.target).suffix.lower() == IMAGE:
         _convert_field(options)
         return
     particles = read(options.source, options.frame)

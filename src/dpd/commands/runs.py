@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands.options import add_checkpoints, add_threads
+from dpd.commands.options import add_checkpoints, add_overwrite, add_threads
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -23,6 +23,7 @@ def add_to(stages: Stages) -> None:
         "start.nc, a checkpoint), with its velocities; otherwise made and kept in it",
     )  # fmt: skip
     add_threads(run)
+    add_overwrite(run)
 
 
 def _run(options: Namespace) -> None:
@@ -32,7 +33,7 @@ def _run(options: Namespace) -> None:
 
     inputs = [options.scene, *([options.start] if options.start else [])]
     check_output(options.output, ".nc", inputs)
-    if options.start and not options.start.exists() and options.start.suffix == ".nc":
+    if options.start and not options.start.exists() and options.start.suffix.lower() == ".nc":
         check_output(options.start, ".nc", [options.scene])
     scene = Scene.read(options.scene)
     for sentence in scene.notes:
@@ -41,6 +42,7 @@ def _run(options: Namespace) -> None:
         Order(
             scene, options.output, options.scene, options.start, keep_start=True,
             threads=options.threads, every_seconds=options.checkpoint_every, inputs=tuple(inputs),
+            overwrite=options.overwrite,
         )
     )  # fmt: skip
     for name, value in found.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from pathlib import Path
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from dpd.pipeline.status import Study
 
 LOOK = 0.1  # s between looks whether it should stop
-CLEAR = "\033[H\033[J"  # moves to the upper left corner of a terminal and empties it
+CLEAR = b"\033[H\033[J"  # moves to the upper left corner of a terminal and empties it
 
 
 def add_to(stages: Stages) -> None:
@@ -57,7 +58,9 @@ def _status(options: Namespace) -> None:
         while not asked() and is_heard():
             text = form(seen.look())
             on_screen = sys.stdout.isatty() and not options.json
-            print(f"{CLEAR}{text}" if on_screen else text, end="\n" if options.json else "\n\n")
+            if on_screen:
+                os.write(sys.stdout.fileno(), CLEAR)
+            print(text, end="\n" if options.json else "\n\n")
             sys.stdout.flush()
             end = time.monotonic() + options.watch
             while time.monotonic() < end and not asked():

@@ -69,7 +69,7 @@ def read_fields(path: Path) -> Fields:
     UserError
         If the file cannot be read, or has none.
     """
-    if path.suffix != ".nc":
+    if path.suffix.lower() != ".nc":
         files.check_input(path)
         raise UserError(f"{path}: {_ASKED_FOR}")
     variables, _ = files.read(path)

@@ -107,8 +107,8 @@ def refuse_suffix(path: str | Path, allowed: tuple[str, ...]) -> str:
     UserError
     """
     path = Path(path)
-    if path.suffix in allowed:
-        return path.suffix
+    if path.suffix.lower() in allowed:
+        return path.suffix.lower()
     if path.name.startswith("data.") and DATA[0] in allowed:
         return DATA[0]
     what = f"suffix {path.suffix!r}" if path.suffix else "name without a suffix"

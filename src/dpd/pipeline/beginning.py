@@ -63,17 +63,27 @@ def begun(
     if path is None:
         return Begun(scene, make_start(scene, progress, say))
     if not path.exists():
-        if path.suffix != NETCDF:
+        if path.suffix.lower() != NETCDF:
             raise UserError(
                 f"{path}: there is no such file to start from. (A name in {NETCDF} that is not "
                 "there yet would be made.)"
             )
         write_start(scene, path, progress, say)
         return Begun(scene, read_start(scene, path))
+    found = begins_with(scene, path, say)
+    if found is scene:
+        return Begun(scene, read_start(scene, path))
+    return Begun(found, make_start(found, progress, say))
+
+
+def begins_with(scene: Scene, path: Path | None, say: Callable[[str], object]) -> Scene:
+    """The scene that `begun` runs: the same one, if its start is in the file, or will be."""
+    if path is None or not path.exists():
+        return scene
     attributes = _attributes(path)
     if "start_digest" in attributes and attributes["start_digest"] == start_digest(scene):
         if attributes.get("start_sources") == start_sources(scene):
-            return Begun(scene, read_start(scene, path))
+            return scene
         say(f"{path}: made by other sources than today's, which may make other bits of it")
     former = _scene_of(attributes)
     if changed := [key for key in MOTION if former and former.get(key) != scene.data.get(key)]:
@@ -83,8 +93,7 @@ def begun(
             f"{path}: its run had the seed {scene.data['seed']} as well, so the same noise comes "
             "again; another 'seed' makes the two independent"
         )
-    scene = starting_from(scene, path)
-    return Begun(scene, make_start(scene, progress, say))
+    return starting_from(scene, path)
 
 
 def starting_from(scene: Scene, path: Path) -> Scene:
@@ -102,7 +111,7 @@ def starting_from(scene: Scene, path: Path) -> Scene:
 
 def _attributes(path):
     """Attributes of a NetCDF file; none of another one."""
-    if path.suffix != NETCDF:
+    if path.suffix.lower() != NETCDF:
         return {}
     return files.attributes(path)
 

@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from dpd.drafts import remove_drafts
-from dpd.engine.checkpoint import key_of, refuse_other_file
-from dpd.files import attributes, check_output
+from dpd.engine.checkpoint import refuse_other_file
+from dpd.files import attributes, check_output, read
 from dpd.interrupts import asked, listening
 from dpd.pipeline.kept import Former, read_former, refuse_other
-from dpd.pipeline.lock import alone
+from dpd.pipeline.lock import alone, told_before
 from dpd.pipeline.pace import RUN, Pace, Report
 from dpd.pipeline.running import say, say_if_resumed
-from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
+from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary
+from dpd.pipeline.there import refuse_to_lose, remove_left, result_there
 from dpd.progress import Progress
 from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
@@ -38,6 +39,8 @@ class Extension:
     threads : int
     every_seconds : float
         Wall clock between checkpoints.
+    overwrite : bool
+        Replace what else is in the place of the output, see `dpd.pipeline.there`.
     stopping, say, progress : callable
         See `dpd.pipeline.running.Order`.
     """
@@ -47,6 +50,7 @@ class Extension:
     output: Path
     threads: int = 1
     every_seconds: float = 60.0
+    overwrite: bool = False
     stopping: Callable[[], int] = asked
     say: Callable[[str], None] = say
     progress: Callable[[int, str], Progress] = Progress
@@ -86,32 +90,36 @@ def extend(extension: Extension) -> dict[str, float]:
                 check_output(path, "", [run, *files_beside(former.scene, run).values()])
         for path in (output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
-        if output == run and _is_done(former, extension.sample, checkpoint):
-            checkpoint.unlink()
-            extension.say(
-                f"{run}: has been made longer before; what a killed command left is removed"
-            )
-            return summary_of_file(former.scene, run)
+        scene, there = longer(former.scene, extension.sample), None
+        if output == run and _was_killed(former, extension, checkpoint):
+            there = former.scene
+            extension.say(f"{run}: has been made longer before, by a command that was killed then")
+        elif not extension.overwrite and output == run:
+            refuse_to_lose(scene, checkpoint)
+        elif not extension.overwrite:
+            there = result_there(scene, output, extension.say)
+        if there is not None:
+            return summary(there, *read(output))
         with listening():
-            return _go_on(former, extension, checkpoint, report)
+            return _go_on(scene, former, extension, checkpoint, report)
 
 
-def _is_done(former: Former, sample: int, checkpoint: Path) -> bool:
-    """Whether this very extension was killed between its result and the end of its tidying up."""
-    first = former.attributes.get("extended_from_step")
-    left = key_of(checkpoint)
-    return (
-        first is not None
-        and int(first) + sample == former.state.step
-        and left.get("scene") == former.scene.digest
-    )
+def _was_killed(former: Former, extension: Extension, checkpoint: Path) -> bool:
+    """Whether this very command was killed after the longer result was in its place.
+
+    The result says from where it was made longer. That it was by a command that came to no end, its
+    checkpoint says, or its lock.
+    """
+    step, first = former.state.step, former.attributes.get("extended_from_step")
+    left = remove_left(checkpoint, former.scene)
+    left = left or told_before(extension.output).get("steps") == step
+    return left and first is not None and int(first) + extension.sample == step
 
 
 def _go_on(
-    former: Former, extension: Extension, checkpoint: Path, report: Report
+    scene: Scene, former: Former, extension: Extension, checkpoint: Path, report: Report
 ) -> dict[str, float]:
     begun = time.perf_counter()
-    scene = longer(former.scene, extension.sample)
     if former.attributes.get("sources") != run_sources(scene):
         extension.say(
             f"{extension.run}: made by other sources than today's, so its last bits may differ "
@@ -121,6 +129,7 @@ def _go_on(
     steps = sum(scene.steps)
     shown = extension.progress(steps, f"{extension.run}: longer")
     with Pace(shown, report, RUN, steps) as progress:
+        progress(former.state.step)  # so that the lock says how long it is to become
         how = RunSettings(
             checkpoint, extension.every_seconds, extension.threads, progress, extension.stopping,
             extension.say, begun, keep=True, former=former.observers,

@@ -32,6 +32,7 @@ from dpd.particles.particles import Particles
 from dpd.particles.tilt import box_at
 from dpd.scene.scene import Scene
 from dpd.scene.walls import period_of
+from dpd.stages import run_sources
 from dpd.start.make import species_of, system_of
 
 if TYPE_CHECKING:
@@ -159,7 +160,7 @@ def read_former(path: str | Path) -> Former:
     refuse_other(path, files.attributes(path))
     variables, attributes = files.read(path)
     stored = files.read_group(path, STATE)
-    scene = _scene_of(path, attributes)
+    scene = scene_of(path, attributes)
     if not stored:
         why = attributes.get(NO_STATE) or (
             "it holds no state to go on from. `dpd run` keeps one; a run of a study does if its "
@@ -176,6 +177,11 @@ def read_former(path: str | Path) -> Former:
     wrong = wrong or mistake_in(arrays, blank, period_of(scene), observers, scene.steps)
     if not wrong and int(arrays["step"]) != sum(scene.steps):
         wrong = f"step {arrays['step']} of {sum(scene.steps)}"
+    if wrong and attributes.get("sources") != run_sources(scene):
+        raise UserError(
+            f"{path}: made by another version of this program, which alone can make it longer "
+            f"({wrong}); a new run can begin with its last configuration: --start {path}"
+        )
     if wrong:
         raise UserError(
             f"{path}: the state that it holds cannot be right ({wrong}), so no run can go on from "
@@ -208,17 +214,17 @@ def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
         )
 
 
-def _scene_of(path, attributes):
-    """The scene of a result, with the scheme and step that were chosen for it."""
+def scene_of(path: str | Path, attributes: Mapping[str, Any]) -> Scene:
+    """The scene of a result, with the step that was chosen for it; or of a checkpoint's note."""
     try:
         data = json.loads(attributes["scene"])
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, KeyError):
         data = None
     if not isinstance(data, dict):
         raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
     scene = Scene(data, str(path))
-    if "chosen" in attributes:
-        scene.chosen = {"said": attributes["chosen"]}
+    if chosen := attributes.get("chosen"):
+        scene.chosen = chosen if isinstance(chosen, dict) else {"said": chosen}
     return scene
 
 

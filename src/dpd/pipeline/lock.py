@@ -2,7 +2,8 @@
 
 The lock is a file beside the output. The system's own lock on that file (flock) ends with the
 process, however it ends; what stands in the file tells others who it was. That is its first line;
-in the second one the owner reports how far it is, for `dpd status`. Between the machines of
+in the second one the owner reports how far it is, for `dpd status`; in the third stands how far
+one had come that was killed before. Between the machines of
 a cluster not every file system passes on such locks, and none says what became of a process. So
 the owner also gives a sign of life: every few seconds it sets the time of the file. A lock from
 another machine that is without a sign for two minutes was left by a run that is no more.
@@ -144,8 +145,14 @@ def worker_on(path: str | Path) -> Worker | None:
     return Worker(owner["pid"], owner["host"], owner["since"], alive, _told(second))
 
 
+def told_before(path: str | Path) -> dict[str, Any]:
+    """What a run on an output had reported that was killed before ours; nothing if none was."""
+    lines = lock_of(path).read_bytes().split(b"\n")
+    return _told(lines[2])
+
+
 def _told(line):
-    """What the second line of a lock says; nothing for one that is being written."""
+    """What a line of a lock says; nothing for one that is empty, or being written."""
     try:
         told = json.loads(line)
     except ValueError:
@@ -203,7 +210,7 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     signs = threading.Thread(target=_give_signs, args=(handle, ended, say), daemon=True)
     signs.start()
     try:
-        yield partial(_report, handle, os.fstat(handle).st_size)
+        yield partial(_report, handle, len(_line(handle, 0)) + 1)
     finally:
         ended.set()
         signs.join()
@@ -236,7 +243,7 @@ def _take(lock, watch, say):
     """Make the lock ours; its open file."""
     lock.parent.mkdir(parents=True, exist_ok=True)
     while True:
-        handle = os.open(lock, os.O_RDWR | os.O_CREAT, 0o644)
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         try:
             held = _held_by_another(handle)
             if not held and not _is_at(handle, lock):  # its owner has ended meanwhile
@@ -244,8 +251,10 @@ def _take(lock, watch, say):
                 continue
             watch.look(handle)
             _judge(lock, _owner(handle, lock), held, watch, say)
+            before = _line(handle, 1).strip() or _line(handle, 2)
             os.ftruncate(handle, 0)
-            os.pwrite(handle, f"{json.dumps(_ourselves())}\n".encode(), 0)
+            first, second = f"{json.dumps(_ourselves())}\n", " " * ROOM + "\n"
+            os.pwrite(handle, (first + second).encode() + before, 0)
         except BaseException as problem:
             if isinstance(problem, OSError):  # it is ours, and could not be written
                 with suppress(OSError):

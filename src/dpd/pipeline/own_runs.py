@@ -73,7 +73,7 @@ def runs_in(folder: Path) -> list[Path]:
             if name.endswith(ending):
                 found.add(folder / f"{name.removesuffix(ending)}{SUFFIX}")
         path = folder / name
-        if path.suffix == SUFFIX and look_at((name,), path).state == DONE:
+        if path.suffix.lower() == SUFFIX and look_at((name,), path).state == DONE:
             found.add(path)
     return sorted(found)
 

@@ -12,14 +12,21 @@ from pathlib import Path
 from dpd.drafts import remove_drafts
 from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
-from dpd.files import check_output
+from dpd.files import check_output, read
 from dpd.interrupts import asked, listening
-from dpd.pipeline.beginning import Begun, begun
+from dpd.pipeline.beginning import Begun, begins_with, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.pace import RUN, START, Pace
 from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.resources import BYTES_PER_BEAD
-from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary_of_file
+from dpd.pipeline.simulate import (
+    RunSettings,
+    checkpoint_path,
+    is_made,
+    simulate,
+    summary,
+)
+from dpd.pipeline.there import result_there
 from dpd.progress import Progress
 from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
@@ -56,9 +63,13 @@ class Order:
         Wall clock between checkpoints.
     inputs : tuple of Path
         Files that are read: nothing is written in the place of one.
+    checkpoints : bool
+        Keep the state beside the result while it runs.
+    overwrite : bool
+        Replace what is in the place of the result, see `dpd.pipeline.there`.
     wait : bool
-        As Snakemake does: wait for another run on the same output, and leave a result of the same
-        scene and sources as it is.
+        As Snakemake does: wait for another run on the same output, leave a result of the same scene
+        and sources as it is, and replace any other.
     stopping : callable or None
         Whether to stop; signals ask for it if there is none.
     say, tell : callable
@@ -76,6 +87,8 @@ class Order:
     threads: int = 1
     every_seconds: float = 60.0
     inputs: tuple = ()
+    checkpoints: bool = True
+    overwrite: bool = False
     wait: bool = False
     stopping: Callable[[], int] | None = None
     say: Callable[[str], None] = say
@@ -99,7 +112,8 @@ def run_alone(order: Order) -> dict[str, float]:
     Raises
     ------
     UserError
-        If it cannot be, see `dpd.pipeline.lock.alone` and `dpd.pipeline.simulate.simulate`.
+        If it cannot be, see `dpd.pipeline.lock.alone` and `dpd.pipeline.simulate.simulate`, or
+        would replace something unasked, see `dpd.pipeline.there`.
     Stopped
         If a signal asked for it.
     """
@@ -109,8 +123,8 @@ def run_alone(order: Order) -> dict[str, float]:
         check_output(path, "", order.inputs)
     refuse_other_file(checkpoint)
     with alone(order.output, order.say, order.wait) as report:
-        if order.wait and (found := _made(order)):
-            return found
+        if (made := _made(order)) is not None:
+            return summary(made, *read(order.output))
         for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
         with listening():
@@ -123,23 +137,21 @@ def _results(order):
 
 
 def _made(order):
-    """Summary of the result, if it is there already: of the same scene and the same sources.
+    """The scene of a result that is there already and stays.
 
-    Another run has made it while this one waited; or a Snakemake that was killed, or whose job of
-    many runs was, asks again for those that were done. Or what the scene takes from other sweeps
-    was measured anew, and came out as before.
+    For Snakemake it is of the same sources too. Another run has made it while this one waited; or
+    a Snakemake that was killed, or whose job of many runs was, asks again for those that were done.
+    Or what the scene takes from other sweeps was measured anew, and came out as before.
     """
-    places = _results(order)
-    try:
-        found = summary_of_file(order.scene, order.output)
-    except UserError:
+    if not order.wait:
+        scene = begins_with(order.scene, order.start, lambda sentence: None)
+        return None if order.overwrite else result_there(scene, order.output, order.say)
+    if not is_made(order.scene, order.output):
         return None
-    if not all(place.is_file() for place in places):
-        return None
-    for place in places:
+    for place in _results(order):
         os.utime(place)  # newer than what it is made from
     order.tell(f"{order.output}: is there already, of the same scene and the same sources")
-    return found
+    return order.scene
 
 
 def _refuse_too_large(scene):
@@ -170,8 +182,8 @@ def _run(order, checkpoint, report):
     steps = sum(scene.steps)
     with Pace(order.progress(steps, order.label), report, RUN, steps) as progress:
         settings = RunSettings(
-            checkpoint, order.every_seconds, order.threads, progress, order.stopping or asked,
-            order.say, since, order.keep,
+            checkpoint if order.checkpoints else None, order.every_seconds, order.threads, progress,
+            order.stopping or asked, order.say, since, order.keep,
         )  # fmt: skip
         return simulate(scene, order.output, state, settings)
 

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
-REMEDY = "let snakemake make it again"
 COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 
 
@@ -158,6 +157,8 @@ def simulate(
     kept = NOTHING
     if keeps and lost < 0:
         kept = kept_of(scene, simulation.state, observers, not_kept)
+    if keeper and own_files and lost < 0:
+        keeper.save(simulation, observers)  # a kill before the result is there costs no trajectory
     try:
         for file in own_files:
             file.finish()  # before the result, which says that all is there
@@ -255,20 +256,6 @@ def summary(
     if "bond_mean" in values:
         found["mean bond length"] = float(np.mean(values["bond_mean"]))
     return found
-
-
-def summary_of_file(scene: Scene, path: str | Path) -> dict[str, float]:
-    """The same of a result on the disk.
-
-    Raises
-    ------
-    UserError
-        If it is not there, or of another scene or other sources.
-    """
-    values, attributes = files.read(path)
-    files.check_digest(path, attributes, "sources", run_sources(scene), REMEDY)
-    files.check_digest(path, attributes, "scene_digest", scene.digest, REMEDY)
-    return summary(scene, values, attributes)
 
 
 def is_made(scene: Scene, path: str | Path) -> bool:

@@ -109,7 +109,8 @@ def draw_file(
         As `draw` does, or if the picture cannot be written.
     """
     path = Path(path)
-    if path.suffix not in PICTURES:
+    suffix = path.suffix.lower()
+    if suffix not in PICTURES:
         raise UserError(
             f"{path}: its name does not say what kind of picture it is; allowed: "
             f"{', '.join(PICTURES)}"
@@ -127,7 +128,7 @@ def draw_file(
         replace_whole(
             path,
             lambda draft: figure.savefig(
-                draft, format=path.suffix[1:], dpi=look.dpi, metadata=WITHOUT_DATE[path.suffix]
+                draft, format=suffix[1:], dpi=look.dpi, metadata=WITHOUT_DATE[suffix]
             ),
         )
     return drawn

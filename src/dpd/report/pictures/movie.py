@@ -71,7 +71,7 @@ def movie(
     with Progress(len(frames), str(path)) as progress:
         figures = _figures(_configurations(source, frames, look), look, progress)
         figure = next(figures)  # each time the same one, drawn anew
-        write = _write_gif if path.suffix == ".gif" else _write_mp4
+        write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
         _check_memory(path, figure, len(frames))
         replace_whole(path, lambda draft: write(path, draft, figure, figures, rate))
     return len(frames)
@@ -86,12 +86,12 @@ def check_movie(path: Path, source: str | Path) -> None:
         If the name says no kind of movie, if something else is in its place, or if the program
         that it takes is missing.
     """
-    if path.suffix not in MOVIES:
+    if path.suffix.lower() not in MOVIES:
         raise UserError(
             f"{path}: its name does not say what kind of movie it is; allowed: {', '.join(MOVIES)}"
         )
     check_output(path, inputs=[source])
-    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
+    if path.suffix.lower() == ".mp4" and not FFMpegWriter.isAvailable():
         raise UserError(
             f"{path}: the program ffmpeg, which writes mp4, is not installed; install it, or make "
             "a .gif"
@@ -100,7 +100,7 @@ def check_movie(path: Path, source: str | Path) -> None:
 
 def _frames_in(source):
     """Number of frames of a trajectory."""
-    if source.suffix != ".gsd":
+    if source.suffix.lower() != ".gsd":
         raise UserError(
             f"{source}: a movie is made of a trajectory (.gsd), which a run writes if its scene "
             "says 'observe: [{trajectory: {every: 100}}]'"
@@ -147,7 +147,7 @@ def _figures(configurations, look, progress):
 
 def _check_memory(path, figure, frames):
     width, height = figure.canvas.get_width_height()
-    if path.suffix == ".gif" and frames * width * height > MOST_BYTES:
+    if path.suffix.lower() == ".gif" and frames * width * height > MOST_BYTES:
         raise UserError(
             f"{path}: {frames} frames of {width} x {height} pixels are too many for a GIF; take "
             "fewer frames (--every 10), a smaller --dpi, or make an .mp4"

@@ -1,0 +1,270 @@
+"""What is in the place of a result stays, unless a person asks for something else."""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import yaml
+
+import dpd as package
+from dpd import files
+from dpd.commands.main import main
+from dpd.digest import ROOT
+from dpd.engine.checkpoint import checksum_of, whole
+from dpd.errors import Occupied
+from dpd.pipeline.simulate import checkpoint_path
+from tests.conftest import SCENE
+
+LONGER = SCENE | {"steps": {"equilibrate": 20, "sample": 300}}
+EDITED = SCENE | {"seed": 2}
+FOLLOWED = SCENE | {"observe": ["thermo", {"trajectory": {"every": 5}}]}
+
+
+def write(name, scene):
+    """A scene in a file."""
+    Path(name).write_text(yaml.safe_dump(scene))
+
+
+def contents():
+    """All files here by name."""
+    return {str(path): path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+
+
+def assert_refused(dpd, *command, words):
+    """In one sentence, with the line to type, nothing changed; that line then does it."""
+    before = contents()
+    code, said = dpd(*command)
+    assert code == 1 and said.count("\n") == 1 and words in said, said
+    assert contents() == before
+    line = said.strip().rpartition("to replace it: ")[2]
+    again = shlex.split(line.removeprefix("python -m dpd "))
+    assert again == [*map(str, command), "--overwrite"]
+    assert main(again) == 0
+    assert contents() != before
+
+
+@pytest.fixture
+def done(folder, dpd):
+    """The result of the scene."""
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    return Path("run.nc")
+
+
+def test_a_result_of_the_same_scene_is_kept(done, dpd):
+    """Whatever was started from; one of another version too, which is said."""
+    before = contents()
+    code, said = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 0 and "run.nc: is there already, of the same scene; it is kept" in said
+    assert contents() == before
+    with netCDF4.Dataset("run.nc", "a") as file:
+        file.sources = "another"
+    before = contents()
+    code, said = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 0 and "same scene, made by another version of this program; it is kept" in said
+    assert contents() == before
+
+
+def test_a_result_with_a_start_and_an_automatic_step(folder, dpd):
+    """The same again is the same: what was found for it, or read, is part of it."""
+    auto = {"scheme": "auto", "tolerance": 0.05}
+    write("scene.yaml", SCENE | {"integrator": auto})
+    command = ("run", "scene.yaml", "--start", "start.nc", "-o", "run.nc")
+    assert dpd(*command)[0] == 0
+    before = contents()
+    code, said = dpd(*command)
+    assert code == 0 and "it is kept" in said and contents() == before
+    shown = dpd("run", "scene.yaml", "--start", "run.nc", "-o", "next.nc")
+    assert shown[0] == 0
+    assert "it is kept" in dpd("run", "scene.yaml", "--start", "run.nc", "-o", "next.nc")[1]
+    write("scene.yaml", SCENE | {"integrator": auto | {"tolerance": 0.06}})
+    assert_refused(dpd, *command, words="another scene")
+
+
+@pytest.mark.parametrize("what", ["edited", "longer", "shorter", "damaged", "no run", "no NetCDF"])
+def test_anything_else_is_refused(done, dpd, what):
+    """With the whole line that replaces it."""
+    if what == "edited":
+        write("scene.yaml", EDITED)
+        words = "holds the result of another scene, with other values of seed"
+    elif what == "longer":
+        assert dpd("extend", "run.nc", "--sample", 100)[0] == 0
+        words = "this scene, 100 steps longer"
+    elif what == "shorter":
+        write("scene.yaml", LONGER)
+        words = "this scene, 100 steps shorter (`dpd extend` makes a result longer)"
+    elif what == "damaged":
+        os.truncate("run.nc", 5000)
+        words = "no result of a run that can be read"
+    elif what == "no run":
+        files.write("run.nc", {}, {"mine": 1})
+        words = "no result of a run that can be read"
+    else:
+        done.write_text("notes")
+        words = "no result of a run that can be read"
+    assert_refused(dpd, "run", "scene.yaml", "-o", "run.nc", words=words)
+
+
+def test_an_empty_file_is_no_loss(folder, dpd):
+    """As `mktemp` makes one."""
+    Path("run.nc").write_bytes(b"")
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+
+
+def test_a_trajectory_is_not_lost(folder, dpd):
+    """One without its result, nor a result without its trajectory."""
+    write("scene.yaml", FOLLOWED)
+    command = ("run", "scene.yaml", "-o", "run.nc")
+    assert dpd(*command)[0] == 0
+    os.rename("run.nc", "kept.nc")
+    assert_refused(dpd, *command, words="run.gsd: is there already")
+    os.remove("run.gsd")
+    assert_refused(dpd, *command, words="run.nc: is there already, but not run.gsd")
+
+
+def stop(*command, where="Checkpoint.discard", first="pass"):
+    """A command in a process of its own that is killed where it calls a function."""
+    program = (
+        f"import os, sys, dpd.engine.checkpoint as module; own = module.{where}\n"
+        f"def end(*arguments): {first}; os._exit(9)\n"
+        f"module.{where} = end\nfrom dpd.commands.main import main; main(sys.argv[1:])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *map(str, command)], check=False, text=True,
+        capture_output=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+    assert done.returncode == 9, done.stderr
+
+
+def stop_half_way(scene="scene.yaml"):
+    """Leave run.checkpoint of a run that was killed after it kept its state."""
+    stop(
+        "run", scene, "-o", "run.nc", "--checkpoint-every", "0", where="Checkpoint.save",
+        first="own(*arguments)",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("what", ["another scene", "another version", "an older version"])
+def test_the_state_of_another_run_is_not_lost(folder, dpd, what):
+    """That may be days of work; only when asked a run begins anew in its place."""
+    write("long.yaml", SCENE | {"steps": {"equilibrate": 20, "sample": 2000}})
+    stop_half_way("long.yaml")
+    scene, checkpoint = "long.yaml", Path("run.checkpoint")
+    if what == "another scene":
+        scene = "scene.yaml"
+        write(scene, EDITED)
+    else:
+        stored = whole(checkpoint)
+        stored["dpd_checkpoint"] = np.array(
+            str(stored["dpd_checkpoint"]).replace('"sources": "', '"sources": "0')
+        )
+        if what == "an older version":
+            stored["note"] = np.array("null")
+        stored["checksum"] = np.array(checksum_of(stored))
+        with open(checkpoint, "wb") as file:
+            np.savez(file, **stored)
+    os.remove("run.nc.lock")
+    words = "holds the state of a run that was stopped or killed"
+    code, said = dpd("run", scene, "-o", "run.nc")
+    assert code == 1 and what in said and words in said, said
+    assert_refused(dpd, "run", scene, "-o", "run.nc", words=words)
+    assert not checkpoint.exists()
+
+
+def test_a_run_that_goes_on_asks_for_nothing(folder, dpd):
+    """Killed in the middle, or after its result; also in the place of another."""
+    write("long.yaml", LONGER | {"observe": FOLLOWED["observe"]})
+    stop("run", "long.yaml", "-o", "run.nc", where="Checkpoint.save", first="own(*arguments)")
+    assert sorted(os.listdir())[1:] == ["run.checkpoint", "run.nc.lock", "run.unfinished.gsd",
+        "scene.yaml"]  # fmt: skip  # before its trajectory was in its place
+    code, said = dpd("run", "long.yaml", "-o", "run.nc")
+    assert code == 0 and "anew" not in said
+    os.remove("run.gsd")
+    write("long.yaml", LONGER | {"seed": 3})
+    stop("run", "long.yaml", "-o", "run.nc", "--overwrite", "--checkpoint-every", "0")
+    assert Path("run.checkpoint").exists()
+    code, said = dpd("run", "long.yaml", "-o", "run.nc")
+    assert code == 0 and "it is kept" in said
+    assert sorted(os.listdir()) == ["long.yaml", "run.nc", "scene.yaml"]
+
+
+@pytest.mark.parametrize("first", ["pass", "own(*arguments)"])
+@pytest.mark.parametrize("every", [0, 60])
+def test_an_extension_killed_after_its_result_is_not_made_twice(done, dpd, first, every):
+    """Before and after its checkpoint is removed, and where it had none."""
+    command = ("extend", "run.nc", "--sample", "100", "--checkpoint-every", str(every))
+    stop(*command, first=first)
+    assert files.attribute("run.nc", "steps") == 320
+    for _ in range(2):  # by a command that is killed before it knows
+        stop(*command, where="refuse_other_file") if not every else None
+    code, said = dpd(*command)
+    assert code == 0 and "has been made longer before" in said, said
+    assert files.attribute("run.nc", "steps") == 320 and not checkpoint_path("run.nc").exists()
+    assert dpd(*command)[0] == 0 and files.attribute("run.nc", "steps") == 420
+
+
+def test_what_a_longer_run_would_replace(done, dpd):
+    """Another result, the state of another extension; the same one is kept."""
+    command = ("extend", "run.nc", "--sample", "100", "-o", "longer.nc")
+    assert dpd(*command)[0] == 0
+    before = contents()
+    assert "longer.nc: is there already, of the same scene" in dpd(*command)[1]
+    assert contents() == before
+    assert_refused(dpd, *command[:3], "50", *command[4:], words="50 steps longer")
+    stop(
+        "extend", "run.nc", "--sample", "2000", "--checkpoint-every", "0", where="Checkpoint.save",
+        first="own(*arguments)",
+    )  # fmt: skip
+    os.remove("run.nc.lock")
+    words = "run.checkpoint: holds the state of a run that was stopped or killed"
+    assert_refused(dpd, "extend", "run.nc", "--sample", "70", words=words)
+    assert files.attribute("run.nc", "steps") == 290
+
+
+def test_what_other_commands_write(folder, dpd):
+    """A configuration in the place of a trajectory; a picture whose name nobody gave."""
+    write("scene.yaml", FOLLOWED)
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    assert_refused(dpd, "convert", "run.nc", "run.gsd", words="run.gsd: is there already")
+    Path("run.png").write_text("mine")
+    assert_refused(dpd, "draw", "run.nc", words="run.png: is there already")
+    assert dpd("draw", "run.nc", "-o", "run.png") == (0, "")
+
+
+def test_from_python(done):
+    """The same, with a warning or an argument."""
+    with pytest.warns(UserWarning, match="is there already, of the same scene; it is kept"):
+        kept = package.run(SCENE, output="run.nc", progress=False)
+    before = done.read_bytes()
+    with pytest.raises(package.UserError, match=r"another scene.* seed; overwrite=True replaces"):
+        package.run(EDITED, output="run.nc", progress=False)
+    assert done.read_bytes() == before
+    other = package.run(EDITED, output="run.nc", progress=False, overwrite=True)
+    assert not np.array_equal(other.kT, kept.kT)
+
+
+def test_sweeps(folder):
+    """Runs of an edited scene are refused before one begins; of another version they are kept."""
+    axes = {"repulsion.A A": [15, 25]}
+    first = package.sweep(SCENE, axes, output="runs", progress=False)
+    runs = sorted(Path("runs").rglob("run.nc"))
+    before = contents()
+    with pytest.raises(Occupied, match=r"runs/.*/run.nc: holds the result of another scene"):
+        package.sweep(SCENE | {"steps": LONGER["steps"] | {"equilibrate": 0}}, axes, output="runs")
+    assert contents() == before
+    with netCDF4.Dataset(runs[0], "a") as file:
+        file.sources = "another"
+    with pytest.warns(UserWarning, match="made by another version of this program; it is kept"):
+        second = package.sweep(SCENE, axes, output="runs", progress=False)
+    assert second.pressure.equals(first.pressure)
+    package.sweep(SCENE, axes, output="runs", progress=False, overwrite=True)
+    assert files.attribute(runs[0], "sources") != "another"
+    other = EDITED | {"steps": {"equilibrate": 0, "sample": 200}}
+    package.sweep(other, axes, output="runs", progress=False, overwrite=True)
+    Path("runs/sweep.nc").write_text("mine")
+    with pytest.raises(Occupied, match=r"sweep.nc: is there already"):
+        package.sweep(other, axes, output="runs", progress=False)
