@@ -315,6 +315,16 @@ def test_verdicts(entry, value, error, verdict):
     assert judge(entry, Measured(value, error)).verdict == verdict
 
 
+def test_a_bound_has_no_error():
+    """It replicates a range that it lies in, and decides nothing else."""
+    for value, limits, verdict in (
+        (1.0, [None, 2], verdicts.REPLICATED), (3.0, [None, 2], verdicts.NOT_REACHED),
+    ):  # fmt: skip
+        found = judge({"range": limits}, Measured(value, np.nan, bound=True))
+        assert (found.verdict, np.isnan(found.deviation)) == (verdict, True)
+    assert judge({"value": 1.0}, Measured(1, np.nan, bound=True)).verdict == verdicts.NOT_REACHED
+
+
 def test_undecided_runs_get_no_verdict():
     """A stated reason overrides the number."""
     entry = {"value": 1.0, "error": 0.1}

@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 from dpd.analysis import statistics
 from dpd.analysis.coverage import coverage, coverage_of_pieces, slow_time
+from dpd.analysis.degrees import degrees_of
 from dpd.analysis.diffusion import exponent
 from dpd.analysis.resampling import Resampled
 from dpd.analysis.statistics import (
@@ -192,6 +193,34 @@ def test_fits_cover(points, degrees):
     assert LEAST <= np.mean(np.abs(value) < 1.96 * error) <= 0.97
     assert 0.9 < rms_z(value, error) < 1.06
     assert jumps(error) < 0.03
+
+
+def test_degrees_of_freedom_are_carried():
+    """Of a mean, of few replicas, of what is made of both, of a fit, and of what is known."""
+    rng = np.random.default_rng(3)
+    blocks, few, x = rng.normal(size=(50, 8)), rng.normal(size=(2, 5)), np.arange(8) + 1.0
+
+    def make(scattered):
+        mean, error = statistics.block_mean_and_error(blocks)
+        _, two = statistics.independent_mean_and_error(few)
+        return "made", {
+            "blocks": error[0],
+            "few": two[0],
+            "both": np.hypot(*two) if two[0] != two[1] else np.nan,
+            "fit": linear_fit([np.ones(8), x], mean, error).errors[1],
+            "scatter": linear_fit([np.ones(8), x], mean).errors[1],
+            "series": 2.0 * scattered(np.array(30.0)),
+            "known": 0.1,
+        }
+
+    made, degrees = degrees_of(make)
+    assert made == "made"
+    of_blocks = float(statistics.spread_of_mean(blocks[:, 0]).degrees)
+    for name, true in (("blocks", of_blocks), ("few", 4), ("scatter", 6), ("series", 30)):
+        assert true / 2 < degrees[name] < 2 * true, name
+    assert degrees["few"] < degrees["both"] < 16
+    assert degrees["fit"] > 2 * of_blocks and degrees["known"] > 1e6
+    assert degrees_of(make)[1] == degrees  # the same each time
 
 
 def test_estimators_without_these_cares_do_not_cover(monkeypatch):

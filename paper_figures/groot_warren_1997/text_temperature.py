@@ -58,7 +58,6 @@ def compute(sweeps):
         {
             "relaxation_steps": ("sigma", relaxation_steps, {"units": "steps"}),
             "relaxation_error": ("sigma", error, {"units": "steps"}),
-            "replicas": ((), len(times[0]), {"units": "1", "long_name": "that relax"}),
             "relaxation_end": ("sigma", ends, {"units": "kT", "long_name": "kT in equilibrium"}),
             "kT_series": (("sigma", "step"), series.mean("replica").values, {"units": "kT"}),
             "excess": ("amplitude", kT - 1, above_one),
@@ -129,9 +128,9 @@ def best_lambda(data):
     fit = linear_fit([x**power for power in range(3)], y, known.at_lambda_error.values)
     a, b, c = fit.values
     root = (-b - np.sqrt(max(0.0, b * b - 4 * a * c))) / (2 * c) if c else -a / b
-    near = np.argmin(np.abs(x - root))  # the fit is as good there as the nearest point, or better
-    slope = b + 2 * c * root
-    error = abs(float(known.at_lambda_error[near]) / slope)
+    # The same parabola seen from where it is zero: there the error is that of its offset alone.
+    there = linear_fit([(x - root) ** k for k in range(3)], y, known.at_lambda_error.values)
+    error = abs(there.errors[0] / there.values[1])
     return Best(MIDDLE + root, error, fit.values)
 
 
@@ -143,7 +142,6 @@ def measured(data):
         found[f"relaxation_sigma_{sigma:g}"] = Measured(
             float(at.relaxation_steps), float(at.relaxation_error),
             "exponential from kT 10 to kT in equilibrium, error from replicas",
-            degrees=float(data["replicas"]) - 1 if "replicas" in data else np.nan,
         )  # fmt: skip
     found["relaxation_ratio"] = relaxation_ratio(data)
     ratio, error = steepening(data, END_OF_SLOW)

@@ -114,9 +114,9 @@ def _rate(data, name):
     blind = ""
     if not count and excluded > limit:
         blind = f"none seen excludes only more than {excluded:.1e} (95 %)"
-    # Without a pass, half of what is excluded, so that two errors reach from none to all of it.
-    error = _below(count) / exposure if count else excluded / 2
-    return Measured(count / exposure, error, note, blind)
+    if not count:
+        return Measured(excluded, np.nan, note, blind, bound=True)
+    return Measured(count / exposure, _below(count) / exposure, note)
 
 
 def _below(count):

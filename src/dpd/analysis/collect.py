@@ -13,7 +13,7 @@ import xarray as xr
 from xarray.backends import NetCDF4DataStore
 
 from dpd import files
-from dpd.analysis.statistics import mean_and_error, trend
+from dpd.analysis.statistics import mean_and_error, spread_of_mean, trend
 from dpd.errors import UserError, reason
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources, stage_digest
@@ -105,6 +105,8 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
             step = [float(run.time[0]) for run in runs]
             put(name, [mean for mean, _, _ in found], units, long_name)
             put(f"{name}_error", [e for _, e, _ in found], units, f"standard error of {long_name}")
+            degrees = [spread_of_mean(p.values).degrees if len(p) > 1 else 0.0 for p in parts]
+            put(f"{name}_degrees", degrees, "1", f"degrees of freedom of {name}_error")
             put(
                 f"{name}_correlation_time",
                 [tau * dt for (_, _, tau), dt in zip(found, step)],

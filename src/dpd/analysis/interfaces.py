@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import curve_fit
 
+from dpd.analysis.degrees import taped
 from dpd.analysis.statistics import jackknife, linear_fit
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ class Slabs(NamedTuple):
         return self.density.sum(axis=1)
 
 
+@taped
 def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     """Densities of two slabs as seen from their interfaces.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.degrees import taped
 from dpd.analysis.statistics import jackknife_error
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Resampled(NamedTuple):
     without_molecules: np.ndarray
     without_part: np.ndarray
 
+    @taped
     def derived(self, function: Callable[[np.ndarray], Value]) -> tuple[Value, float | np.ndarray]:
         """A quantity with its standard error.
 

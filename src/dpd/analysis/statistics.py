@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.analysis.degrees import taped, widened_by
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -45,7 +47,7 @@ def widening(degrees: Values) -> Values:
     # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
     from scipy.special import stdtrit
 
-    return stdtrit(np.minimum(degrees, MANY), LEVEL) / COVERAGE
+    return widened_by(degrees, stdtrit(np.minimum(degrees, MANY), LEVEL) / COVERAGE)
 
 
 class Spread(NamedTuple):
@@ -149,6 +151,7 @@ def averaged(x: np.ndarray, size: int) -> np.ndarray:
     return x[len(x) - count * size :].reshape(count, size, *x.shape[1:]).mean(axis=1)
 
 
+@taped
 def block_mean_and_error(blocks: npt.ArrayLike) -> tuple[Values, Values]:
     """Mean over the first axis, in which time runs, and its standard error.
 
@@ -207,6 +210,7 @@ def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
     return float(mean), float(error), correlation_time(series)
 
 
+@taped
 def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
     """Mean of independent values along the last axis, as of replicas, and its standard error.
 
@@ -277,6 +281,7 @@ def middle_and_range(turns: np.ndarray) -> tuple[Values, Values, Values]:
     return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
 
 
+@taped
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tuple[float, float]:
     """A function of the mean over blocks, and its standard error by leaving out groups.
 
@@ -300,6 +305,7 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tu
     return value, float(serial_jackknife_error(left_out))
 
 
+@taped
 def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one part of a run after the other.
 
@@ -319,6 +325,7 @@ def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     return error
 
 
+@taped
 def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one of several independent groups.
 

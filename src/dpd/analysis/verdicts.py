@@ -41,15 +41,15 @@ class Measured:
         How it was found, for the table.
     undecided : str
         Why this run cannot decide; empty if it can.
-    degrees : float
-        Degrees of freedom that fix the error; NaN where they are not known.
+    bound : bool
+        Whether the value is only an upper bound, at 95 %: it has no error.
     """
 
     value: float
     error: float
     note: str = ""
     undecided: str = ""
-    degrees: float = np.nan
+    bound: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     agrees with the value decides nothing if it could not tell the two apart: if two combined errors
     reach from one to the other, or if it agrees with the rival, too. A range is replicated where
     our 95 % interval lies inside, deviates where it lies outside, and is undecided where it reaches
-    across a limit.
+    across a limit; of an upper bound, where that lies inside, and is undecided elsewhere.
 
     Parameters
     ----------
@@ -98,6 +98,10 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
         return Judgement(NOT_REACHED, reason=measured.undecided)
     if not np.isfinite(measured.value):
         return Judgement(NOT_REACHED, reason="no run in this study")
+    if measured.bound and measured.value <= entry.get("range", [None, -np.inf])[1]:
+        return Judgement(REPLICATED)
+    if measured.bound:
+        return Judgement(NOT_REACHED, reason="an upper bound, which reaches beyond the range")
     if np.isnan(measured.error):
         return Judgement(NOT_REACHED, reason="the run is too short for an error")
     if "range" in entry:
@@ -142,13 +146,18 @@ def _judge_value(entry, measured):
     return Judgement(REPLICATED if agrees else DEVIATES, deviation, resolution)
 
 
-def rows(paper: str, figure: str, measured: Mapping[str, Measured]) -> pd.DataFrame:
+def rows(
+    paper: str, figure: str, measured: Mapping[str, Measured],
+    degrees: Mapping[str, float] | None = None,
+) -> pd.DataFrame:  # fmt: skip
     """Verdict rows of one figure, in the order of published.yaml.
 
     Parameters
     ----------
     paper, figure : str
     measured : dict of str to Measured
+    degrees : dict of str to float or None
+        Degrees of freedom of their errors, as far as they are known.
 
     Returns
     -------
@@ -170,7 +179,8 @@ def rows(paper: str, figure: str, measured: Mapping[str, Measured]) -> pd.DataFr
             raise UserError(f"{PUBLISHED}: {paper}.{name}: {figure} does not measure it")
         ours = measured.get(name) or Measured(np.nan, np.nan, "", entry["pending"])
         found = judge(entry, ours)
-        notes = [entry.get("note"), ours.note, found.reason]
+        bound = "an upper bound, at 95 %" if ours.bound else ""
+        notes = [entry.get("note"), bound, ours.note, found.reason]
         table.append({
             "paper": paper,
             "figure": figure,
@@ -183,8 +193,8 @@ def rows(paper: str, figure: str, measured: Mapping[str, Measured]) -> pd.DataFr
             "rounding": entry.get("rounding", np.nan),
             "rival": entry.get("rival", np.nan),
             "value": ours.value,
-            "error": ours.error,
-            "degrees": ours.degrees,
+            "error": np.nan if ours.bound else ours.error,
+            "degrees": round((degrees or {}).get(name, np.nan), 1),
             "deviation_sigma": round(float(found.deviation), 2),
             "resolution": found.resolution,
             "verdict": found.verdict,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from dpd.analysis.collect import load, reading, save
+from dpd.analysis.degrees import degrees_of
 from dpd.analysis.verdicts import COLUMNS, rows
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
@@ -41,8 +43,16 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
     begun = time.perf_counter()
     module = load_module(paper, figure)
     data = {name: load(path) for name, path in sources.items()}
-    with blamed_on(module, "compute"):
-        numbers = wanted(module, "compute", module.compute(data), xr.Dataset)
+
+    def made(scattered):
+        drawn = {name: _with_other_errors(each, scattered) for name, each in data.items()}
+        with blamed_on(module, "compute"):
+            numbers = wanted(module, "compute", module.compute(drawn), xr.Dataset)
+        found = _measured(module, numbers)
+        return numbers, {name: one.error for name, one in found.items()}
+
+    numbers, degrees = degrees_of(made)
+    numbers.attrs["degrees"] = json.dumps(degrees)
     table = judged(module, paper, figure, numbers)
     with blamed_on(module, "describe"):
         seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
@@ -78,8 +88,22 @@ def judged(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> 
     numbers : xarray.Dataset
         What its ``compute`` gave.
     """
+    degrees = json.loads(numbers.attrs.get("degrees", "{}"))
+    return rows(paper, figure, _measured(module, numbers), degrees)
+
+
+def _measured(module, numbers):
     with blamed_on(module, "measured"):
-        return rows(paper, figure, wanted(module, "measured", module.measured(numbers), dict))
+        return wanted(module, "measured", module.measured(numbers), dict)
+
+
+def _with_other_errors(data, scattered):
+    """A sweep, each error of a series multiplied by a factor for its degrees of freedom."""
+    known = [name for name in data.data_vars if f"{name}_degrees" in data]
+    return data.assign({
+        f"{name}_error": data[f"{name}_error"] * scattered(data[f"{name}_degrees"].values)
+        for name in known
+    })  # fmt: skip
 
 
 def drawing(module: ModuleType, numbers: xr.Dataset) -> Figure:
