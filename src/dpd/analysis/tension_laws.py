@@ -227,10 +227,11 @@ def _fitted(
 
 
 def _reach(rise: Callable[[float], float], value: float, error: float) -> float:
-    """How far a number can be from its best value, on the side where it can be farther.
+    """Half of the width over which a number can be.
 
-    chi-square with this number held and all others fitted rises by one there: near a critical
-    point no parabola describes it, and the error of a linear fit would be too small.
+    At both ends chi-square with this number held and all others fitted has risen by one: near a
+    critical point no parabola describes it, and the error of a linear fit would be too small. The
+    farther end alone would be too much: the rms z of two such fits was 0.6 to 0.8.
     """
     from scipy.optimize import brentq  # most jobs need no SciPy
 
@@ -246,7 +247,7 @@ def _reach(rise: Callable[[float], float], value: float, error: float) -> float:
         else:
             return np.nan  # nothing limits it
         ends.append(brentq(lambda d, side=side: min(rise(value + side * d), 1e9), 0, step))
-    return float(max(ends))
+    return float(sum(ends) / 2)
 
 
 def _near_critical(segregation, critical, mu):
