@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.signal import lfilter
 
-from dpd.analysis import statistics
+from dpd.analysis import resampling, statistics
 from dpd.analysis.coverage import coverage, coverage_of_pieces, slow_time
 from dpd.analysis.degrees import degrees_of
 from dpd.analysis.diffusion import exponent
@@ -221,6 +222,43 @@ def test_degrees_of_freedom_are_carried():
     assert degrees["few"] < degrees["both"] < 16
     assert degrees["fit"] > 2 * of_blocks and degrees["known"] > 1e6
     assert degrees_of(make)[1] == degrees  # the same each time
+
+
+def recorded(rng, shared, samples=400, walkers=24):
+    """Mean squares of random walks in a plane at lags up to half the run, as its file has them.
+
+    Four groups of walkers share a part of their steps.
+    """
+    lags = np.array([4, 8, 16, 20, 25, 30, 40, 60, 100, 200])
+    own, common = rng.normal(size=(2, walkers, samples)), rng.normal(size=(2, 4, samples))
+    steps = np.sqrt(1 - shared) * own + np.sqrt(shared) * np.tile(common, (1, walkers // 4, 1))
+    place = steps.cumsum(axis=2)
+    squares = [((place[..., n:] - place[..., :-n]) ** 2).sum(axis=0) for n in lags]
+    ends = [np.arange(n, samples) * 10 // samples for n in lags]
+    counts = [np.bincount(e, minlength=10) for e in ends]
+    sums = [np.bincount(e, s.mean(axis=0), minlength=10) for e, s in zip(ends, squares)]
+    return xr.Dataset({
+        "time": (("replica", "lag"), lags[None] * 1.0),
+        "each": (("replica", "lag", "walker"), [[s.mean(axis=1) for s in squares]]),
+        "sums": (("replica", "part", "lag"), np.transpose(sums)[None]),
+        "count": (("replica", "part", "lag"), np.transpose(counts)[None]),
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("shared", [0.0, 0.4, 0.7])
+def test_errors_at_lags_of_which_a_run_has_few(monkeypatch, shared):
+    """Half a run: right to a third, whether walkers share steps or not; the same of slopes."""
+    monkeypatch.setattr(resampling, "part_length", lambda runs: 40.0)
+    rng, found = np.random.default_rng(7), []
+    for _ in range(250):
+        names = ("lag", "walker", "time", "each", "sums", "count")
+        one = resampling.resampled(recorded(rng, shared), *names, reach=5.0)
+        assert one.time[-1] == 200
+        for of in (lambda g: g[-1] / 400, lambda g: np.log(g[-1] / g[-3]) / np.log(200 / 60)):
+            value, error = one.derived(of)
+            found.append((value - of(2 * one.time)) / error)
+    rms = np.sqrt(np.mean(np.reshape(found, (-1, 2)) ** 2, axis=0))
+    assert (rms > 0.75).all() and (rms < 1.33).all()
 
 
 def test_estimators_without_these_cares_do_not_cover(monkeypatch):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from dpd.analysis.chain_length import crossover, end_effect, power
 from dpd.analysis.statistics import COVERAGE
@@ -124,6 +125,27 @@ def test_more_than_two_laws_show_in_the_p_value():
     """A curve that bends everywhere, with small errors."""
     bending = LENGTHS ** (2 + 0.2 * np.log(LENGTHS))
     assert crossover(LENGTHS, bending, 0.003 * bending).p_value < 1e-4
+
+
+@pytest.mark.parametrize(("quantity", "exponents"), [("tau", (2, 3)), ("diffusion", (-1, -2))])
+def test_where_the_drawn_laws_meet(quantity, exponents):
+    """The published laws through either end, whatever the points between; none without an end."""
+    figure = load_module("nikunen_2007", "fig05_exponents")
+    n = np.array([8.0, 16.0, 50.0, 64.0, 128.0])
+    value = np.where(n < 45, n ** exponents[0], n ** exponents[1] * 45.0 ** -np.diff(exponents))
+    value[2] *= 3
+    data = xr.Dataset(
+        {
+            quantity: (("set", "length"), [value]),
+            f"{quantity}_error": (("set", "length"), [0.03 * value]),
+            "long_enough": (("set", "length"), [np.ones(5)]),
+        },
+        {"set": ["a100"], "length": n},
+    )
+    found, error = figure.meeting(data, quantity)
+    assert found == pytest.approx(45.0)
+    assert error == pytest.approx(45 * 0.03)  # two points at each end
+    assert np.isnan(figure.meeting(data.isel(length=slice(3)), quantity)[0])
 
 
 def test_room_of_a_box_is_counted_in_mean_distances():

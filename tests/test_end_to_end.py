@@ -19,6 +19,7 @@ from tests.engine.build import by_identity
 # Lags of each level, and how many samples apart those are that it begins with.
 LEVELS = [
     (range(1, 17), 1), (range(20, 65, 4), 4), (range(80, 257, 16), 16), (range(320, 1025, 64), 64),
+    (range(1280, 4097, 256), 256),
 ]  # fmt: skip
 LAGS = [(lag, apart) for lags, apart in LEVELS for lag in lags]
 
@@ -43,13 +44,13 @@ def correlate(series, expected):
 
 
 @pytest.mark.parametrize(
-    ("samples", "levels"), [(9, 1), (160, 1), (161, 2), (640, 2), (641, 3), (1700, 3), (2561, 4)]
+    ("samples", "levels"), [(9, 1), (32, 1), (33, 2), (128, 2), (129, 3), (1700, 4), (2049, 5)]
 )
 def test_every_lag_of_a_random_series(samples, levels):
     """Means of each molecule, numbers and sums of pairs in each part, to 1e-11: a level that
     takes every 4th sample sees every 4th pair.
 
-    Lags reach the length of a part of the run; sums are of up to 256 numbers of order 1.
+    Lags reach half the run; sums are of up to 256 numbers of order 1.
     """
     rng = np.random.default_rng(samples)
     series = rng.normal(size=(samples, 2, 3)) + rng.normal(size=(1, 2, 3))
@@ -59,7 +60,7 @@ def test_every_lag_of_a_random_series(samples, levels):
     np.testing.assert_array_equal(lag, [n for n, _ in expected])
     assert len(found.arrays["kept"]) == levels
     if samples > KEPT:
-        assert lag.max() >= samples // PARTS
+        assert lag.max() >= samples // 2
     for number, (n, apart) in enumerate(expected):
         then, now, part = pairs_of(samples, n, apart, samples)
         values = np.stack(
@@ -176,7 +177,7 @@ def test_every_lag_is_that_of_the_whole_run(chain_run):
     _, observer, _, _, vectors = chain_run
     found = {name: variable[1] for name, variable in observer.variables().items()}
     assert vectors.shape == (1700, 3, len(CHAINS))
-    expected = [(n, apart) for n, apart in LAGS if apart < 64]
+    expected = [(n, apart) for n, apart in LAGS if apart < 256]
     lags = np.array([n for n, _ in expected])
     np.testing.assert_allclose(found["end_lag_time"], lags * 2 * 0.02, rtol=1e-12)
     assert lags.max() >= 170

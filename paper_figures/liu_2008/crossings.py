@@ -19,14 +19,14 @@ from paper_figures.liu_2008.shared import (
 
 SHARE = printed_share(shown_by(__file__)["share"].value)
 
-TITLE = "Bond crossings per bond and DPD time unit tau_0."
+TITLE = "Rate of bond crossings per bond, in DPD units."
 PAPER_SHOWS = (
     "Not a figure of the paper, which saw no crossing in set (1) in 1e7 steps although about "
     f"{100 * SHARE:g} % of its bonds are longer than 4 r_0. Every 0.2 tau_0 we look for pairs of "
     "bonds that cross, and count those that did not cross at the look before. Filled: runs in "
     "which bonds crossed. Hollow: runs in which none did, and the rate that they exclude at 95 % "
-    "(3 over bonds times time). F is the core force F_max, C the spring constant, N the chain "
-    "length."
+    "(3 over bonds times time). The growth refuses crossings, so that those of melts as grown are "
+    "a check of ours. F is the core force F_max, C the spring constant, N the chain length."
 )
 ERRORS = "Bars: 95 % intervals of the mean of a Poisson distribution, given the count."
 SYMBOLS = {"force": "F", "stiffness": "C", "length": "N"}
@@ -130,7 +130,8 @@ def draw(data):
     axes.plot([], [], "o", color=RED, label="counted")
     axes.plot([], [], "<", color=BLUE, markerfacecolor="white", label="less than (95 %)")
     axes.set_yticks(range(count), data.run.values)
-    axes.set(xscale="log", ylim=(count - 0.5, -2.2), xlabel=r"crossings per bond and $\tau_0$")
+    axes.set(xscale="log", ylim=(count - 0.5, -2.2))
+    axes.set_xlabel(r"rate of crossings per bond / $\tau_0^{-1}$")
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", linewidth=0.3, alpha=0.5)
     axes.legend(loc="upper center", ncols=2)

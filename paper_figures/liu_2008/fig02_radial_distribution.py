@@ -38,6 +38,7 @@ ERRORS = (
 )
 COLORS = CORES | {CRYSTAL: PURPLE}
 REACH = 2 / 3  # of the way to the kink: how far the fit of a peak reaches
+WIDE, FLAT = 0.15, 0.01  # about a peak, in r_c; and share of its height that no eye tells
 SHARES = (1 / 2, REACH, 5 / 6)  # other windows, to show that they do not matter
 PARTS, LEAST = 5, 8  # of the run for the drift of 2 r_0, and configurations in each
 RESTS = {0.15: 0.25, 0.25: 0.41}  # 2 r_0 in the bonds of sets (1) and (2)
@@ -90,6 +91,19 @@ def _at_kink(r, g, radius):
     return peak(r, g, 2 * radius) == r[np.argmax(g)]
 
 
+def _top(at, radius):
+    """Between which distances a cubic about the peak is within `FLAT` of its height, in words."""
+    place = float(at.peak)
+    if not np.isfinite(place):
+        return "nowhere that is known"
+    start = max(place - WIDE, 2 * radius)
+    near = (at.r > start) & (at.r < place + WIDE)
+    cubic = np.polynomial.Polynomial.fit(at.r[near], at.g[near], 3)
+    x = np.linspace(start, place + WIDE, 1000)
+    flat = x[cubic(x) > (1 - FLAT) * cubic(place)]
+    return f"from {flat.min():.2f} to {flat.max():.2f}" if len(flat) else "nowhere that is known"
+
+
 def _drift(r, blocks):
     """Change of the distance per decade of sampling, and its error.
 
@@ -114,7 +128,8 @@ def measured(data):
         windows = ", ".join(f"{float(v):.3f}" for v in at.peak_by_window)
         found[f"peak_{name}"] = Measured(
             float(at.peak), float(at.peak_error),
-            f"{windows} with a fit that reaches 1/2, 2/3 and 5/6 of the way to 2 r_s, 0.15 at most",
+            f"{windows} with a fit that reaches 1/2, 2/3 and 5/6 of the way to 2 r_s, 0.15 at most"
+            f"; g(r) is within 1 % of its maximum {_top(at, radius)}",
         )  # fmt: skip
     for radius in (0.15, 0.2, 0.25):
         at, name = at_radius(data, radius), f"{100 * radius:.0f}"
@@ -186,8 +201,14 @@ def draw(data):
     middle.plot([0, 0.65], [0, 0.65], color=BLACK, linewidth=0.8)
     middle.set(xlim=(-0.03, 0.65), ylim=(0, 0.65), xlabel="preset diameter $2 r_s$ / $r_c$",
                ylabel="closest contact $2 r_0$ / $r_c$")  # fmt: skip
+    for marker, face, label in (
+        ("o", "0.5", "mean over parts"), ("o", "white", "one part alone"),
+        ("s", "white", "where g = 0.05"),
+    ):  # fmt: skip
+        right.plot([], [], marker, color="0.5", markerfacecolor=face, label=label)
+    right.legend(loc="upper center")
     ends = 0.5 * float(data.samples.min()), 2 * float(data.samples.max())
-    right.set(xscale="log", xlim=ends, ylim=(-0.06, 0.65), xlabel="bead-samples in g(r)",
+    right.set(xscale="log", xlim=ends, ylim=(-0.06, 0.85), xlabel="bead-samples in g(r)",
               ylabel="first bin not empty / $r_c$")  # fmt: skip
     right.xaxis.set_minor_formatter(mpl.ticker.NullFormatter())
     return figure

@@ -17,12 +17,14 @@ PAPER_SHOWS = (
     "chain, in which no two bonds cross, and says that chains are neither elongated nor discs, but "
     "of many shapes. Here: the last configuration of the run of that length, or of the longest "
     "chains that this study has. The shape of a chain is the elongation e = (l_1 - l_2) / (l_1 + "
-    "l_2) of the two eigenvalues of its gyration tensor: 0 for a disc, 1 for a rod."
+    "l_2) of the two eigenvalues of its gyration tensor: 0 for a disc, 1 for a rod. How diverse "
+    "the shapes are is held against ideal chains of as many beads in two dimensions."
 )
 ERRORS = "The window is as large as the paper's, or the whole box where that is smaller."
 WINDOW = 30.0
 CLOSE = 2.0  # r_c: chains that come closer are neighbours
 FEWEST = 10  # chains for an error of their shapes
+WALKS = 20_000  # ideal chains whose shapes are the measure
 
 
 def compute(sweeps):
@@ -81,14 +83,24 @@ def measured(data):
     few = len(shape) < FEWEST
     reason = f"{len(shape)} chains are too few for an error" if few else ""
     low, high = np.quantile(shape, (0.1, 0.9))
-    note = f"{len(shape)} chains of one configuration, a tenth below {low:.2f} and above {high:.2f}"
+    ideal = _ideal(data.sizes["bead"])
+    note = (
+        f"{len(shape)} chains of one configuration, a tenth below {low:.2f} and above {high:.2f}; "
+        f"ideal chains: mean {ideal.mean():.3f}, standard deviation {ideal.std():.3f}"
+    )
     for name, moments in (
         ("shape", lambda m: m[0]),
-        ("shape_spread", lambda m: np.sqrt(max(m[1] - m[0] ** 2, 0.0))),
+        ("shape_spread", lambda m: np.sqrt(max(m[1] - m[0] ** 2, 0.0)) / ideal.std()),
     ):
         value, error = jackknife(np.hstack([shape, shape**2]), moments)
         found[name] = Measured(value, error, note, reason)
     return found
+
+
+def _ideal(length):
+    """Elongations of ideal chains, whose bonds point anywhere, in two dimensions."""
+    steps = np.random.default_rng(1).normal(size=(2, WALKS, length))
+    return elongations(steps.cumsum(axis=2))
 
 
 def describe(data):

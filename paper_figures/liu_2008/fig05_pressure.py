@@ -13,18 +13,19 @@ TITLE = "Pressure of monomers with rigid cores (a 25, F_max 100)."
 PAPER_SHOWS = (
     "The paper shows (a) the pressure over density with parabolas p = rho kT + kappa a rho^2, "
     "fitted for rho > 2, and (b) the pressure over a rho^2, which has a plateau for r_s = 0 and "
-    "0.15 and none for 0.20 and 0.25. Its axis in (b) says P; drawn here is the excess p - rho kT"
-    " over a rho^2, as in Groot and Warren's Fig. 4, of which the parabola's plateau is kappa. "
-    "The legend gives the exponent n of p - rho kT ~ rho^n for rho > 2 (a parabola: 2), with its "
-    "95 % interval. Diamond at rho = 0: B2 / a without a core, exact. Dotted: mean field, pi / 24, "
-    "an upper bound without cores."
+    "0.15 and none for 0.20 and 0.25. Its legend gives the spread there for rho > 2, largest less "
+    "smallest over the mean. (c) Not in the paper: the excess p - rho kT over a rho^2, as in Groot "
+    "and Warren's Fig. 4, of which the parabola's plateau is kappa; the term rho kT falls in (b) "
+    "while this rises. Its legend gives the exponent n of p - rho kT ~ rho^n for rho > 2 (a "
+    "parabola: 2), with its 95 % interval. Lines: the parabolas of (a). Diamond at rho = 0: B2 / a "
+    "without a core, exact. Dotted: mean field, pi / 24, an upper bound without cores."
 )
 DENSE = 2.0  # the fit's density from which on, Eq. 10
 COMMON = 4.0  # the largest density at which the paper has all four cores
 REPULSION, FORCE = 25.0, 100.0
 UNITS = {
     "kappa": "r_c^3", "kappa_error": "r_c^3", "chi_square": "1", "exponent": "1",
-    "exponent_error": "1", "misfit": "1", "misfit_error": "1", "plateau": "1", "plateau_error": "1",
+    "exponent_error": "1", "misfit": "1", "misfit_error": "1",
 }  # fmt: skip
 
 
@@ -35,7 +36,6 @@ def compute(sweeps):
     for name, unit in UNITS.items():
         data[name] = ("r_s", [row.get(name, np.nan) for row in rows], {"units": unit})
     data.misfit.attrs["long_name"] = "largest distance from the parabola over the largest pressure"
-    data.plateau.attrs["long_name"] = "largest distance of the scaled excess from kappa over kappa"
     limits = [core_limits(REPULSION, radius, FORCE) for radius in data.r_s.values]
     data["virial"] = ("r_s", [low for low, _ in limits], {"units": "r_c^3"})
     data["mean_field"] = ("r_s", [high for _, high in limits], {"units": "r_c^3"})
@@ -57,8 +57,8 @@ def _fits(at):
     pulls = (off / error)[np.isfinite(error)]
     power = linear_fit([np.ones_like(rho), np.log(rho)], np.log(excess))
     (_, exponent), (_, exponent_error) = power.values, power.errors
-    far, bent = np.argmax(np.abs(off)), np.argmax(np.abs(off) / rho**2)
-    largest, scale = (rho + excess).max(), kappa * REPULSION * rho[bent] ** 2
+    far = np.argmax(np.abs(off))
+    largest = (rho + excess).max()
     return {
         "kappa": kappa,
         "kappa_error": kappa_error,
@@ -67,9 +67,29 @@ def _fits(at):
         "exponent_error": exponent_error,
         "misfit": abs(off[far]) / largest,
         "misfit_error": error[far] / largest,
-        "plateau": abs(off[bent]) / scale,
-        "plateau_error": error[bent] / scale,
     }
+
+
+def spread(at):
+    """How far P / (a rho^2) of one core is from level in dense systems, and its error.
+
+    Parameters
+    ----------
+    at : xarray.Dataset
+        ``excess`` and ``excess_error`` over ``density``.
+
+    Returns
+    -------
+    value, error : float
+        Largest less smallest, over the mean; NaN without dense systems.
+    """
+    at = at.dropna("density", subset=["excess"]).where(at.density > DENSE, drop=True)
+    if not at.sizes["density"]:
+        return np.nan, np.nan
+    rho = at.density.values
+    scaled, error = (rho + at.excess.values) / rho**2, at.excess_error.values / rho**2
+    low, high, mean = np.argmin(scaled), np.argmax(scaled), scaled.mean()
+    return (scaled[high] - scaled[low]) / mean, float(np.hypot(error[high], error[low])) / mean
 
 
 def measured(data):
@@ -81,8 +101,7 @@ def measured(data):
             float(at.misfit), float(at.misfit_error),
             f"p - rho kT ~ rho^n with n = {float(at.exponent):.3f} +- "
             f"{float(at.exponent_error):.3f}; reduced chi-square of the parabola "
-            f"{float(at.chi_square):.3g}; the scaled excess is up to {float(at.plateau):.1%} from "
-            "its plateau",
+            f"{float(at.chi_square):.3g}",
         )  # fmt: skip
         if radius in (0.0, 0.15):
             found[f"kappa_{name}"] = Measured(
@@ -91,19 +110,20 @@ def measured(data):
                 f"{float(at.virial):.5f} and {float(at.mean_field):.4f}",
             )  # fmt: skip
     bare, thin, thick, crowded = (at_radius(data, radius) for radius in CORES)
-    found["kappa_ratio"] = _ratio(thin, bare, "kappa", less=1.0)
-    worst = max(bare, thin, key=lambda at: np.nan_to_num(float(at.plateau)))
-    best = min(thick, crowded, key=lambda at: np.nan_to_num(float(at.plateau), nan=np.inf))
-    found["plateau_order"] = _ratio(best, worst, "plateau")
+    kappas = ((float(at.kappa), float(at.kappa_error)) for at in (thin, bare))
+    found["kappa_ratio"] = _ratio(*kappas, less=1.0)
+    spreads = [spread(at) for at in (bare, thin, thick, crowded)]
+    listed = ", ".join(f"{value:.1%}" for value, _ in spreads)
+    ratio = _ratio(min(spreads[2:]), max(spreads[:2]))
+    found["plateau_order"] = Measured(ratio.value, ratio.error, f"{listed} for r_s 0 to 0.25")
     found["pressure_25"] = _pressures(crowded, bare)
     return found
 
 
-def _ratio(upper, lower, name, less=0.0):
+def _ratio(upper, lower, less=0.0):
     """Ratio of two numbers with errors of their own."""
-    high, low = float(upper[name]), float(lower[name])
-    error = np.hypot(float(upper[f"{name}_error"]) / low,
-                     high * float(lower[f"{name}_error"]) / low**2)  # fmt: skip
+    (high, high_error), (low, low_error) = upper, lower
+    error = np.hypot(high_error / low, high * low_error / low**2)
     return Measured(high / low - less, float(error), f"{high:.3f} and {low:.3f}")
 
 
@@ -126,37 +146,45 @@ def describe(data):
     ]
     return (
         "(a) Pressures rise with density, the more the larger the core, beside fitted parabolas. "
-        "(b) The excess over a rho^2 levels off at high density for the small cores and keeps "
-        f"rising for the large ones; exponents {', '.join(parts)}."
+        "(b) P over a rho^2 is level at high density for the small cores and rises for the large "
+        f"ones. (c) So does the excess, which rises for all; exponents {', '.join(parts)}."
     )
 
 
 def draw(data):
-    """Pressure, and scaled excess pressure; the paper's axes."""
-    figure, (left, right) = panels(2)
+    """Pressure, the same over a rho^2, the paper's axes; and its excess."""
+    figure, (left, middle, right) = panels(3, height=2.7)
     end = float(data.density.max()) * 1.03
-    rho = np.linspace(DENSE, end, 100)
     for radius in data.r_s.values:
         at = data.sel(r_s=radius).dropna("density", subset=["excess"])
         color = CORES.get(float(radius), ORANGE)
-        exponent, error = float(at.exponent), COVERAGE * float(at.exponent_error)
-        label = rf"$r_s$ = {radius:g}, n = {exponent:.2f} ± {error:.2f}"
-        points(
-            left, at.density, at.excess + at.density, at.excess_error, f"$r_s$ = {radius:g}", color
-        )
-        points(right, at.density, at.scaled, at.scaled_error, label, color)
-        shown = rho[rho <= float(at.density.max()) * 1.03]
-        kappa = float(at.kappa)
-        left.plot(shown, shown + kappa * REPULSION * shown**2, color=color, linewidth=0.8)
-        right.plot(shown, np.full_like(shown, kappa), color=color, linewidth=0.8)
+        scale = REPULSION * at.density**2
+        n, error = float(at.exponent), COVERAGE * float(at.exponent_error)
+        name = f"$r_s$ = {radius:g}"
+        shown = np.linspace(DENSE, min(end, 1.03 * float(at.density.max())), 100)
+        excess = float(at.kappa) * REPULSION * shown**2
+        for panel, value, bar, line, label in (
+            (left, at.excess + at.density, at.excess_error, shown + excess, name),
+            (middle, (at.excess + at.density) / scale, at.excess_error / scale,
+             (shown + excess) / (REPULSION * shown**2), f"{name}: {100 * spread(at)[0]:.1f} %"),
+            (right, at.scaled, at.scaled_error, excess / (REPULSION * shown**2),
+             rf"{name}, n = {n:.2f} ± {error:.2f}"),
+        ):  # fmt: skip
+            points(panel, at.density, value, bar, label, color)
+            panel.plot(shown, line, color=color, linewidth=0.8)
     right.plot(
         [0], [float(data.virial[0])], "D", color=BLACK, clip_on=False, markerfacecolor="white"
     )
     right.axhline(float(np.pi / 24), color=BLACK, linestyle=":", linewidth=0.8)
-    left.set(xlim=(0, end), ylim=(0, None), xlabel=r"density $\rho$ $r_c^2$",
-             ylabel=r"pressure $p$ / ($k_BT$ $r_c^{-2}$)")  # fmt: skip
+    labels = (
+        r"pressure $P$ / ($k_BT$ $r_c^{-2}$)", r"$P / (a \rho^2)$ / $r_c^3$",
+        r"$(P - \rho k_BT) / (a \rho^2)$ / $r_c^3$",
+    )  # fmt: skip
+    for panel, label in zip((left, middle, right), labels):
+        panel.set(xlim=(0, end), ylim=(0, None), xlabel=r"density $\rho$ $r_c^2$", ylabel=label)
+    # In thin systems P / (a rho^2) grows as 1 / rho; shown is what the paper speaks of.
+    middle.set(ylim=(0, 0.25))
     left.legend(loc="upper left")
-    right.set(xlim=(0, end), ylim=(0, None), xlabel=r"density $\rho$ $r_c^2$",
-              ylabel=r"$(p - \rho k_BT) / (a \rho^2)$ / $r_c^3$")  # fmt: skip
+    middle.legend(loc="lower right", title=rf"spread for $\rho$ > {DENSE:g}", title_fontsize=7)
     right.legend(loc="lower right")
     return figure

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.diffusion import displacements, subdiffusion
+from dpd.analysis.diffusion import HALF, displacements, subdiffusion
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, ORANGE, panels
@@ -26,19 +26,22 @@ PAPER_SHOWS = (
     "conserve no momentum. Solid: g_i, dashed: g_cm, relative to the centre of mass of the box; "
     "thick where 4 <l^2> < g_i < R_g^2, beyond two bonds and inside the chain's own size, where "
     "the exponent is fitted, which the legend gives with its 95 % interval. Black: t^(8/15) solid, "
-    "t^(1/2) dotted, through the first thick point of the longest chains; the law by which a panel "
-    "divides is level there. Curves of shorter chains may run out of a panel at its "
-    "top. Times in DPD units tau_0."
+    "t^(1/2) dotted, through the last thick point of the longest chains; the law by which a panel "
+    "divides is level there. Curves of shorter chains run out of a panel at its top. Times in DPD "
+    "units tau_0."
 )
 ERRORS = (
     "Bands: 95 % intervals; the larger of two jackknife errors, leaving out molecules, and "
-    "leaving out tenths of the run, which know about motion that all chains share. Times up to a "
-    "tenth of the run, so that tenths are independent; the paper draws the whole run."
+    "leaving out tenths of the run, which know about motion that all chains share. Times up to "
+    "half the run, in the archived long study to a tenth; the paper draws the whole run. Beyond a "
+    "tenth tenths overlap: the error is that over molecules, larger by as much as that of the "
+    "tenths was in the decade before."
 )
 BATHS = ("pairs", "langevin")
 FREE = 20.0  # R_g^2 that g_cm must reach before g_i can be within 5 % of it
 MET = 2.0  # g_i over g_cm where a chain goes over to free diffusion
-ROOM = 1.15  # of the ordinates, above the highest point of the longest chains
+FROM = 0.3  # DPD time units, from which on displacements are drawn: before, beads fly
+ROOM = 1.2  # of the ordinates, above the highest point of the longest chains
 
 
 def compute(sweeps):
@@ -47,7 +50,7 @@ def compute(sweeps):
     data = xr.concat(baths, xr.DataArray(list(BATHS), dims="bath", name="bath"), join="outer")
     melts = sweeps["melts"]
     inner, centre = (
-        {n: displacements(melts.sel(length=n), kind) for n in melts.length.values}
+        {n: displacements(melts.sel(length=n), kind, HALF) for n in melts.length.values}
         for kind in ("inner", "centre")
     )
     early = _apart_early(inner, float(data.high.sel(bath="pairs").min()))
@@ -194,7 +197,7 @@ def describe(data):
 
 def draw(data):
     """Displacements over two powers of time, for both thermostats."""
-    figure, axes = panels(2, 2, height=2.4, sharex=True)
+    figure, axes = panels(2, 2, height=2.5, sharex="row")
     for row, bath, words in zip(axes, BATHS, ("pair friction", "Langevin")):
         here = data.sel(bath=bath).dropna("length", subset=["duration"])
         for panel, power, label in zip(row, (ROUSE, SEMENOV_JOHNER), ("1/2", "8/15")):
@@ -203,7 +206,8 @@ def draw(data):
             longest = here.isel(length=-1)
             _guide(panel, longest, power)
             highest = float((longest.inner / longest.time**power).max())
-            panel.set(xscale="log", ylim=(0, ROOM * highest), title=words)
+            panel.set(xscale="log", xlim=(FROM, float(here.time.max())), title=words)
+            panel.set_ylim(0, ROOM * highest)
             panel.set_ylabel(rf"$g(t) / t^{{{label}}}$ / ($r_c^2$ $\tau_0^{{-{label}}}$)")
         for panel in row:
             handles, _ = panel.get_legend_handles_labels()
@@ -230,11 +234,11 @@ def _curves(panel, at, power, named):
 
 
 def _guide(panel, at, power):
-    """Both power laws through the first point of the window of some chains."""
-    inside = np.flatnonzero((at.inner >= at.low).values)
+    """Both power laws through the last point of the window of some chains."""
+    inside = np.flatnonzero((at.inner <= at.high).values)
     if not len(inside):
         return
-    first = at.isel(lag=inside[0])
+    first = at.isel(lag=inside[-1])
     time = np.geomspace(float(first.time), float(at.time.max()), 50)
     for theory, label in ((ROUSE, "1/2"), (SEMENOV_JOHNER, "8/15")):
         guide = float(first.inner) * (time / float(first.time)) ** theory / time**power

@@ -29,7 +29,6 @@ ERRORS = (
     "leaving out molecules, and leaving out tenths of the run."
 )
 LAWS = {"15/8": (15 / 8, "-"), "2": (2.0, ":")}
-ROOM = 100  # above the points of (a), for the legend
 BATHS = {"melts": Look("pair friction", BLUE, "o"), "langevin": Look("Langevin", ORANGE, "s")}
 LABELS = {0.0: r"$\tau_N$ / $\tau_0$", LAWS["15/8"][0]: r"$\tau_N / N^{15/8}$ / $\tau_0$"}
 
@@ -107,14 +106,13 @@ def draw(data):
     for panel, (taken, label) in zip(axes, LABELS.items()):
         for name, look in BATHS.items():
             _draw_bath(panel, data.sel(sweep=name), taken, look)
-        panel.set(xscale="log", yscale="linear" if taken else "log", xlabel="chain length N")
+        panel.set(xscale="log", yscale="log", xlabel="chain length N")
         panel.set_ylabel(label)
         panel.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
         panel.set_xticks([], minor=True)
-    axes[1].set_ylim(0, None)
-    axes[0].set_ylim(top=ROOM * axes[0].get_ylim()[1])
-    if axes[0].get_legend_handles_labels()[0]:
-        axes[0].legend(loc="upper left")
+    handles = axes[0].get_legend_handles_labels()
+    if handles[0]:
+        figure.legend(*handles, loc="outside upper center", ncols=3)
     return figure
 
 

@@ -243,7 +243,7 @@ def draw(data):
     steps.set_yticks(data.dt.values, [f"{dt:g}" for dt in data.dt.values])
     labels = (
         "closest contact $2 r_0$ / $r_c$", "C times bond variance / $k_BT$", "longest bond / $r_c$",
-        "share of bonds > $4 r_0$", r"crossings per bond and $\tau_0$",
+        "share of bonds > $4 r_0$", r"crossing rate per bond / $\tau_0^{-1}$",
         r"largest stable dt / $\tau_0$",
     )  # fmt: skip
     for panel, label in zip(axes.ravel(), labels):

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.diffusion import displacements, plateau, subdiffusion
+from dpd.analysis.diffusion import HALF, displacements, plateau, subdiffusion
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
@@ -23,6 +23,10 @@ from paper_figures.liu_2008.shared import (
 
 LIMIT = shown_by(__file__)["level"].low  # decades for which a plateau is to last
 LEVEL = 0.03  # share of its middle within which g_i / t^(8/15) is called level
+# Level stretches: the power of time, and whether beyond the chain's own size or inside it.
+STRETCHES = {
+    "level": (SEMENOV_JOHNER, False), "beyond": (SEMENOV_JOHNER, True), "rouse": (ROUSE, True),
+}  # fmt: skip
 # Fields of dpd.analysis.diffusion.Plateau.
 LEVEL_UNITS = {
     "first": "tau", "last": "tau", "decades": "1", "error": "1", "low": "r_c^2", "high": "r_c^2",
@@ -33,19 +37,22 @@ PAPER_SHOWS = (
     "Not a figure of the paper. Dashed: 8/15 (Semenov and Johner), dotted: 1/2 (Rouse). (a) The "
     "paper's dynamics, pair friction gamma 4.5, for several N. (b) The same melts with friction "
     "and noise on each bead (Langevin), which conserve no momentum: chains alone, without flow. "
-    "(c) Boxes of edge L, with and without momentum. (d) Other pair frictions. "
+    "(c) Boxes of edge L, with and (dashed) without momentum. (d) Other pair frictions. "
     "Where (a) and (b) differ, flow carries the beads, and a power law there does not describe the "
     "chain's own motion. The legends give exponents inside the chain's own size, 4 <l^2> < g_i < "
     "R_g^2, in (a) and (b) with 95 % intervals. Table: where the slope is smallest; and the "
     "longest stretch of time inside the chain's own size in which g_i / t^(8/15) stays within "
-    f"{100 * LEVEL:g} % of its middle, as long a plateau as an eye could see. Ideal (Rouse) chains "
+    f"{100 * LEVEL:g} % of its middle, as long a plateau as an eye could see; and the same beyond "
+    "it, g_i > R_g^2, for t^(8/15) and for t^(1/2). Inside, ideal (Rouse) chains "
     "of N = 100 have 0.8 decades, as their slope falls through 8/15 to 1/2; a law t^1 has 0.06. "
     "Times in DPD units tau_0."
 )
 ERRORS = (
     "Each slope is that of a straight line over a factor of 4 in time. Bands: 95 % intervals; the"
     " larger of two jackknife errors, leaving out molecules, and leaving out tenths of the run. "
-    "Times up to a tenth of the run, so that tenths are independent."
+    "Times up to half the run, in the archived long study to a tenth. Beyond a tenth parts of the "
+    "run overlap: the error is that over molecules, larger by as much as that of the parts was in "
+    "the decade before."
 )
 AXES = {
     "melts": "length", "langevin": "length", "box_size": "box", "langevin_box_size": "box",
@@ -68,16 +75,18 @@ def compute(sweeps):
 
 
 def _levels(sweep, axis, found):
-    """Where g_i / t^(8/15) is level inside the chains' own size, over an axis."""
-    levels = []
+    """Where g_i over a power of t is level inside the chains' own size and beyond, over an axis."""
+    levels = {stretch: [] for stretch in STRETCHES}
     for place in sweep[axis].values:
-        window = found.sel({axis: place})
-        inner = displacements(sweep.sel({axis: place}), "inner")
-        low, high = float(window.low), float(window.high)
-        levels.append(plateau(inner, SEMENOV_JOHNER, LEVEL, low, high)._asdict())
+        low, high = (float(found[end].sel({axis: place})) for end in ("low", "high"))
+        inner = displacements(sweep.sel({axis: place}), "inner", HALF)
+        for stretch, (power, outside) in STRETCHES.items():
+            ends = (high, np.inf) if outside else (low, high)
+            levels[stretch].append(plateau(inner, power, LEVEL, *ends)._asdict())
     return xr.Dataset(
         {
-            f"level_{field}": (axis, [level[field] for level in levels], {"units": unit})
+            f"{stretch}_{field}": (axis, [level[field] for level in rows], {"units": unit})
+            for stretch, rows in levels.items()
             for field, unit in LEVEL_UNITS.items()
         },
         {axis: sweep[axis]},
@@ -133,13 +142,33 @@ def _level(data):
     return Measured(value, error, note, small)
 
 
-def _goes_on(at):
-    """Whether the level stretch ends because the times do: it lasts for as long at least."""
-    return float(at.level_last) >= float(at.time.max()) * (1 - 1e-9)
+def _beyond(data):
+    """How long g_i / t^(8/15) of the paper's chains is level there, and how much longer than 1/2.
+
+    Of the difference the larger of both errors counts: one curve has both stretches.
+    """
+    at = _at(data, f"melts {PAPER_LENGTH}")
+    if at is None or not np.isfinite(at.beyond_decades):
+        none = Measured(np.nan, np.nan, "", "fewer than four lags beyond the chain's own size")
+        return none, none
+    value, error = float(at.beyond_decades), float(at.beyond_error)
+    small, more = too_small(at), value - float(at.rouse_decades)
+    note = f"{_times(at, 'beyond')} DPD time units, of t^(1/2) {_times(at, 'rouse')}"
+    cut = "level until the last time, so it may go on" if _goes_on(at, "beyond") else ""
+    long = cut if value - 2 * error < LIMIT else ""
+    return (
+        Measured(value, error, note, small or long),
+        Measured(more, float(max(error, at.rouse_error)), note, small or cut),
+    )
 
 
-def _times(at):
-    return f"{float(at.level_first):.3g} to {float(at.level_last):.3g}"
+def _goes_on(at, stretch="level"):
+    """Whether a level stretch ends because the times do: it lasts for as long at least."""
+    return float(at[f"{stretch}_last"]) >= float(at.time.max()) * (1 - 1e-9)
+
+
+def _times(at, stretch="level"):
+    return f"{float(at[f'{stretch}_first']):.3g} to {float(at[f'{stretch}_last']):.3g}"
 
 
 def _sizes(at):
@@ -150,8 +179,10 @@ def measured(data):
     """The control's exponent, and how the exponent depends on the box."""
     control = _exponent(data, f"langevin {PAPER_LENGTH}")
     large = _exponent(data, f"melts {PAIR}")
+    long, longer = _beyond(data)
     found = {
         "langevin_exponent": control, "lowest_slope": _lowest(data), "level": _level(data),
+        "level_beyond": long, "level_laws": longer,
     }  # fmt: skip
     for name, prefix, reference in (
         ("box_dependence", "box_size", large),
@@ -191,11 +222,14 @@ def table(data):
             level = (f"at least {length}" if _goes_on(at) else length, _times(at), _sizes(at))
         rows.append((
             _name(run, at), with_error(float(at.exponent), float(at.exponent_error)), lowest,
-            *level,
+            *level, *(
+                _times(at, stretch) if np.isfinite(at[f"{stretch}_decades"]) else "–"
+                for stretch in ("beyond", "rouse")
+            ),
         ))  # fmt: skip
     return pd.DataFrame(rows, columns=[
         "run", "exponent inside", "smallest slope", "level for / decades",
-        "from t / tau_0", "at g_i / R_g^2",
+        "from t / tau_0", "at g_i / R_g^2", "level beyond R_g^2, t / tau_0", "t^(1/2) beyond",
     ])  # fmt: skip
 
 
@@ -229,6 +263,7 @@ def draw(data):
         "boxes": boxes + _there(data, f"melts {PAIR}", f"langevin {PAIR}"),
         "frictions": frictions + _like(data, frictions),
     }
+    end = float(data.time.where(data.slope.notnull()).max())
     for panel, (title, runs) in zip(axes.flat, groups.items()):
         colors = cycle((BLUE, GREEN, RED, PURPLE, ORANGE, BLACK))
         for run, color in zip(runs, colors):
@@ -236,13 +271,18 @@ def draw(data):
             if title in ("pair friction", "Langevin"):
                 color, label = LENGTHS.get(int(at.beads), color), _by_length(at)
             else:
-                label = f"{_name(run, at)}: {float(at.exponent):.2f}".replace("gamma", r"$\gamma$")
+                label = rf"$\gamma$ = {float(at.friction):g}: {float(at.exponent):.2f}"
+                if title == "boxes":
+                    label = f"L = {float(at.box_edge):.0f}: {float(at.exponent):.2f}"
             _curve(panel, at, color, "--" if run.startswith("langevin") else "-", label)
         panel.axhline(SEMENOV_JOHNER, color=BLACK, linestyle="--", linewidth=0.8)
         panel.axhline(ROUSE, color=BLACK, linestyle=":", linewidth=0.8)
-        # Room above the curves for a line of the legend each.
-        panel.set(xscale="log", xlim=(FROM, None), ylim=(0.4, 2.0), title=title)
-        panel.legend(loc="upper right")
+        chains = {int(data.beads.sel(run=run)) for run in runs}
+        if title in ("boxes", "frictions") and len(chains) == 1:
+            title += f", N = {chains.pop()}"
+        # Room above the curves for the legend.
+        panel.set(xscale="log", xlim=(FROM, end), ylim=(0.4, 1.6), title=title)
+        panel.legend(loc="upper right", ncols=2 if len(runs) > 4 else 1)
     for panel in axes[-1]:
         panel.set_xlabel(r"time $t$ / $\tau_0$")
     for panel in axes[:, 0]:

@@ -52,10 +52,9 @@ def warnings(data):
     if n >= MUCH_LONGER * CROSSOVER.high:
         return []
     return [
-        f"N = {n} shows no tube, with any parameters: it is not much longer than the "
-        f"{CROSSOVER.low:g} to {CROSSOVER.high:g} beads of the published crossover, and moves its "
-        "own size within the time shown. So the two panels look alike here, which says nothing "
-        "about the paper's figure; the study `paper` has N = 256."
+        f"Chains of N = {n} are not much longer than the {CROSSOVER.low:g} to {CROSSOVER.high:g} "
+        "beads of the published crossover, so that a tube shows in part at best; the study `paper` "
+        "has N = 256."
     ]
 
 

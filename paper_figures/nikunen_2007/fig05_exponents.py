@@ -7,6 +7,7 @@ import xarray as xr
 from dpd.analysis.chain_length import Crossover, crossover, power
 from dpd.analysis.published import shown_by
 from dpd.analysis.relaxation import chain_dynamics
+from dpd.analysis.statistics import linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, Look, panels, points
 from dpd.report.text import with_error
@@ -15,8 +16,7 @@ from paper_figures.nikunen_2007.shared import CONTROL, MAIN, SETS, law
 PUBLISHED = shown_by(__file__)
 CROSSOVER = PUBLISHED["crossover_diffusion"]  # chain lengths
 SHORTEST = 8  # chain length from which on Rouse's laws are fitted
-FOR_TWO_LAWS = 5  # chain lengths: a height, two exponents and a place are fitted to them
-LIKELY, UNLIKELY = 0.05, 0.01  # p values of a law that fits, and of one that does not
+LIKELY = 0.05  # p value of a law that fits
 FIELDS = Crossover._fields
 
 TITLE = "Relaxation time (a) and diffusion constant of chains (b) over chain length."
@@ -26,11 +26,11 @@ PAPER_SHOWS = (
     "tau / N^2 and D N, which are level for long Rouse chains. D is from lags of half a tau to "
     "one. Only runs of ten relaxation times or more, after two to settle, count; others are drawn "
     "hollow and left out of the fits. Exponents are fitted "
-    f"over N from {SHORTEST} to {CROSSOVER.low:g} and from {CROSSOVER.high:g} on. The crossover is "
-    "where two power laws meet that are fitted to all N from 8 on together. Dashed and "
+    f"over N from {SHORTEST} to {CROSSOVER.low:g} and from {CROSSOVER.high:g} on. Dashed and "
     "dotted: laws with the published exponents, fitted to the points of a 100 in each range. The "
-    "control a 25, k 50, whose bonds pass through each other, should be Rouse-like at any length. "
-    "tau is the relaxation time, tau_0 = (m r_c^2 / kT)^(1/2) the unit of time."
+    "crossover is where they meet. The control a 25, k 50, whose bonds pass through each other, "
+    "should be Rouse-like at any length. tau is the relaxation time, tau_0 = (m r_c^2 / kT)^(1/2) "
+    "the unit of time."
 )
 ERRORS = (
     "Bars: 95 % intervals, the larger of two jackknife errors, leaving out molecules, and leaving"
@@ -103,26 +103,48 @@ def _exponent(data, name, quantity, regime):
     return Measured(np.nan, np.nan, "", f"fewer than three lengths {between} ran ten tau")
 
 
+def meeting(data, quantity):
+    """Chain length at which the laws with the published exponents meet, and its standard error.
+
+    Each is fitted to the points of its own range, with errors widened where the points scatter
+    more about it than they should.
+
+    Returns
+    -------
+    length, error : float
+        NaN where a range has no point.
+    """
+    n, value, error = _counted(data, MAIN, quantity)
+    heights, spreads = [], []
+    for regime, (low, high) in REGIMES.items():
+        use = (n >= low) & (n <= high)
+        if not use.any():
+            return np.nan, np.nan
+        rest = np.log(value[use]) - LAWS[quantity][regime] * np.log(n[use])
+        fit = linear_fit([np.ones_like(rest)], rest, error[use] / value[use])
+        heights.append(fit.values[0])
+        spreads.append(fit.errors[0])
+    short, long = LAWS[quantity].values()
+    length = np.exp((heights[0] - heights[1]) / (long - short))
+    return float(length), float(length * np.hypot(*spreads) / abs(long - short))
+
+
 def _crossover(data, quantity):
-    """Where two power laws meet that are fitted to all N, and whether the data ask for two."""
+    """Where the published laws meet, and whether the data ask for two."""
+    length, error = meeting(data, quantity)
+    if not np.isfinite(length):
+        return Measured(np.nan, np.nan, "", f"no length from {CROSSOVER.high:g} on ran ten tau")
     free, fixed = (
         {name: float(data[f"{quantity}_crossover_{name}"].sel(exponents=which)) for name in FIELDS}
         for which in ("fitted", "published")
     )
-    if not np.isfinite(free["length"]):
-        return Measured(np.nan, np.nan, "", f"needs {FOR_TWO_LAWS} lengths or more")
     note = (
-        f"both exponents fitted, p {free['p_value']:.2g}; with the published ones "
-        f"{_place(fixed)}, p {fixed['p_value']:.2g}; one power law alone: p {free['straight']:.2g}"
+        f"laws with the published exponents fit all lengths with p {fixed['p_value']:.2g}; with "
+        f"exponents of their own, p {free['p_value']:.2g}, they meet at {_place(free)}; one power "
+        f"law alone: p {free['straight']:.2g}"
     )
-    blind = ""
-    if free["straight"] > LIKELY:
-        blind = "one power law fits all lengths"
-    elif free["p_value"] < UNLIKELY:
-        blind = "no two power laws fit all lengths"
-    elif not np.isfinite(free["error"]):
-        blind = f"the lengths do not bound it; best {free['length']:.3g}"
-    return Measured(free["length"], free["error"], note, blind)
+    blind = "one power law fits all lengths" if free["straight"] > LIKELY else ""
+    return Measured(length, error, note, blind)
 
 
 def _place(found):
@@ -218,11 +240,13 @@ def _draw_set(panel, at, quantity, taken, label, color, marker):
 
 
 def _draw_law(panel, data, quantity, regime, taken, line):
-    """The published law, with the height that fits the points of its regime."""
+    """The published law, with the height that fits the points of its regime, and to the meeting."""
     exponent, (low, high) = LAWS[quantity][regime], REGIMES[regime]
     fit = power(*_counted(data, MAIN, quantity), low, high, exponent=exponent)
     if not np.isfinite(fit.height):
         return
-    x = np.geomspace(low, min(high, data.length.values.max()), 50)
+    met, _ = meeting(data, quantity)
+    ends = low, min(high, data.length.values.max())
+    x = np.geomspace(np.nanmin([ends[0], met]), np.nanmax([ends[1], met]), 50)
     panel.plot(x, np.exp(fit.height) * x ** (exponent - taken), color=BLACK,
                linestyle=line, linewidth=0.9, label=f"$N^{{{exponent:g}}}$")  # fmt: skip

@@ -20,7 +20,7 @@ ROUSE = law(PUBLISHED["tau_rouse"])  # exponent of tau over N
 NEARER = PUBLISHED["tau_rouse"].high - ROUSE  # than this an exponent is nearer to another law
 CROSSOVER = PUBLISHED["crossover_diffusion"].high  # chain length beyond which chains should reptate
 
-TITLE = "Bonds passed through per bond and unit of time, against the margin of the criterion."
+TITLE = "Rate at which bonds pass through each other, against the margin of the criterion."
 PAPER_SHOWS = (
     "Not a figure of the paper, which holds that bonds cannot cross if sqrt(2) r_min > l_max. "
     "Pairs of bonds that go through each other are counted directly, from looks at two intervals "
@@ -166,7 +166,7 @@ def table(data):
             _verdict(at),
         ))  # fmt: skip
     return pd.DataFrame(rows, columns=[
-        "set", "margin / r_c", "criterion", "passes per bond and tau_0",
+        "set", "margin / r_c", "criterion", "rate per bond x tau_0",
         "change on halving the interval / %", "passes of a chain in its tau", "Rouse-like",
     ])  # fmt: skip
 
@@ -230,6 +230,6 @@ def draw(data):
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
     axes.margins(x=0.12, y=0.4)  # room for the highest label
     axes.set(yscale="log", xlabel=r"margin $(\sqrt{2} r_{min} - l_{max})$ / $r_c$",
-             ylabel=r"passes per bond and $\tau_0$")  # fmt: skip
+             ylabel=r"rate of passes per bond / $\tau_0^{-1}$")  # fmt: skip
     axes.legend()
     return figure

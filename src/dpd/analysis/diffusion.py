@@ -30,7 +30,10 @@ NUMBERS = {
 }  # fmt: skip
 
 
-def displacements(runs: xr.Dataset, kind: str) -> Resampled:
+HALF = 5.0  # parts of a run, which are tenths
+
+
+def displacements(runs: xr.Dataset, kind: str, reach: float = 1.0) -> Resampled:
     """Displacements of the replicas of one point, taken together.
 
     Parameters
@@ -40,6 +43,8 @@ def displacements(runs: xr.Dataset, kind: str) -> Resampled:
         dimension ``replica``.
     kind : str
         ``inner`` or ``centre``.
+    reach : float
+        Length that lags may have, in tenths of the run, see `dpd.analysis.resampling.resampled`.
 
     Returns
     -------
@@ -47,8 +52,9 @@ def displacements(runs: xr.Dataset, kind: str) -> Resampled:
         In r_c^2.
     """
     return resampled(
-        runs, "lag", "molecule", "lag_time", f"msd_{kind}", f"msd_{kind}_sums", "lag_samples"
-    )
+        runs, "lag", "molecule", "lag_time", f"msd_{kind}", f"msd_{kind}_sums", "lag_samples",
+        reach,
+    )  # fmt: skip
 
 
 def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
@@ -288,7 +294,7 @@ def _named(name, unit):
 
 def _of_chains(at):
     """What `subdiffusion` finds at one point, by name."""
-    inner, centre = displacements(at, "inner"), displacements(at, "centre")
+    inner, centre = (displacements(at, kind, HALF) for kind in ("inner", "centre"))
     low = TWO_BONDS * float(at.bond_mean_square.mean())
     high = float(at.gyration_square.mean())
     window = exponent_between(inner, low, high)

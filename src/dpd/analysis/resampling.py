@@ -21,6 +21,7 @@ GROUPS = 20  # of molecules, left out in turn
 # By which the variance of a mean over parts is larger, as displacements that end in one have begun
 # in the one before: of free diffusion 4/3 at the longest lag, 1 at the shortest.
 OVERLAP = 1.2
+DECADE = 10.0  # factor in time over which shared motion is measured
 
 
 class Resampled(NamedTuple):
@@ -71,8 +72,9 @@ def part_length(runs: xr.Dataset) -> float:
 
 
 def resampled(
-    runs: xr.Dataset, lag: str, members: str, times: str, each: str, sums: str, counts: str
-) -> Resampled:
+    runs: xr.Dataset, lag: str, members: str, times: str, each: str, sums: str, counts: str,
+    reach: float = 1.0,
+) -> Resampled:  # fmt: skip
     """What an observable kept of the replicas of one point, taken together.
 
     Parameters
@@ -84,15 +86,16 @@ def resampled(
     times, each, sums, counts : str
         Variables: lags in tau, means of each molecule, sums of means over molecules in parts
         of the run, and how many were summed.
+    reach : float
+        Length in parts that lags may have. Beyond 1 parts are not independent, see `_far`.
 
     Returns
     -------
     Resampled
-        At lags up to the length of a part: beyond, parts are not independent.
     """
     runs = runs.transpose("replica", "part", lag, members, ...)
-    time = runs[times].isel(replica=0).values
-    seen = time <= part_length(runs) * (1 + 1e-9)
+    time, part = runs[times].isel(replica=0).values, part_length(runs)
+    seen = time <= reach * part * (1 + 1e-9)
     time = time[seen]
     count, total = runs[counts].values[:, :, seen], runs[sums].values[:, :, seen]
     order = np.argsort(time)
@@ -112,7 +115,28 @@ def resampled(
         for r in range(len(total))
         for p in range(total.shape[1])
     ]
-    return Resampled(
+    found = Resampled(
         time[order], (all_sums / all_counts)[order],
         np.array(without)[:, order], np.array(parts)[:, order],
     )  # fmt: skip
+    return _far(found, part * (1 + 1e-9)) if reach > 1 else found
+
+
+def _far(found, part):
+    """With errors at lags longer than a part from molecules alone, as parts overlap there.
+
+    How much larger errors are because molecules share motion is taken from the decade of lags up
+    to a part: the ratio of both errors there, if it is above 1. In four groups of walkers that
+    share up to 70 % of their steps the rms of z is 0.8 to 1.3, up to half the run.
+    """
+    value, molecules, parts = found.value, found.without_molecules, found.without_part
+    far, near = found.time > part, (found.time > part / DECADE) & (found.time <= part)
+    if not far.any() or not near.any():
+        return found
+    over_parts = np.sqrt(OVERLAP) * jackknife_error(parts[:, near] / value[near])
+    over_molecules = jackknife_error(molecules[:, near] / value[near])
+    shared = max(1.0, float(np.sqrt((over_parts**2).mean() / (over_molecules**2).mean())))
+    return found._replace(
+        without_molecules=np.where(far, value + shared * (molecules - value), molecules),
+        without_part=np.where(far, value, parts),
+    )

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 KEPT = 16  # samples kept at each level, and so the lags of the first
 COARSER = 4  # steps of a level in those of the level below
 PARTS = 10  # of the run, for errors that know about what all molecules share
+FARTHEST = 0.5  # of the run: lags reach so far at least
 EACH = "each"  # name of the array with every contribution to a part of the run
 
 
@@ -20,8 +21,7 @@ class MultipleTau:
 
     A level holds the last `KEPT` samples, each level at steps `COARSER` times as long: every
     lag is exact, none is averaged over samples (Frenkel and Smit, Understanding Molecular
-    Simulation, Sec. 4.4.2). Lags reach up to the length of one part of the run; beyond, no
-    error is to be had.
+    Simulation, Sec. 4.4.2). Lags reach up to half the run.
 
     How long a part is and how many levels there are follow from the length of the run. A longer
     run needs more than the sums of a shorter one, see `remember`.
@@ -44,7 +44,7 @@ class MultipleTau:
     def __init__(self, samples: int, shape: tuple[int, ...], quantities: int) -> None:
         self._samples, self._shape, self._quantities = samples, shape, quantities
         self._levels = 1
-        while KEPT * COARSER ** (self._levels - 1) < samples / PARTS:
+        while KEPT * COARSER ** (self._levels - 1) < FARTHEST * samples:
             self._levels += 1
         self.arrays = self._zeros(self._levels)
 
