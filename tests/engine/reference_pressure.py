@@ -56,17 +56,22 @@ class PressedReference(Reference):
         return np.clip(rate * step, -most, most)
 
     def pressure(self):
-        """Mean over the stretched axes of (sum v v + conservative virial) / V."""
+        """Mean over the stretched axes of (sum v v + conservative virial) / V; see `enthalpy`."""
         each = [
             (self.velocity[k] @ self.velocity[k] + self.virial[0][k, k])
             for k in self.system.pressure.axes
         ]
-        return np.mean(each) / np.prod(self.system.box)
+        return (np.mean(each) + self.kept_momentum()) / np.prod(self.system.box)
 
     def enthalpy(self):
-        """Kinetic and potential energy, and P_0 V."""
-        held = self.system.pressure.target * np.prod(self.system.box)
+        """Kinetic and potential energy, and P_0 V; kT ln V less where momentum is conserved."""
+        volume = np.prod(self.system.box)
+        held = self.system.pressure.target * volume - self.kept_momentum() * np.log(volume)
         return (self.velocity**2).sum() / 2 + np.sum(self.energy) + held
+
+    def kept_momentum(self):
+        """kT, or 0 in a bath that takes momentum."""
+        return 0.0 if self.system.per_bead else self.system.kT
 
     def stretch(self, times):
         """Stretch the box to so many times its volume."""

@@ -91,14 +91,23 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
 
 
 def look_at(system: System, law: Pressure, state: State, box: Box, sums: Sums) -> Look:
-    """What the law of constant pressure asks of a state."""
+    """What the law of constant pressure asks of a state.
+
+    Where momentum is conserved, N places come with N - 1 momenta along each axis. Stretched with
+    the box, the one that is missing would leave a factor 1 / V in the density of volumes, which no
+    ensemble has; -kT ln V in the energy, and kT / V in the pressure, take it out.
+    """
     axes, volume = list(law.axes), math.prod(box)
     velocity = np.ascontiguousarray(state.velocity)  # how it lies in memory decides last bits
     momenta = np.ascontiguousarray(system.momenta(state))
     kinetic = (velocity * momenta).sum(axis=1)
     virial = np.diagonal(sums.virial[CONSERVATIVE])
     pressure = float((kinetic + virial)[axes].mean()) / volume
-    return Look(volume, pressure, 0.5 * float(kinetic.sum()) + float(sums.energy.sum()))
+    energy = 0.5 * float(kinetic.sum()) + float(sums.energy.sum())
+    if not (system.per_bead and np.any(system.friction)):
+        pressure += system.kT / volume
+        energy -= system.kT * math.log(volume)
+    return Look(volume, pressure, energy)
 
 
 def stretched_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
