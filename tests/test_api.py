@@ -22,6 +22,7 @@ import yaml
 
 import dpd
 from dpd import files
+from dpd.analysis.statistics import mean_and_error
 from dpd.digest import ROOT
 from dpd.files import read
 from dpd.observe import OBSERVABLES
@@ -112,9 +113,11 @@ def test_a_result_is_described(fluid):
     assert all({"units", "long_name"} <= set(fluid[name].attrs) for name in fluid.variables)
     assert fluid.pressure.units == "kT / r_c^3"
     assert {"Conventions", "title", "source", "history", "comment", "seed"} <= set(fluid.attrs)
-    value, error = re.match(r"(\S+) \+- (\S+) kT$", fluid.mean_kT).groups()
-    assert np.isclose(float(value), fluid.kT.mean(), rtol=1e-4) and 0 < float(error) < 0.1
-    assert "mean_kT" in repr(fluid) and "mean_pressure" in repr(fluid)
+    for name in ("kT", "pressure", "total_energy"):
+        said = [fluid[name].attrs[key] for key in ("mean", "error", "correlation_time")]
+        mean, error, samples = mean_and_error(fluid[name].values)
+        np.testing.assert_allclose(said, [mean, error, 0.08 * samples], rtol=1e-12)
+    assert 0 < fluid.kT.error < 0.1 and "mean" not in fluid.momentum.attrs
 
 
 def test_results_of_all_observables_can_be_kept(folder):

@@ -19,8 +19,9 @@ from dpd.observe import observables
 from dpd.observe.displacement import Displacement
 from dpd.particles.formats import read, write
 from dpd.pipeline.beginning import starting_from
+from dpd.pipeline.run_warnings import pressure_warning
 from dpd.pipeline.sight import measured_in, sight_of
-from dpd.pipeline.simulate import RunSettings, pressure_warning, simulate
+from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
 from dpd.stages import terms_of

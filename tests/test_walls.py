@@ -12,7 +12,7 @@ from dpd.engine.state import State, Sums
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.particles.formats import read, write
-from dpd.pipeline.simulate import RunSettings, simulate, temperature_warning
+from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.walls import origin_of, period_of
 from dpd.start.make import make_start, system_of
@@ -299,17 +299,6 @@ def test_a_wall_feels_the_opposite_of_what_it_does():
     np.testing.assert_allclose(
         found["wall_friction"][0], [[-0.1, 0, -0.2], [0.1, -0.04, 0]], atol=1e-15
     )
-
-
-def test_a_flow_is_no_heat():
-    """A run with a flow is not warned of a kT that holds the flow; one without is."""
-    hot = {"kT": np.full(200, 1.5) + 0.01 * np.random.default_rng(1).normal(size=200)}
-    assert "instead of 1 " in temperature_warning(Scene(FLUID | {"walls": ROUGH}), hot)
-    for change in (
-        {"walls": ROUGH, "body_force": {"axis": "x", "strength": 0.1}},
-        {"walls": ROUGH | {"velocity": [[0, 1, 0], [0, 0, 0]]}},
-    ):
-        assert not temperature_warning(Scene(FLUID | change), hot)
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,15 @@
 """What a run says of itself: pressures as in its file, and a word where kT is not right."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from dpd.errors import UserError
 from dpd.files import read
-from dpd.pipeline.simulate import FEWEST, RunSettings, simulate, temperature_warning
+from dpd.pipeline.run_warnings import FEWEST, temperature_warning
+from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.report.captions import run_warnings
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start
@@ -40,7 +44,7 @@ def test_the_printed_pressures_are_those_of_the_file(tmp_path, change):
     assert found["pressure (conservative virial)"] == pytest.approx(pressure, rel=1e-12)
     tensor = variables["pressure_tensor_all"].mean(axis=0)
     assert found["pressure (virial of all forces)"] == pytest.approx(np.trace(tensor) / 3)
-    kinetic = 3 * variables["kT"].mean()
+    kinetic = 3 * variables["kT"].mean()  # N kT / V
     excess = variables["excess_conservative"].mean()
     assert pressure == pytest.approx(kinetic + excess, rel=1e-9)
 
@@ -59,7 +63,7 @@ def test_a_hot_run_says_so(tmp_path):
 def test_a_run_without_friction_says_that_nothing_holds_its_temperature(tmp_path):
     """The heat of the random start stays in it."""
     _, _, attributes, said = run(tmp_path, {"thermostat": {"gamma": 0}})
-    assert "gamma 0" in attributes["warning"] and said == [attributes["warning"]]
+    assert "every gamma is 0" in attributes["warning"] and said == [attributes["warning"]]
 
 
 @pytest.mark.parametrize("change", [{}, {"start": {"kT": 10}, "steps": {"sample": 4000}}])
@@ -84,10 +88,65 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
 def test_a_warning_without_an_error_says_so(monkeypatch):
     """Where the samples are too few, or too much alike, to know it."""
     kT = np.full(2 * FEWEST, 1.27)
-    monkeypatch.setattr("dpd.pipeline.simulate.mean_and_error", lambda kT: (kT.mean(), np.nan, 0.5))
+    name = "dpd.pipeline.run_warnings.mean_and_error"
+    monkeypatch.setattr(name, lambda kT: (kT.mean(), np.nan, 0.5))
     said = temperature_warning(Scene(FLUID), {"kT": kT})
     assert "kT is 1.27" in said and "too short a run to know its error" in said
     assert "nan" not in said
+
+
+CAUSES = {
+    "dt": ({}, 1.3, "instead of 1 .* dt is too large for this scene$"),
+    "a bath": ({"thermostat": {"kind": "langevin", "gamma": 1}}, 1.3, "dt is too large for this"),
+    "no friction": ({"thermostat": {"gamma": 0}}, 1.3, r"every gamma is 0\) nothing holds it$"),
+    "no friction in a bath": (
+        {"thermostat": {"kind": "langevin", "gamma": {"A": 0}}}, 54, "every gamma is 0",
+    ),
+    "heat of shear": (
+        {"thermostat": {"gamma": 0}, "shear": {"flow": "x", "gradient": "y", "rate": 0.1}}, 3,
+        "nothing takes up the heat of the flow",
+    ),
+    "two flows": (
+        {"body_force": {"axis": "x", "strength": 0.1, "opposite": "z"}}, 2.1,
+        "the flow heats the fluid, or dt is too large; a run with half of dt tells",
+    ),
+    "cold flow": (
+        {"body_force": {"axis": "x", "strength": 0.1, "opposite": "z"}}, 0.9, "dt is too large for",
+    ),
+    "one molecule": (
+        {"molecules": [{"architecture": "A 6", "count": 1}], "bond": {"stiffness": 50}}, 0.8,
+        "the one molecule in the box keeps the angular momentum",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_a_warning_names_what_can_be_the_cause(name):
+    """And nothing that can be ruled out."""
+    change, mean, words = CAUSES[name]
+    kT = mean + 0.01 * np.random.default_rng(1).normal(size=800)
+    assert re.search(words, temperature_warning(Scene(FLUID | change), {"kT": kT}))
+
+
+def test_a_run_on_its_way_is_too_short(tmp_path):
+    """Friction that is weak takes tens of tau to cool it, and dt has no part in that."""
+    _, _, attributes, _ = run(tmp_path, {"thermostat": {"gamma": 0.1}, "start": {"kT": 3}})
+    assert "let the run" in attributes["warning"] and "dt" not in attributes["warning"]
+
+
+def test_what_would_heat_without_end_is_refused():
+    """A force that does work for ever, where no friction takes up heat; walls' friction does."""
+    force = {"axis": "x", "strength": 0.1}
+    cold = FLUID | {"thermostat": {"gamma": 0}}
+    with pytest.raises(UserError, match=r"thermostat\.gamma: every gamma is 0: nothing takes up"):
+        Scene(cold | {"body_force": force | {"opposite": "z"}})
+    bath = {"thermostat": {"kind": "langevin", "gamma": {"A": 0}}}
+    with pytest.raises(UserError, match="body_force: along x nothing brakes the beads"):
+        Scene(FLUID | bath | {"body_force": force})
+    walls = {"axis": "z", "repulsion": 25}
+    Scene(cold | {"body_force": force, "walls": walls | {"gamma": 4.5}})
+    Scene(cold | {"body_force": force | {"axis": "z"}, "walls": walls})
+    Scene(cold | {"body_force": {"axis": "x", "strength": 0, "opposite": "z"}})
 
 
 def test_a_caption_shows_what_runs_warned_of():

@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.special import stdtrit
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.stability import SURE, free_temperature, power_law
+from dpd.analysis.stability import SURE, power_law
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 from dpd.report.text import with_error
@@ -59,9 +59,7 @@ def _long(runs):
     for name in SERIES:
         for part in ("", "_error", "_trend", "_trend_error", "_spread"):
             values = runs[name + part]
-            if name == "kT":
-                values = free_temperature(values, runs.beads)
-            elif name == "total_energy":
+            if name == "total_energy":
                 values = values / runs.beads
             data[name + part] = values.assign_attrs(runs[name + part].attrs)
         ratio = runs[f"{name}_trend"] / runs[f"{name}_trend_error"]

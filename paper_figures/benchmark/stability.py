@@ -15,7 +15,6 @@ from dpd.analysis.stability import (
     crossing,
     edge,
     falling,
-    free_temperature,
     outcome,
 )
 from dpd.report.style import BLACK, BLUE, ORANGE, RED, Look, panels
@@ -26,9 +25,8 @@ SHOWS_TEMPERATURE = True
 TITLE = "How runs fail as the time step grows."
 PAPER_SHOWS = (
     "Each mark is a run: by how much kT is off 1, or after how many tau (the number below) a bead "
-    "moved more than a cutoff in one step. kT is <v^2> over the degrees of freedom that are left "
-    "when the centre of mass rests, as it does. Open: kT is within two standard errors of the "
-    "limit between two kinds. (a) to (c): the standard fluid (rho 3, a 25, gamma 4.5), gw-vv with "
+    "moved more than a cutoff in one step. Open: kT is within two standard errors of the limit "
+    "between two kinds. (a) to (c): the standard fluid (rho 3, a 25, gamma 4.5), gw-vv with "
     "lambda 1/2. (d) and (e): monomers in two dimensions (rho 2, a 25, lambda 0.65) with rigid "
     "cores of two radii. (f): chains of 10 of such beads, rest length 0.25, r_s 0.15, F_max 100. "
     "Ticks: the step at which kT is 10 % off, between the steps that were tried. Dashed: a power "
@@ -90,8 +88,7 @@ def _map(key, runs, axis, name):
     """One map, all its names beginning with its key."""
     runs = runs.sortby("dt").sortby(axis).transpose(axis, "dt", "replica")
     dt, x = runs.dt.values.astype(float), runs[axis].values.astype(float)
-    kT, kT_error = (free_temperature(v, runs.beads).values for v in (runs.kT, runs.kT_error))
-    found = outcome(kT, kT_error, runs.lost_step.values, dt)
+    found = outcome(runs.kT.values, runs.kT_error.values, runs.lost_step.values, dt)
     edges = np.array([edge(dt, kind, sure) for kind, sure in zip(found.kind, found.sure)])
     hot = np.array([crossing(dt, e, error) for e, error in zip(found.excess, found.error)])
     law = falling(x, *hot.T)

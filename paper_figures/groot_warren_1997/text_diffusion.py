@@ -49,9 +49,7 @@ def of_sweep(runs):
     if use.sum() >= 2:
         terms = [np.ones_like(edges[use]), 1 / edges[use]]
         values, errors, quality, _ = linear_fit(terms, value[use], error[use])
-    # The centre of mass is at rest: <v^2> / 3 is too small by one over the number of beads.
-    beads = runs.beads.values[:, 0]
-    kT = np.average(runs.kT.values.mean(axis=1) * beads / (beads - 1), weights=beads)
+    kT = np.average(runs.kT.values.mean(axis=1), weights=runs.beads.values[:, 0])
     constant = {"units": "r_c^2 / tau"}
     return xr.Dataset(
         {
@@ -64,7 +62,7 @@ def of_sweep(runs):
             "reduced_chi_square": ((), quality, {"units": "1"}),
             "longest": ((), min(ends), {"units": "tau", "long_name": "longest time apart"}),
             "dt": ((), first_scene(runs).data["integrator"]["dt"], {"units": "tau"}),
-            "kT": ((), kT, {"units": "kT", "long_name": "mean over boxes, centre of mass at rest"}),
+            "kT": ((), kT, {"units": "kT", "long_name": "mean over boxes"}),
         },
         {"box": edges},
     )

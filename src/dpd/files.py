@@ -21,8 +21,11 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    # Dimensions, values, units, long_name.
-    Variable = tuple[Sequence[str], npt.ArrayLike, str, str]
+    # Dimensions, values, units, long_name; other attributes by name where there are some.
+    Variable = (
+        tuple[Sequence[str], npt.ArrayLike, str, str]
+        | tuple[Sequence[str], npt.ArrayLike, str, str, Mapping[str, float]]
+    )
 
 ONE_AT_A_TIME = RLock()  # see `opened`
 OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
@@ -40,7 +43,7 @@ def write(
     ----------
     path : path
     variables : dict
-        Name to (dimensions, array, units, long_name).
+        Name to (dimensions, array, units, long_name), and attributes of its own if it has some.
     attributes : dict
         Strings and numbers.
     groups : dict or None
@@ -199,7 +202,7 @@ def asking_system(draft: str | Path, size: int) -> Iterator[None]:
 
 def _fill(draft, variables, attributes, groups):
     plain = [array for group in groups.values() for array in group.values()]
-    size = sum(np.asarray(values).nbytes for _, values, _, _ in variables.values())
+    size = sum(np.asarray(variable[1]).nbytes for variable in variables.values())
     size += sum(array.nbytes for array in plain)
     with asking_system(draft, size), opened(draft, "w") as file:
         _put(file, variables, attributes)
@@ -228,14 +231,14 @@ def _put_plain(group, arrays):
 
 
 def _put(file, variables, attributes):
-    for name, (dimensions, values, units, long_name) in variables.items():
+    for name, (dimensions, values, units, long_name, *own) in variables.items():
         values = np.asarray(values)
         dimensions = [_dimension(file, *pair) for pair in zip(dimensions, values.shape)]
         kind = str if values.dtype.kind in "UO" else values.dtype
         compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
         variable = file.createVariable(name, kind, dimensions, **compressed)
         variable[...] = values.astype(object) if kind is str else values
-        variable.units, variable.long_name = units, long_name
+        variable.setncatts({"units": units, "long_name": long_name} | dict(*own))
     file.setncatts(attributes)
 
 

@@ -33,7 +33,7 @@ STAGES = {
     "report": ("dpd.report.page", "dpd.report.overhead"),
     "measure": ("dpd.benchmark.measure",),
 }
-# A run uses statistics only to warn in words that its temperature is off.
+# A run uses statistics only to sum up its series, which are in its file, and to warn in words.
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
 # Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
 TERMS = {

@@ -9,7 +9,6 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
-from dpd.analysis.stability import free_temperature
 from dpd.analysis.statistics import (
     COVERAGE,
     block_mean_and_error,
@@ -86,12 +85,7 @@ def quantities(runs: xr.Dataset) -> xr.Dataset:
 def _quantity(at, name):
     """Value and standard error of one quantity, from the replicas of one point."""
     if name in ("kT", "pressure"):
-        value, error = over_replicas(at[name].values, at[f"{name}_error"].values, -1)
-        kT = free_temperature(at.kT, at.beads).mean()
-        if name == "kT":
-            return kT, error
-        # The centre of mass rests: its share of the ideal pressure, kT / V, is missing.
-        return value + kT * (at.number_density / at.beads).mean(), error
+        return over_replicas(at[name].values, at[f"{name}_error"].values, -1)
     if name == "energy":
         value = (at.pair_energy + at.bond_energy).values
         error = np.hypot(at.pair_energy_error, at.bond_energy_error).values

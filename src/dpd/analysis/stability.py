@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from dpd.analysis.statistics import linear_fit, over_replicas
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    import xarray as xr
-
-    Values = TypeVar("Values", float, np.ndarray, xr.DataArray)
 
 STABLE, OFF, FAR, LOST = range(4)
 WITHIN, FAR_FROM = 0.02, 0.1  # of kT, the limits between the first three
@@ -43,14 +40,6 @@ class Outcome(NamedTuple):
     excess: np.ndarray
     error: np.ndarray
     lost: np.ndarray
-
-
-def free_temperature(kT: Values, beads: Values | float) -> Values:
-    """Kinetic temperature of beads whose total momentum is zero and stays so.
-
-    They have dimension times (beads - 1) degrees of freedom, not dimension times beads.
-    """
-    return kT * beads / (beads - 1)
 
 
 def outcome(

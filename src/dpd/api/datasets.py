@@ -6,10 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from dpd.analysis import collect
-from dpd.analysis.statistics import mean_and_error
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -22,7 +19,6 @@ UNITS = (
     "Reduced units: length r_c, the range of the forces; energy kT; mass m of a bead; time tau = "
     "r_c sqrt(m / kT). They are no units of UDUNITS."
 )
-FIRST = ("kT", "pressure")  # of the means
 REMEDY = "if it should be the result of a run or a sweep, make it again"
 
 
@@ -39,8 +35,10 @@ def load(path: str | os.PathLike) -> xr.Dataset:
     xarray.Dataset
         Of a run: the variables of its observables. Time series have the dimension and coordinate
         ``time``, in tau since the end of equilibration. Averages over a part of the run have the
-        dimension ``block``. Each variable has ``units`` and ``long_name``. The attributes hold the
-        means with standard errors, the scene as JSON, the seed and what made the file.
+        dimension ``block``. Each variable has ``units`` and ``long_name``, and each series of
+        numbers, as ``run.kT.attrs``, its ``mean``, its standard ``error`` (1.96 of it make a 95 %
+        interval) and its ``correlation_time`` in tau; files of older versions lack those. The
+        attributes hold the scene as JSON, the seed and what made the file.
 
         Of a sweep: see `dpd.sweep`.
 
@@ -110,28 +108,5 @@ def described(data: xr.Dataset, history: str) -> xr.Dataset:
     }
     warned = {key: data.attrs[key] for key in ("warning",) if key in data.attrs}
     data = data.copy()
-    data.attrs = warned | means(data) | about | data.attrs  # the first ones are shown
+    data.attrs = warned | about | data.attrs  # the first ones are shown
     return data
-
-
-def means(data: xr.Dataset) -> dict[str, str]:
-    """Means of the time series of a run, with standard errors that know about correlation.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From `as_series`.
-
-    Returns
-    -------
-    dict of str to str
-        ``mean_kT`` and so on: value, error and units.
-    """
-    found = {}
-    for name in sorted(data.data_vars, key=lambda name: name not in FIRST):
-        series = data[name]
-        if series.dims == ("time",):
-            mean, error, _ = mean_and_error(series.values)
-            known = f" +- {error:.2g}" if np.isfinite(error) else ""
-            found[f"mean_{name}"] = f"{mean:.5g}{known} {series.units}"
-    return found

@@ -42,13 +42,15 @@ class Profiled(Lammps):
 
     def __init__(self, scene: Scene, state: State, width: float = WIDTH) -> None:
         super().__init__(scene, state, SKIN)
+        self._per_freedom = scene.beads / (scene.beads - 1)  # as ours counts, see ThermalMotion
         self._code.command(f"compute profile all stress/cartesian z {width} NULL 0")
         self._code.command("run 0 post no")
 
     def profile(self) -> np.ndarray:
         """(2, 3, slices) array: kinetic and virial part of xx, yy and zz in each slice."""
         columns = np.array(self._code.numpy.extract_compute("profile", 0, 2)).T
-        return columns[2:8].reshape(2, 3, -1)
+        kinetic, virial = columns[2:8].reshape(2, 3, -1)
+        return np.array([self._per_freedom * kinetic, virial])
 
 
 def normal_and_tangential(profile: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
+    from dpd.engine.simulation import Snapshot
     from dpd.engine.state import System
 
 
@@ -41,13 +41,17 @@ class Layers:
         self.count = int(np.ceil(self._length / thickness))
         self.volume = system.volume * (self._length / extent) / self.count
 
-    def of(self, simulation: Simulation) -> np.ndarray:
+    def of(self, simulation: Snapshot) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
-        place = simulation.state.position[self.axis] - self._low
-        layer = (place * (self.count / self._length_in(simulation))).astype(np.int64)
+        layer = self.places(simulation).astype(np.int64)
         return np.minimum(layer, self.count - 1, out=layer)
 
-    def bounds(self, simulation: Simulation) -> tuple[float, float]:
+    def places(self, simulation: Snapshot) -> np.ndarray:
+        """(n,) array: where each bead is, in layers from the lower end of the first one."""
+        place = simulation.state.position[self.axis] - self._low
+        return place * (self.count / self._length_in(simulation))
+
+    def bounds(self, simulation: Snapshot) -> tuple[float, float]:
         """Where in the engine's box the first layer begins, and the last one ends, in r_c."""
         return float(self._low), float(self._low + self._length_in(simulation))
 
@@ -56,7 +60,7 @@ class Layers:
         edge = simulation.box[self.axis]
         return self._length if edge == self._edge else edge  # stretched: no walls
 
-    def crowding(self, simulation: Simulation) -> float:
+    def crowding(self, simulation: Snapshot) -> float:
         """Volume of the system's box over that of the box now, which densities go with."""
         return self._volume / simulation.volume
 

@@ -10,6 +10,7 @@ import numpy as np
 from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
 from dpd.observe.blocks import BlockSums
 from dpd.observe.layers import Layers
+from dpd.observe.thermal import ThermalMotion
 from dpd.scene.flow import profile_axis
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 class StressProfile:
     """Pressure normal to an axis's slices, and tangential to them, slice by slice.
 
-    The pressure tensor of conservative forces, (sum_i m_i v_i v_i + sum r_ij F_ij) / V, is divided
+    The pressure tensor of conservative forces, (sum_i m_i c_i c_i + sum r_ij F_ij) / V, is divided
     among the slices: the kinetic part of a bead belongs to the slice that it is in, and what a pair
     adds is spread evenly along the straight line between its beads, also across the edge of the box
     (Irving and Kirkwood 1950). Bonds are pairs, and angles act along their two bonds, see
@@ -32,8 +33,7 @@ class StressProfile:
     Where a fluid is at rest, its normal pressure is the same everywhere. Between walls across the
     axis it falls to zero at the walls, whose force is an external one: what a wall does to the
     beads further in is given apart, and the sum of both is the same everywhere, the force per area
-    on each wall. As in `thermo`, velocities are not taken about a flow that walls or body forces
-    drive.
+    on each wall. Velocities c are those of `thermo`, about the flow.
 
     At constant pressure the slices are stretched with the box, and their places are those in the
     mean box.
@@ -63,7 +63,7 @@ class StressProfile:
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
         self.every = every
-        self._system = system
+        self._system, self._thermal = system, ThermalMotion(scene, system)
         self._layers = Layers(system, profile_axis(scene, axis), bin)
         self._walled = system.walls is not None and self._layers.axis in system.walls.axis
         # Normal and tangential; with walls across the axis, what they add to the normal one.
@@ -86,12 +86,10 @@ class StressProfile:
             self.arrays["length"][0] += simulation.box[self._layers.axis]
 
     def _kinetic(self, simulation):
-        """(2, slices) array: sum of m v v along the axis, and its mean over the others."""
+        """(2, slices) array: sum of m c c along the axis, and its mean over the others."""
         layer, axis, state = self._layers.of(simulation), self._layers.axis, simulation.state
-        each = [
-            np.bincount(layer, one, self._layers.count)
-            for one in state.velocity * self._system.momenta(state)
-        ]
+        thermal = self._system.mass_of(state.species) * self._thermal.velocities(simulation) ** 2
+        each = [np.bincount(layer, one, self._layers.count) for one in thermal]
         normal = each.pop(axis)
         return np.array([normal, np.mean(each, axis=0)])
 

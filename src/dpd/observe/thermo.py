@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.external import ENERGY
+from dpd.observe.thermal import ThermalMotion
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -20,14 +21,25 @@ class Thermo:
 
     What a run that blew up did not sample is NaN.
 
-    kT is the kinetic temperature <m v^2> / dimension (Groot and Warren 1997, Eq. 13). The
-    pressure tensor is (sum_i m_i v_i v_i + sum r_ij F_ij) / V, once with the conservative force
-    in the virial and once with all forces (their Eq. 15, second and first line). Forces of walls
-    and body forces are no part of the virial. Between walls the tensor is an average over the
-    space between the planes, which near them is not that of the bulk. Under shear velocities are
-    those about the flow, and the shear stress is minus the element of the pressure tensor, with all
-    forces, of the axes of the flow and of its gradient. At constant pressure V is the volume at
-    each sample, which is then a series as well.
+    kT and pressure count degrees of freedom (Allen and Tildesley, Computer Simulation of Liquids,
+    Section 2.4; Groot and Warren 1997, Eqs. 13 and 15): with the velocity v_c of the centre of
+    mass, and l_a = 1 for each axis along which momentum is conserved, else 0,
+
+        c_a = sqrt(N / (N - l_a)) (v - v_c)_a,    kT = sum_i m_i c_i^2 / (dimension N)
+        P   = (sum_i m_i c_i c_i + sum r_ij F_ij) / V
+
+    In a closed fluid kT is sum m (v - v_c)^2 / (dimension (N - 1)). A third of the trace of P is
+    N kT / V and the virial: it is -dF/dV, as N beads have N free places whatever their momentum.
+    (Their flux of momentum, which other programs print, is kT / V less.) P is given with the
+    conservative force in the virial and with all forces (Eq. 15, second and first line). Where
+    something drives a flow, its profile takes the place of v_c (`dpd.observe.thermal`); the total
+    energy alone holds it. A cluster alone in a box keeps its angular momentum too, which is not
+    taken off: that energy stays as the start has left it.
+
+    Forces of walls and body forces are no part of the virial. Between walls P is an average over
+    the space between the planes, which near them is not that of the bulk. The shear stress is minus
+    the element of P, with all forces, of the axes of the flow and of its gradient. At constant
+    pressure V is the volume at each sample, which is then a series as well.
 
     Parameters
     ----------
@@ -41,7 +53,7 @@ class Thermo:
 
     def __init__(self, scene: Scene, system: System, every: int, pressure: bool) -> None:
         self.every, self.needs_forces = every, pressure
-        self._system = system
+        self._system, self._thermal = system, ThermalMotion(scene, system)
         n, d = scene.steps.sample // every, system.dimension
         self.arrays = {
             "taken": np.zeros(1, np.int64),
@@ -55,24 +67,25 @@ class Thermo:
                 "kinetic": np.full((n, d, d), np.nan),
                 "virial": np.full((n, 2, d, d), np.nan),
                 "energy": np.full((n, 2), np.nan),
+                "motion": np.full(n, np.nan),
             }
         if pressure and system.walls is not None:
             self.arrays["wall_energy"] = np.full(n, np.nan)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        arrays, velocity = self.arrays, simulation.state.velocity
-        momenta = self._system.momenta(simulation.state)
+        arrays, state = self.arrays, simulation.state
+        momenta, thermal = self._system.momenta(state), self._thermal.velocities(simulation)
+        kinetic = thermal @ (self._system.mass_of(state.species) * thermal).T
         at = int(arrays["taken"][0])
         arrays["taken"][0] += 1
-        # A square takes NumPy less time than a product, and has the same bits.
-        products = velocity**2 if momenta is velocity else velocity * momenta
-        arrays["kT"][at] = np.mean(products)
+        arrays["kT"][at] = np.trace(kinetic) / thermal.size
         arrays["momentum"][at] = momenta.sum(axis=1)
         if "volume" in arrays:
             arrays["volume"][at] = simulation.volume
         if self.needs_forces:
-            arrays["kinetic"][at] = velocity @ momenta.T
+            arrays["kinetic"][at] = kinetic
+            arrays["motion"][at] = 0.5 * np.sum(state.velocity * momenta)
             arrays["virial"][at] = sums.virial
             arrays["energy"][at] = sums.energy
             if sums.walls is not None:
@@ -84,7 +97,7 @@ class Thermo:
         along = ("sample",)
         found = {
             "time": (along, time, "tau", "time since the end of equilibration"),
-            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature <m v^2>/dimension"),
+            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature per degree of freedom"),
             "momentum": (
                 ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
             ),
@@ -138,7 +151,7 @@ class Thermo:
         return -0.5 * (tensor[:, x, y] + tensor[:, y, x]) / self._system.volume
 
     def _total_energy(self):
-        kinetic = 0.5 * np.trace(self.arrays["kinetic"], axis1=1, axis2=2)
+        kinetic = self.arrays["motion"]
         return kinetic + self.arrays["energy"].sum(axis=1) + self.arrays.get("wall_energy", 0.0)
 
     def _trace(self, virial):

@@ -8,7 +8,7 @@ import numpy as np
 
 from dpd.observe.blocks import BlockSums
 from dpd.observe.layers import Layers
-from dpd.scene.flow import profile_axis
+from dpd.scene.flow import momentum_axes, profile_axis
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -21,7 +21,8 @@ class VelocityProfile:
     """Mean velocity of the beads in layers across an axis, and their temperature about it.
 
     The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads
-    in the whole run, weighted by mass: what flows is no heat. Across the gradient of a shear the
+    in the whole run, weighted by mass: what flows is no heat. It is given for the degrees of
+    freedom that conserved momentum leaves, as kT of `thermo`. Across the gradient of a shear the
     velocity is that in the laboratory; across other axes, that about the flow. A layer in which no
     bead was has neither.
 
@@ -45,6 +46,9 @@ class VelocityProfile:
     ) -> None:
         self.every = every
         self._system = system
+        coordinates = np.float64(scene.dimension * scene.beads)
+        with np.errstate(divide="ignore"):
+            self._per_freedom = coordinates / (coordinates - len(momentum_axes(scene)))
         self._layers = Layers(system, profile_axis(scene, axis), bin)
         # Of each layer: beads, their mass, sum of m v along each axis, sum of m v^2.
         shape = 3 + system.dimension, self._layers.count
@@ -75,7 +79,7 @@ class VelocityProfile:
             flow = np.nansum(momentum, axis=0) / np.nansum(mass, axis=0)
             velocity = momentum / mass[:, None]
             square = square - mass * (2 * (flow * velocity).sum(axis=1) - (flow**2).sum(axis=0))
-            about = square / beads
+            about = square / beads * self._per_freedom
         along = ("block", "layer")
         middle = self._layers.middle()
         return {

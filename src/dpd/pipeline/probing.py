@@ -20,6 +20,7 @@ from dpd.engine.queries.pairs import pair_histogram
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError
+from dpd.observe.thermal import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from dpd.start.make import system_of
@@ -83,6 +84,7 @@ class Probe:
     ) -> None:
         system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt), pressure=None)
         self._simulation = Simulation(system, _copy(state))
+        self._thermal = ThermalMotion(scene, system)
         self._every = max(1, round(SAMPLE / dt))
         self._volume, self._dimension = self._simulation.volume, system.dimension
         self._look = look or _do_not_look
@@ -92,12 +94,12 @@ class Probe:
 
     def run(self, time: float) -> None:
         """Go on for a time in tau."""
+        system = self._simulation.system
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
             sums = advance_looking(self._simulation, self._every, self._look, measure=True)
-            state = self._simulation.state
-            momenta = self._simulation.system.momenta(state)
-            self.kT.append(float(np.mean(state.velocity * momenta)))
+            mass = system.mass_of(self._simulation.state.species)
+            self.kT.append(float(np.mean(mass * self._thermal.velocities(self._simulation) ** 2)))
             excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
             self.excess.append(float(excess))
 

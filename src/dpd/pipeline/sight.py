@@ -14,6 +14,7 @@ import numpy as np
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.checkpoint import MARK, NOTE
+from dpd.engine.state import State
 from dpd.errors import reason
 from dpd.scene.scene import Scene
 
@@ -128,11 +129,17 @@ def _sight(path, changed, size):
 
 
 def _temperature_of(stored, scene):
-    """<m v^2> / dimension of the beads in a checkpoint."""
-    mass = 1.0
-    if scene is not None and scene.masses is not None:
-        mass = scene.masses[stored["species"]] if "species" in stored else scene.masses[0]
-    return float(np.mean(mass * stored["velocity"] ** 2))
+    """kT of the beads in a checkpoint, about the flow; NaN where their scene is not known."""
+    if scene is None:
+        return np.nan
+    from dpd.engine.simulation import Snapshot  # the engine, which few looks need
+    from dpd.observe.thermal import ThermalMotion
+    from dpd.start.make import system_of
+
+    system, species = system_of(scene), stored.get("species")
+    now = State(stored["position"], stored["velocity"], None, stored["identity"], species, 0)
+    thermal = ThermalMotion(scene, system).velocities(Snapshot(system, now))
+    return float(np.mean(system.mass_of(species) * thermal**2))
 
 
 def _measured_so_far(stored: Any, scene: Scene | None) -> Measured:

@@ -21,8 +21,8 @@ from dpd.errors import LostTrack, Stopped, UserError
 from dpd.observe import observables
 from dpd.observe.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
+from dpd.pipeline.run_warnings import warning_of
 from dpd.scene.beside import files_beside
-from dpd.scene.flow import flows
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
     from dpd.scene.scene import Scene
 
-# Share by which kT may be off without a word, and standard errors that it may; samples needed.
-FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 
 
@@ -140,7 +138,7 @@ def simulate(
     variables: dict[str, files.Variable] = {}
     for observer in observers:
         variables |= observer.variables()
-    values = {name: np.asarray(array) for name, (_, array, _, _) in variables.items()}
+    values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
     attributes = _attributes(scene, sources) | {
         "number_density": mean_density(scene, simulation.volume, values),
         "lost_step": lost,
@@ -149,8 +147,7 @@ def simulate(
     }
     if settings.former:
         attributes["extended_from_step"] = state.step
-    warnings = [temperature_warning(scene, values), pressure_warning(scene, values)]
-    if warning := "; ".join(filter(None, warnings)):
+    if warning := warning_of(scene, values):
         attributes["warning"] = warning
         if settings.say:
             settings.say(warning)
@@ -162,7 +159,8 @@ def simulate(
     try:
         for file in own_files:
             file.finish()  # before the result, which says that all is there
-        files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
+        variables = with_means(variables) | kept.variables
+        files.write(path, variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:
         if keeper and lost < 0:
             keeper.save(simulation, observers)
@@ -269,56 +267,16 @@ def is_made(scene: Scene, path: str | Path) -> bool:
     return made == [scene.digest, run_sources(scene)]
 
 
-def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
-    """A sentence if a run was not at its temperature; nothing if it was.
-
-    It looks at the second half of the samples, so that a start that is hotter or colder may
-    settle, and asks for more than `FAR_OFF` and for more than `SURE` standard errors. Of a run with
-    a flow it says nothing: kT then holds the flow as well.
-    """
-    if flows(scene):
-        return ""
-    kT = values.get("kT", np.empty(0))
-    kT = kT[len(kT) // 2 :]
-    if len(kT) < FEWEST or not np.isfinite(kT).all():
-        return ""
-    asked, (mean, error, _) = scene.data["thermostat"]["kT"], mean_and_error(kT)
-    if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
-        return ""
-    cause = "dt is too large for this scene, or the run too short to reach its temperature"
-    if not np.any(scene.friction):
-        cause = "without friction (gamma 0) nothing holds it"
-    elif "shear" in scene.data:
-        cause = f"shear heats the fluid, by viscosity times rate^2; or {cause}"
-    known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
-    return (
-        f"kT is {mean:.4g} {known} instead of {asked:g} in the second half of the run, and "
-        f"all that was measured belongs to that: {cause}"
-    )
-
-
-def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
-    """A sentence if a run at constant pressure was not at its pressure; nothing if it was.
-
-    It looks at the same samples, and asks for as much, as `temperature_warning`.
-    """
-    law, pressure = scene.data.get("pressure"), values.get("pressure", np.empty(0))
-    axes = "xyz"[: scene.dimension]
-    if law is not None and law["axes"] in axes and "pressure_tensor" in values:
-        along = axes.index(law["axes"])
-        pressure = values["pressure_tensor"][:, along, along]
-    pressure = pressure[len(pressure) // 2 :]
-    if law is None or len(pressure) < FEWEST or not np.isfinite(pressure).all():
-        return ""
-    asked, (mean, error, _) = law["target"], mean_and_error(pressure)
-    if abs(mean - asked) <= max(FAR_OFF * asked, SURE * error):
-        return ""
-    known = f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
-    return (
-        f"the pressure is {mean:.4g} {known} instead of {asked:g} in the second half of the run, "
-        "so the volume has not settled: let the run equilibrate for longer, or begin nearer to the "
-        "density at which it ended"
-    )
+def with_means(variables: Mapping[str, files.Variable]) -> dict[str, files.Variable]:
+    """The same, each series of `Thermo` with what `dpd.load` says of it; NaN where not known."""
+    found = dict(variables)
+    for name, variable in variables.items():
+        if variable[0] == ("sample",) and name != "time":
+            mean, error, memory = mean_and_error(variable[1])
+            step = float(np.ravel(variables["time"][1])[0])
+            time = memory * step if np.isfinite(error) else np.nan
+            found[name] = (*variable[:4], {"mean": mean, "error": error, "correlation_time": time})
+    return found
 
 
 def versions() -> dict[str, str]:

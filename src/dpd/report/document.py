@@ -105,8 +105,11 @@ the fluid is at rest in front of the plane. Walls with a `velocity` shear the fl
 
 `body_force` drives a flow between walls. With `opposite` it drives two flows in opposite directions
 in a periodic box: its net force is 0 on the average, and as the numbers of beads in both halves
-fluctuate, so does the total momentum a little. kT of `thermo` holds the flow as well. Take
-`temperature_profile` of the observable `velocity_profile`, which is measured about the flow.
+fluctuate, so does the total momentum a little. kT and pressures are those about the flow, whose
+profile is fitted in each sample, and count the degrees of freedom that conserved momentum leaves
+(`src/dpd/observe/thermo.py`). `temperature_profile` of `velocity_profile` says where the fluid is
+hot. A cluster alone in a box keeps its angular momentum too: of its 3 (N - 1) degrees of freedom 3
+stay as the start has left them, and kT of few beads shows it.
 
 ## Surface tension
 

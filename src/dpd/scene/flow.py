@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from dpd.scene.walls import AXES, axis_number, per_species, walls_of
 
 if TYPE_CHECKING:
@@ -54,20 +56,39 @@ def body_force_of(scene: Scene) -> BodyForce | None:
 
 
 def flows(scene: Scene) -> bool:
-    """Whether something drives a flow, so that the mean of v^2 says more than the temperature."""
+    """Whether something drives a flow: walls that move, or a body force no wall stands against."""
+    walls, body = walls_of(scene), body_force_of(scene)
+    if walls is not None and any(map(any, walls.velocity)):
+        return True
+    held = walls is not None and body is not None and body.axis in walls.axes
+    return body is not None and any(body.strength) and (body.opposite is not None or not held)
+
+
+def gradient_axes(scene: Scene) -> tuple[int, ...]:
+    """The axes across which a flow that is driven changes."""
+    walls, body = walls_of(scene), body_force_of(scene)
+    turns = () if body is None or body.opposite is None else (body.opposite,)
+    return (*(walls.axes if walls else ()), *turns) or (profile_axis(scene, None),)
+
+
+def takes_momentum(scene: Scene) -> bool:
+    """Whether friction with what is no bead takes up momentum, along all axes."""
     walls = walls_of(scene)
-    moving = walls is not None and any(map(any, walls.velocity))
-    return moving or "body_force" in scene.data
+    bath = scene.data["thermostat"]["kind"] == "langevin" and bool(np.any(scene.friction))
+    return bath or (walls is not None and walls.gamma > 0)
 
 
-def flow_notes(scene: Scene) -> list[str]:
-    """A sentence for a person, if what is called a temperature holds a flow too."""
-    if not flows(scene) or "thermo" not in scene.observe:
-        return []
-    return [
-        "kT of 'thermo' includes the flow; observe 'velocity_profile', whose temperature is "
-        "measured about it"
-    ]
+def takes_heat(scene: Scene) -> bool:
+    """Whether a friction holds the temperature: of pairs, of beads, or of walls."""
+    return bool(np.any(scene.friction)) or takes_momentum(scene)
+
+
+def momentum_axes(scene: Scene) -> tuple[int, ...]:
+    """The axes along which nothing but a body force changes the total momentum."""
+    if takes_momentum(scene):
+        return ()
+    walls = walls_of(scene)
+    return tuple(axis for axis in range(scene.dimension) if not walls or axis not in walls.axes)
 
 
 def profile_axis(scene: Scene, name: str | None) -> int:
@@ -124,20 +145,19 @@ def check_flow(scene: Scene, refuse: Callable[[str, str], object]) -> None:
             "faster; give walls with a gamma, or 'opposite', or strengths of which the sum over "
             "all beads is 0",
         )
+    if flows(scene) and not takes_heat(scene):
+        refuse(
+            "thermostat.gamma",
+            "every gamma is 0: nothing takes up the heat of the flow that body_force drives; "
+            "allowed: > 0 here, or as walls.gamma",
+        )
 
 
 def _is_braked(scene, body, walls):
     """Whether the force meets a wall or friction, or adds up to none."""
-    if body.opposite is not None:
+    if body.opposite is not None or takes_momentum(scene):
         return True
-    if walls is not None and (walls.gamma or body.axis in walls.axes):
+    if walls is not None and body.axis in walls.axes:
         return True
-    thermostat = scene.data["thermostat"]
-    if thermostat["kind"] == "langevin" and thermostat["gamma"]:
-        return True
-    beads = [0] * len(scene.species)
-    for kind in scene.molecules:
-        for name in kind.beads:
-            beads[scene.species.index(name)] += kind.count
-    forces = [number * strength for number, strength in zip(beads, body.strength)]
-    return abs(sum(forces)) <= BALANCED * sum(map(abs, forces))
+    forces = np.bincount(scene.kinds, minlength=len(scene.species)) * body.strength
+    return abs(forces.sum()) <= BALANCED * abs(forces).sum()

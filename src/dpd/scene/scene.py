@@ -17,7 +17,6 @@ from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, check_bonding, joined
 from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
-from dpd.scene.flow import flow_notes
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.observed import observed
@@ -176,7 +175,7 @@ class Scene:
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
         ]
-        return missed + chi_notes(self) + flow_notes(self)
+        return missed + chi_notes(self)
 
     def _sizes(self, density):
         """Box, count and the density that they make, in words."""

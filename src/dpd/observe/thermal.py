@@ -1,0 +1,71 @@
+"""Velocities about the flow, in which each degree of freedom counts as one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.observe.layers import Layers
+from dpd.scene.flow import flows, gradient_axes, momentum_axes
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Snapshot
+    from dpd.engine.state import System
+    from dpd.scene.scene import Scene
+
+FINEST = 1.0  # r_c, thickness of cells across a flow
+LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
+TINY = 1e-9  # of the largest eigenvalue: below, a function is one of the others in this cell
+
+
+class ThermalMotion:
+    """Velocities whose squares give kT and the kinetic part of the pressure.
+
+    Of n beads, c = sqrt(n / (n - l)) (v - u) along each axis, so that <sum m c^2> = n kT: a fit u
+    with l coefficients to n independent velocities, by least squares weighted by mass, takes up l
+    degrees of freedom. In a fluid at rest u is the velocity of the centre of mass (l = 1) along
+    `momentum_axes`: all in a closed fluid, those along walls without friction, none with Langevin's
+    thermostat or rough walls. Where something drives a flow (`flows`), u is its profile at this
+    moment: in each cell across it (`gradient_axes`) a constant and a slope.
+    """
+
+    def __init__(self, scene: Scene, system: System) -> None:
+        self._system, self._layers = system, None
+        self._at_rest = np.isin(np.arange(scene.dimension), momentum_axes(scene))[:, None]
+        if flows(scene):
+            axes = gradient_axes(scene)
+            across = float(np.prod([system.extent[axis] for axis in axes]))
+            least = LEAST * (1 + len(axes)) * across / scene.beads
+            thickness = max(FINEST, least ** (1 / len(axes)))
+            self._layers = [Layers(system, axis, thickness) for axis in axes]
+
+    def velocities(self, simulation: Snapshot) -> np.ndarray:
+        """(dimension, n) array: c of each bead, in storage order; NaN where none is free."""
+        state, momenta = simulation.state, self._system.momenta(simulation.state)
+        mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
+        if self._layers is not None:
+            flow, lost = self._flow(simulation, momenta, mass)
+        elif self._at_rest.any():
+            lost = self._at_rest
+            flow = lost * momenta.sum(axis=1, keepdims=True) / mass.sum()
+        else:
+            return state.velocity
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return (state.velocity - flow) * np.sqrt(len(mass) / (len(mass) - lost))
+
+    def _flow(self, simulation, momenta, mass):
+        """What is fitted to the velocities: at each bead, and the number of coefficients."""
+        cell, terms = np.zeros(len(mass), np.int64), [np.ones(len(mass))]
+        for layers in self._layers:
+            place = layers.places(simulation)
+            layer = np.minimum(place.astype(np.int64), layers.count - 1)
+            cell = cell * layers.count + layer
+            terms.append(place - layer - 0.5)
+        matrix = np.array([[np.bincount(cell, mass * a * b) for b in terms] for a in terms])
+        push = np.array([[np.bincount(cell, along * a) for a in terms] for along in momenta])
+        size, modes = np.linalg.eigh(matrix.T)
+        free = size > TINY * size[:, -1:]
+        strength = np.einsum("cpq,dpc->dcq", modes, push) / np.where(free, size, np.inf)
+        fitted = np.einsum("cpq,dcq->pdc", modes, strength)
+        return sum(a * each[:, cell] for a, each in zip(terms, fitted)), int(free.sum())

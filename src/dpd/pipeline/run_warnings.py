@@ -1,0 +1,107 @@
+"""What a run warns of: where it was not at its temperature or pressure, and a start that drifts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dpd.analysis.statistics import mean_and_error, trend
+from dpd.scene.flow import flows, momentum_axes, takes_heat
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from dpd.scene.scene import Scene
+
+# Share by which kT may be off without a word, and standard errors that it may; samples needed.
+FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
+DRIFT = 0.01  # of a bead's thermal velocity, from which on a start drifts
+TURNING = 20.0  # kT that turns of a molecule may be off, but for a chance of 1 in 5000
+
+
+def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
+    """All that a run of these values by name warns of; nothing if it is as asked."""
+    each = drift_warning, temperature_warning, pressure_warning
+    return "; ".join(filter(None, (warning(scene, values) for warning in each)))
+
+
+def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
+    """A sentence if the fluid drifts as a whole, and keeps that."""
+    momentum, axes = values.get("momentum", np.empty((0, 0))), list(momentum_axes(scene))
+    if flows(scene) or not axes or not np.isfinite(momentum[:1]).all() or not len(momentum):
+        return ""
+    mass = scene.beads if scene.masses is None else scene.masses[scene.kinds].sum()
+    drift = np.where(np.isin(np.arange(scene.dimension), axes), momentum[0] / mass, 0.0)
+    if mass * (drift @ drift) <= DRIFT**2 * scene.beads * scene.data["thermostat"]["kT"]:
+        return ""
+    text = ", ".join(f"{velocity:g}" for velocity in np.round(drift, 3) + 0.0)
+    return (
+        f"the start drifts with ({text}) r_c / tau, which nothing takes up; kT and pressure are "
+        "those about that drift"
+    )
+
+
+def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
+    """A sentence if a run was not at its temperature; nothing if it was."""
+    asked = scene.data["thermostat"]["kT"]
+    if (found := _off(values.get("kT", np.empty(0)), asked)) is None:
+        return ""
+    kT, mean, error = found
+    return (
+        f"kT is {mean:.4g} {_known(error)} instead of {asked:g} in the second half of the run, and "
+        f"all that was measured belongs to that: {_cause(scene, kT, mean / asked - 1, error)}"
+    )
+
+
+def _off(series, asked):
+    """Second half of a series, its mean and error, if off by `FAR_OFF` and `SURE` errors."""
+    half = series[len(series) // 2 :]
+    if len(half) < FEWEST or not np.isfinite(half).all():
+        return None
+    mean, error, _ = mean_and_error(half)
+    return (half, mean, error) if abs(mean - asked) > max(FAR_OFF * asked, SURE * error) else None
+
+
+def _known(error):
+    return f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
+
+
+def _cause(scene, kT, off, error):
+    """Why kT is off by a share: what is left when all that can be ruled out is."""
+    driven = flows(scene) or "shear" in scene.data
+    if not takes_heat(scene):
+        heat = ", and nothing takes up the heat of the flow" if driven else ""
+        return f"without friction (every gamma is 0) nothing holds it{heat}"
+    slope = trend(np.arange(len(kT)), kT)
+    if abs(slope.slope) > SURE * slope.error and slope.slope * off < 0:
+        return "it was still on its way there; let the run equilibrate for longer"
+    if not np.isfinite(error):
+        return "why is not known; let the run be longer"
+    other, free = "", scene.dimension * (scene.beads - 1)
+    closed = not driven and len(momentum_axes(scene)) == scene.dimension
+    if driven and off > 0:
+        other = "the flow heats the fluid"
+    elif closed and len(scene.lengths) == 1 and abs(off) * free < TURNING:
+        other = "the one molecule in the box keeps the angular momentum that it began with"
+    if not other:
+        return "dt is too large for this scene"
+    return f"{other}, or dt is too large; a run with half of dt tells"
+
+
+def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
+    """A sentence if a run at constant pressure was not at its pressure; nothing if it was."""
+    law, pressure = scene.data.get("pressure"), values.get("pressure")
+    if law is None or pressure is None:
+        return ""
+    if law["axes"] != "all":
+        along = "xyz".index(law["axes"])
+        pressure = values["pressure_tensor"][:, along, along]
+    if (found := _off(pressure, law["target"])) is None:
+        return ""
+    _, mean, error = found
+    return (
+        f"the pressure is {mean:.4g} {_known(error)} instead of {law['target']:g} in the second "
+        "half of the run, so the volume has not settled: let the run equilibrate for longer, or "
+        "begin nearer to the density at which it ended"
+    )
