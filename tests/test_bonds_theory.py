@@ -40,6 +40,14 @@ def test_there_and_back(density):
     assert mean_length(500, rest, 25, density) == pytest.approx(0.4, rel=1e-9)
 
 
+def test_the_rest_of_a_chain_pushes_a_bond_apart():
+    """Means of runs of 240 beads with these rest lengths: 0.308 for m = 4, 0.318 for m = 8."""
+    for beads, mean in ((2, 0.283), (4, 0.308), (8, 0.318)):
+        assert rest_length(1000, 40, mean, 3, beads) == pytest.approx(0.26, abs=0.004)
+    alone, far = rest_length(1000, 40, 0.6, 3), rest_length(1000, 40, 0.6, 3, 8)
+    assert far == pytest.approx(alone, abs=4e-3)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

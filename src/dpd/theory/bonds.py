@@ -3,7 +3,8 @@
 In the dense fluid the cavity function y draws two beads together, so that bonds are shorter than
 the spring and the repulsion of its own two beads would make them. As in perturbation theory of the
 first order, y is that of the fluid of single beads, from the Ornstein-Zernike equation with the HNC
-closure. Lengths are in units of r_c, energies in kT.
+closure. In a chain of three beads or more the others of the chain push the two apart: that force is
+a fit to simulations. Lengths are in units of r_c, energies in kT.
 """
 
 from __future__ import annotations
@@ -18,6 +19,10 @@ from dpd.theory.integral_equations import R, solve
 
 POINTS = 2001  # of the quadrature
 WIDTHS = 8.0  # standard deviations of the bond's length that it covers beyond the rest length
+# Force on a bond by the rest of its chain: PUSH a (1 - 2 / m)^LONGER exp(-density / THICKER -
+# length / REACH). Fitted to the mean bonds of 136 fluids of chains of 3, 4 and 8 beads at densities
+# 3 to 7, a 10 to 40, stiffness 1000 and lengths 0.27 to 0.6; from 0.3 on it is right within 1 %.
+PUSH, LONGER, THICKER, REACH = 73.5, 1.29, 2.364, 0.118
 
 
 def mean_length(
@@ -57,8 +62,10 @@ def mean_length(
     return _mean(stiffness, rest, repulsion, density)
 
 
-def rest_length(stiffness: float, repulsion: float, length: float, density: float = 0.0) -> float:
-    """The rest length with which a bond has a mean length: the inverse of `mean_length`.
+def rest_length(
+    stiffness: float, repulsion: float, length: float, density: float = 0.0, beads: int = 2
+) -> float:
+    """The rest length with which a bond has a mean length: of two beads, `mean_length` inverted.
 
     Parameters
     ----------
@@ -66,6 +73,8 @@ def rest_length(stiffness: float, repulsion: float, length: float, density: floa
         As in `mean_length`.
     length : float
         The mean, in r_c.
+    beads : int
+        Of the chain, of whose bonds it is the mean.
 
     Returns
     -------
@@ -86,7 +95,10 @@ def rest_length(stiffness: float, repulsion: float, length: float, density: floa
     0.4
     """
     above_zero("bond length", length)
-    shortest = mean_length(stiffness, 0.0, repulsion, density)
+    above_zero("stiffness", stiffness)
+    chain = repulsion * (1 - 2 / max(beads, 2)) ** LONGER
+    longer = PUSH * chain * np.exp(-density / THICKER - length / REACH) / stiffness
+    shortest = mean_length(stiffness, longer, repulsion, density)
     if length < shortest:
         raise ValueError(
             f"bond length: with a stiffness of {stiffness:g} and a repulsion of {repulsion:g} a "
@@ -97,7 +109,7 @@ def rest_length(stiffness: float, repulsion: float, length: float, density: floa
     def too_long(rest):
         return _mean(stiffness, rest, repulsion, density) - length
 
-    return brentq(too_long, 0.0, length + 1)
+    return brentq(too_long, longer, length + 1) - longer
 
 
 def _mean(stiffness, rest, repulsion, density):

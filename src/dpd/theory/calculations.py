@@ -200,7 +200,7 @@ def chain_repulsion(
         found = equation_of_state.gw_repulsion(beads * density, pressure)
     rest = np.nan
     if stiffness is not None:
-        rest = bonds.rest_length(stiffness, float(found), length, beads * density)
+        rest = bonds.rest_length(stiffness, float(found), length, beads * density, beads)
     return {
         "repulsion": Quantity(float(found), REPULSION, "repulsion a"),
         "rest_length": Quantity(rest, "r_c", "rest length of a bond"),
@@ -304,7 +304,7 @@ def chain_potential(
 
 
 def rest_length(
-    stiffness: float, repulsion: float, length: float, density: float
+    stiffness: float, repulsion: float, length: float, density: float, beads: int
 ) -> dict[str, Quantity]:
     """Rest length of a bond with a mean length, by `dpd.theory.bonds.rest_length`.
 
@@ -317,6 +317,8 @@ def rest_length(
         The mean.
     density : float
         Beads of the fluid per r_c^3.
+    beads : int
+        Of the chain.
 
     Returns
     -------
@@ -329,7 +331,7 @@ def rest_length(
     ValueError
         If the rest length would be negative.
     """
-    found = bonds.rest_length(stiffness, repulsion, length, density)
+    found = bonds.rest_length(stiffness, repulsion, length, density, beads)
     return {"rest_length": Quantity(found, "r_c", "rest length of a bond")}
 
 
