@@ -7,6 +7,7 @@ from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import blocks_of, peak
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, panels
+from paper_figures.cerius2_1998.shared import profile_and_errors
 
 SETTLED = 0.5  # share of the run that is left out at its beginning
 
@@ -19,8 +20,8 @@ PAPER_SHOWS = (
     "square. (b) Bonds by the species at their ends; dotted: g(r) of all beads, scaled."
 )
 ERRORS = (
-    "Bands: 95 % intervals from blocks of the second half of the run; none where it is too short "
-    "for an error."
+    "Bands: 95 % intervals from blocks of the second half of the run, with one correlation time "
+    "for all bins; none where it is too short for an error."
 )
 LOOKS = {"A A": ORANGE, "A B": GREEN, "B B": BLUE}
 
@@ -28,8 +29,8 @@ LOOKS = {"A A": ORANGE, "A B": GREEN, "B B": BLUE}
 def compute(sweeps):
     """Both distributions with errors, g(r) and where its first peak is."""
     runs = sweeps["triblock"]
-    ends, ends_error = block_mean_and_error(blocks_of(runs.end_density.isel(kind=0), SETTLED))
-    bonds, bonds_error = block_mean_and_error(blocks_of(runs.pair_bond_density, SETTLED))
+    ends, ends_error = profile_and_errors(blocks_of(runs.end_density.isel(kind=0), SETTLED))
+    bonds, bonds_error = profile_and_errors(blocks_of(runs.pair_bond_density, SETTLED))
     lengths, lengths_error = block_mean_and_error(blocks_of(runs.pair_bond_mean, SETTLED))
     g = blocks_of(runs.rdf, SETTLED)
     highest, highest_error = jackknife(g, lambda mean: peak(runs.rdf.r.values, mean))

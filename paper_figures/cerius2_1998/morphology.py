@@ -39,7 +39,7 @@ def compute(sweeps):
     runs = sweeps["triblock"].isel(replica=0)
     names = [str(name) for name in runs.species.values.ravel()][: runs.sizes["species"]]
     field = runs.density_field.isel(species=names.index("A"))
-    values = field.values
+    values, total = field.values, float(runs.density_field.sum("species").mean())
     time = runs.field_time.values
     shown = columns_of(time)
     edge = np.array(first_scene(runs).box)
@@ -54,6 +54,7 @@ def compute(sweeps):
             "inside": ("frame", inside, {"units": "1", "long_name": "share of A inside"}),
             "volume": ("frame", share, {"units": "1", "long_name": "share of the box inside"}),
             "time": ("frame", time, {"units": "tau"}),
+            "fraction": ((), float(values.mean() / total), {"units": "1"}),
             "edge": ("axis", edge, {"units": "r_c"}),
         }
     )
@@ -73,17 +74,12 @@ def measured(data):
     first = float(data.inside[0] / data.volume[0])
     ratio = inside / volume / first
     error = ratio * np.hypot(inside_error / inside, volume_error / volume)
-    last = middle_slice(data.density.values[-1], data.edge.values)
-    low, high = float(last.min()), float(last.max())
     return {
-        "isodensity": Measured(
-            (LEVEL - low) / (high - low), 0.0,
-            f"in the last slice that is drawn, whose densities are {low:.2f} to {high:.2f}",
-        ),
         "resides": Measured(
             float(ratio), float(error),
             f"{inside:.0%} of A is inside of {volume:.0%} of the box, {inside / volume:.2f} times "
-            f"as dense as the mean; in the first frame {first:.2f} times",
+            f"as dense as the mean; alone, A would fill {float(data.fraction):.0%}; in the first "
+            f"frame {first:.2f} times",
         ),
     }  # fmt: skip
 

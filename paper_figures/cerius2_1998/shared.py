@@ -1,7 +1,8 @@
-"""What figures of the manual of 1998 share: densities as pictures."""
+"""What figures of the manual of 1998 share: densities as pictures, and error bars of profiles."""
 
 import numpy as np
 
+from dpd.analysis.statistics import block_mean_and_error
 from dpd.report.pictures.camera import camera_of, corners, seen
 from dpd.report.pictures.frame import draw_edges
 from dpd.report.pictures.layers import depth_of
@@ -12,6 +13,28 @@ from dpd.report.style import BLACK, mpl
 
 PIXELS = 120  # of a slice along an axis
 SMOOTHED = f"smoothed over {SMOOTH:g} r_c"
+
+
+def profile_and_errors(blocks):
+    """Means of the bins of a profile over blocks, and standard errors that vary smoothly.
+
+    How long a bin remembers cannot be told from the blocks of one run bin by bin: it scatters, and
+    shows as spikes. So all bins have the median of what their correlations make of their errors;
+    NaN where most of them are not known.
+
+    Parameters
+    ----------
+    blocks : (n, ..., bins) array
+
+    Returns
+    -------
+    mean, error : (..., bins) arrays
+    """
+    mean, error = block_mean_and_error(blocks)
+    alone = blocks.std(axis=0, ddof=1) / np.sqrt(len(blocks))
+    longer = np.divide(error, alone, out=np.full(error.shape, np.nan), where=alone > 0)
+    longer = np.nanmedian(np.where(np.isnan(error), np.inf, longer), axis=-1, keepdims=True)
+    return mean, alone * np.where(np.isfinite(longer), longer, np.nan)
 
 
 def middle_slice(density, edges):

@@ -7,13 +7,12 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.flow import Measured as Viscosity
 from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
 from dpd.analysis.fluctuations import viscosity_of_fluctuations
-from dpd.analysis.published import shown_by
 from dpd.analysis.shear import viscosities
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
+from paper_figures.cerius2_1998.shared import profile_and_errors
 
-QUOTED = shown_by(__file__)["viscosity_shear"]
 COLORS = (ORANGE, GREEN, PURPLE)
 MEMORY = 1.0  # tau, after which the stress of the fluid has forgotten itself
 
@@ -24,8 +23,8 @@ PAPER_SHOWS = (
     "averaged. (b) Flow between walls that have a friction of their own, "
     "for three of these frictions gamma_w; dotted: the parabola of the middle, continued to the "
     "walls. Its tangent at the wall gives the slip length b. (c) eta from the stress under shear, "
-    "from the parabolas, and from the fluctuations of the stress of a fluid at rest; gray: "
-    f"{QUOTED.value:g}, a common value, ± {QUOTED.rounding:g}, our tolerance. The table says what "
+    "from the parabolas, and from the fluctuations of the stress of a fluid at rest, whose 95 % "
+    "interval is gray: without a flow, it is what the others are held against. The table says what "
     "kT was under shear, which heats the fluid."
 )
 
@@ -69,7 +68,7 @@ class _Flow:
     """A profile with its parabola, viscosity, and slip length."""
 
     def __init__(self, z, velocity, eta, curve, slip=None):
-        self.u, self.error = block_mean_and_error(velocity)
+        self.u, self.error = profile_and_errors(velocity)
         self.z, self.eta, self.curve, self.slip = z, eta, curve, slip
 
 
@@ -115,36 +114,38 @@ def _channel(runs):
 
 
 def measured(data):
-    """eta in four ways, that it does not depend on the rate, and the slip."""
+    """eta in three ways over that at rest, that it does not depend on the rate, and the slip."""
     eta, error = data.shear_eta.values, data.shear_eta_error.values
+    rest, rest_error = float(data.rest_eta), float(data.rest_eta_error)
     ratio = eta[-1] / eta[0]
-    same = float(data.two_eta) / eta[-1]
     rates = [f"{float(rate):g}" for rate in data.rate]
     gammas = [f"{float(gamma):g}" for gamma in data.gamma]
     weight = 1 / data.wall_eta_error.values**2
     walls = float((weight * data.wall_eta.values).sum() / weight.sum())
     slips = ", ".join(f"{float(s):.2f} at {g}" for s, g in zip(data.slip, gammas))
+
+    def over_rest(value, error, note):
+        """A viscosity over that at rest."""
+        relative = np.hypot(error / value, rest_error / rest)
+        said = f"{value:.3f} ± {error:.3f} over {rest:.3f} ± {rest_error:.3f}; {note}"
+        return Measured(float(value / rest), float(value / rest * relative), said)
+
     return {
-        "viscosity_shear": Measured(
-            float(eta[-1]), float(error[-1]),
+        "viscosity_shear": over_rest(
+            eta[-1], error[-1],
             f"rate {rates[-1]}, kT {float(data.shear_kT[-1]):.3f}; at rate {rates[0]}, "
             f"kT {float(data.shear_kT[0]):.3f}: {eta[0]:.3f}",
         ),
-        "viscosity_two_flows": Measured(float(data.two_eta), float(data.two_eta_error)),
-        "viscosity_at_rest": Measured(
-            float(data.rest_eta), float(data.rest_eta_error), "spread of the integrated stress"
+        "viscosity_two_flows": over_rest(
+            float(data.two_eta), float(data.two_eta_error), "both halves averaged"
         ),
-        "viscosity_walls": Measured(
+        "viscosity_walls": over_rest(
             walls, float(weight.sum() ** -0.5),
             f"weighted mean over wall frictions {', '.join(gammas)}",
         ),
         "newtonian": Measured(
             float(ratio), float(ratio * np.hypot(*(error / eta)[[0, -1]])),
             f"rate {rates[-1]} over rate {rates[0]}",
-        ),
-        "viscosity_same": Measured(
-            float(same),
-            float(same * np.hypot(data.two_eta_error / data.two_eta, error[-1] / eta[-1])),
         ),
         "slip": Measured(
             float(data.slip[-1]), float(data.slip_error[-1]), f"slip lengths: {slips}"
@@ -196,8 +197,12 @@ def _viscosities(axes, data):
         labels.append(rf"walls, $\gamma_w$ = {gamma:g}")
         value.append(float(data.wall_eta[k]))
         error.append(float(data.wall_eta_error[k]))
-    low, high = (QUOTED.value + sign * QUOTED.rounding for sign in (-1, 1))
-    axes.axhspan(low, high, color=BLACK, alpha=0.15, linewidth=0)
+    half = COVERAGE * float(data.rest_eta_error)
+    if np.isfinite(half):
+        axes.axhspan(
+            float(data.rest_eta) - half, float(data.rest_eta) + half, color=BLACK, alpha=0.15,
+            linewidth=0,
+        )  # fmt: skip
     points(axes, range(len(labels)), value, error, None, RED)
     axes.set_xticks(range(len(labels)), labels, rotation=40, ha="right")
     axes.set(ylabel=r"$\eta$ / ($k_BT$ $\tau$ $r_c^{-3}$)", xlim=(-0.5, len(labels) - 0.5))

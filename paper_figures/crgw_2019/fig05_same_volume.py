@@ -10,7 +10,7 @@ PUBLISHED = shown_by(__file__)
 TITLE = "Mixtures of Vh1 and Vh2, single beads and dimers that stand for the same molecule."
 PAPER_SHOWS = (
     "Repulsions are those of Table I. (a) Pressure at constant volume, less the 41.89 that was "
-    f"asked for: the paper finds up to {PUBLISHED['nvt_crgw'].value:g} % for crGW (gray), and up "
+    f"asked for: the paper finds up to {PUBLISHED['nvt_crgw'].high:g} % for crGW (gray), and up "
     f"to {PUBLISHED['nvt_others'].value:g} % for the others. (b) to (d) Excess enthalpy, energy "
     "and volume at constant pressure, relative to ideal mixing; the paper finds them small for "
     "all equations. Energies are those of pairs and bonds."
@@ -51,7 +51,7 @@ def draw(data):
     draw_mixture(axes[0, 0], data, "pressure_off", "pressure off / %")
     for panel, (name, label) in zip((axes[0, 1], axes[1, 0], axes[1, 1]), EXCESSES.items()):
         draw_mixture(panel, data, name, label)
-    bound = PUBLISHED["nvt_crgw"].value
+    bound = PUBLISHED["nvt_crgw"].high
     axes[0, 0].axhspan(-bound, bound, color="0.93", zorder=0)
     axes[0, 0].legend(loc="lower right")
     for panel in axes[1]:

@@ -1,4 +1,4 @@
-"""Figure 8: composition of two phases beside each other over 1 / chi."""
+"""Figures 8 and S4: composition of two phases beside each other over 1 / chi."""
 
 import numpy as np
 import xarray as xr
@@ -8,8 +8,12 @@ from dpd.analysis.verdicts import Measured
 from dpd.report.style import panels
 from paper_figures.crgw_2019.shared import LOOKS
 
-MIXTURES = {"Vh1 and Vo2": ("vh1_vo2_slabs", 1), "Vh2 and Vo2": ("vh2_vo2_slabs", 2)}
-BEADS_OF_VO2 = 2
+MIXTURES = {
+    "Vh1 and Vo2": ("vh1_vo2_slabs", 1),
+    "Vh2 and Vo2": ("vh2_vo2_slabs", 2),
+    "Vh1 and Vh2": ("vh1_vh2_slabs", 1),
+}  # name, and beads of the first component; fmt: skip
+BEADS_OF_OTHER = 2
 BULK = 0.15  # of the box on either side of the middle of a slab
 
 TITLE = "Mole fractions of coexisting phases over 1 / chi, for three equations of state."
@@ -17,8 +21,8 @@ PAPER_SHOWS = (
     "The paper starts from both pure fluids in two boxes that exchange molecules; here they lie "
     "beside each other as slabs in one long box, at the pressure 41.89 across the interfaces. It "
     "finds that crGW mixes at a much larger 1 / chi than the others, and that only with crGW both "
-    "mixtures are alike. No number is printed. Hollow points are of runs that are too short "
-    "for an error."
+    "mixtures are alike; of Vh1 and Vh2, in its supplement, it says that the equations do not "
+    "differ much. No number is printed. Hollow points are of runs that are too short for an error."
 )
 
 
@@ -39,7 +43,7 @@ def _compositions(runs, beads):
     names = [str(name) for name in runs.species.values.ravel()[: runs.sizes["species"]]]
     a, b = (
         profile[..., names.index("A"), :] / beads,
-        profile[..., names.index("B"), :] / BEADS_OF_VO2,
+        profile[..., names.index("B"), :] / BEADS_OF_OTHER,
     )
     shape = profile.shape[:2]
     found = np.empty((2, 2, *shape))  # mean and error, rich and poor
@@ -67,7 +71,7 @@ def _bulks(fraction):
 
 
 def measured(data):
-    """How much further apart the phases of crGW are, and whether both mixtures are alike."""
+    """How much further apart the phases of crGW are, whether mixtures and equations are alike."""
     gap = data.fraction.sel(phase="rich") - data.fraction.sel(phase="poor")
     error = np.sqrt((data.error**2).sum("phase", skipna=False))
     most = gap.inverse_chi.values[-1]
@@ -84,11 +88,19 @@ def measured(data):
             f"at 1 / chi = {float(most):g}: {float(at.sel(equation='crGW')):.2f} against "
             f"{float(at.sel(equation=other)):.2f} of {other}",
         )  # fmt: skip
-    ours = gap.sel(equation="crGW")
+    ours, spread = (part.sel(equation="crGW").values[:2] for part in (gap, error))
     found["alike"] = Measured(
-        float(ours[0] - ours[1]), float(np.hypot(*error.sel(equation="crGW").values)),
+        float(ours[0] - ours[1]), float(np.hypot(*spread)),
         f"difference of the mole fractions, {float(ours[0]):.2f} and {float(ours[1]):.2f}, at "
         f"1 / chi = {float(most):g}",
+    )  # fmt: skip
+    same = gap.sel(mixture="Vh1 and Vh2")
+    low, high = (same.isel(equation=int(place(same.values))) for place in (np.argmin, np.argmax))
+    ends = error.sel(mixture="Vh1 and Vh2", equation=[low.equation.item(), high.equation.item()])
+    found["same_volume"] = Measured(
+        float(high - low), float(np.hypot(*ends.values)),
+        f"{float(high):.2f} by {high.equation.item()} less {float(low):.2f} by "
+        f"{low.equation.item()}, at 1 / chi = {float(most):g}",
     )  # fmt: skip
     return found
 
@@ -96,19 +108,19 @@ def measured(data):
 def describe(data):
     """What is seen."""
     return (
-        "Two panels, one a mixture: pairs of branches that approach each other as 1 / chi grows, "
+        "Three panels, one a mixture: pairs of branches that approach each other as 1 / chi grows, "
         "for three equations."
     )
 
 
 def draw(data):
     """A panel for each mixture."""
-    figure, axes = panels(2, height=2.6, sharey=True)
+    figure, axes = panels(3, height=2.6, sharey=True)
     for panel, label in zip(axes, MIXTURES):
         for name in data.equation.values:
             look, at = LOOKS[str(name)], data.sel(mixture=label, equation=name)
             for k, phase in enumerate(("rich", "poor")):
-                one = at.sel(phase=phase)
+                one = at.sel(phase=phase).dropna("inverse_chi", subset=["fraction"])
                 panel.plot(one.fraction, one.inverse_chi, color=look.color, linewidth=0.7)
                 known = np.isfinite(one.error.values)
                 for seen, face in ((known, look.color), (~known, "white")):
@@ -118,7 +130,7 @@ def draw(data):
                         fmt=look.marker, color=look.color, markerfacecolor=face, markersize=3.5,
                         elinewidth=0.7, capsize=1.5, label=entry,
                     )  # fmt: skip
-        panel.set(xlim=(-0.03, 1.03), xlabel=f"mole fraction of {label.split()[0]}, in {label}")
+        panel.set(xlim=(-0.03, 1.03), xlabel=f"{label.split()[0]} in {label}, mole fraction")
     axes[0].set(ylabel=r"$1 / \chi$")
     axes[0].legend(loc="best")
     return figure

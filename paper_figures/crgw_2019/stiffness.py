@@ -13,9 +13,8 @@ CHOSEN = {"stiffness": 1000, "dt": 0.008}  # of Figures 2 to 4
 TITLE = "Pressure of tetramers over the stiffness of their bonds, and their mean bond length."
 PAPER_SHOWS = (
     "The paper says that bonds stiffer than 100 do not affect the pressure. Density 5 of beads, "
-    "repulsion 25, mean bond length 0.4: the rest length is such that a bond has this mean in the "
-    "fluid of single beads. In the fluid of chains it is a little longer, the softer the more, "
-    "which is why the pressure changes with the stiffness."
+    "repulsion 25, mean bond length 0.4: the rest length is such that a bond of a tetramer has "
+    "this mean, whatever its stiffness."
 )
 
 
@@ -59,7 +58,7 @@ def describe(data):
     """What is seen."""
     return (
         "Left, pressures that agree within a percent or two over the stiffness; right, mean "
-        "lengths that come nearer to 0.4 the stiffer the bonds are."
+        "lengths that are near 0.4, the nearer the stiffer the bonds are."
     )
 
 
