@@ -12,6 +12,7 @@ from dpd import jit
 from dpd.engine.checkpoint import MARK, Checkpoint, checksum_of, note_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
+from dpd.errors import UserError
 from dpd.jit import kernel
 from dpd.observe import observables
 from dpd.pipeline.study import read_paper
@@ -95,8 +96,8 @@ def test_a_note_beside_the_state(good, tmp_path):
 
 NAMES = (
     "step", "position", "velocity", "force", "identity", "species", "reference", "0/taken", "0/kT",
-    "1/sums", "1/taken", "2/kept", "2/last", "2/taken", "3/crossings", "3/pairs", "4/position",
-    "5/trace",
+    "1/sums", "1/taken", "2/kept", "2/begun", "2/taken", "3/crossings", "3/pairs", "4/position",
+    "5/trace", "image",
 )  # fmt: skip
 
 
@@ -137,7 +138,8 @@ BAD_ARRAYS = [
     (name, edit)
     for name in NAMES
     for edit, (kind, _) in EDITS.items()
-    if kind in ("all", "i" if name in ("step", "identity", "species") or "taken" in name else "f")
+    if kind
+    in ("all", "i" if name in ("step", "identity", "species", "image") or "taken" in name else "f")
     and not (kind == "f" and name == "3/pairs")
 ]
 
@@ -150,6 +152,15 @@ def test_an_array_of_another_kind_is_refused(good, tmp_path, name, edit):
         sealed(good | {name: change(good[name].copy())}), tmp_path / "run.checkpoint"
     )
     assert "cannot be right" in said and "starting anew" in said and step == 0
+
+
+def test_one_of_a_version_without_image_counts_stays(good, tmp_path):
+    """It may be all that there is of a long run: what to do is said, and nothing else done."""
+    arrays = {name: array for name, array in good.items() if name != "image"}
+    path = tmp_path / "run.checkpoint"
+    with pytest.raises(UserError, match=r"version 0.2 or older.* finish the run with .* or remove"):
+        resumed(sealed(arrays), path)
+    assert path.exists()
 
 
 def put(name, value, at=0):

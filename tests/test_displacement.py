@@ -5,16 +5,17 @@ import pytest
 
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Snapshot
+from dpd.engine.space import wrapped
 from dpd.engine.state import State
-from dpd.errors import UserError
-from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.displacement import Displacement
+from dpd.observe.following import Followed
 from dpd.observe.multitau import COARSER, KEPT
-from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 from tests.engine.build import by_identity
+from tests.test_constant_pressure import FLUID
+from tests.test_shear import PLANE
 
 SCENE = {
     "dimension": 2,
@@ -136,9 +137,10 @@ def watch(velocity, samples, observer=None, first=0):
     rng = np.random.default_rng(3)
     begun = rng.random((2, 10)) * np.array(scene.box)[:, None]
     for t in range(first, first + samples):
-        place = (begun + t * velocity) % np.array(scene.box)[:, None]
+        place, image = wrapped(begun + t * velocity, scene.box)
         order = np.random.default_rng(t).permutation(10)
-        state = State(place[:, order], np.zeros((2, 10)), None, order.astype(np.uint32), None, t)
+        identity = order.astype(np.uint32)
+        state = State(place[:, order], np.zeros((2, 10)), None, identity, None, t, image=image)
         observer.sample(Snapshot(system_of(scene), state), None)
     return scene, observer
 
@@ -168,25 +170,31 @@ def test_a_drift_of_the_whole_box_does_not_count():
         np.testing.assert_allclose(observer.variables()[name][1], 0, rtol=0, atol=1e-20)
 
 
-@pytest.mark.parametrize("axis", [0, 1])
-def test_a_bead_that_moves_too_far_to_be_followed_is_noticed(axis):
-    """A third of an edge between two samples, 1.33 or 1.67, is the limit, along each axis."""
-    edge = FREE["box"][axis]
-    velocity = np.zeros((2, 10))
-    velocity[axis, 7] = 0.33 * edge
-    watch(velocity, 20)
-    velocity[axis, 7] = -0.34 * edge
-    with pytest.raises(UserError, match=r"observe\.displacement\.every: .* third of the box"):
-        watch(velocity, 20)
+class Far:
+    """An observer that keeps displacements since its first sample, as shares of the edges."""
+
+    needs_forces = False
+
+    def __init__(self, scene, system, every):
+        self.every, self.followed, self.moved = every, Followed(scene, system), []
+        self.arrays = self.followed.arrays
+
+    def sample(self, simulation, sums):
+        moved = self.followed.sample(simulation, first=not self.moved)
+        self.moved.append(moved / self.arrays["edges"][:, None])
 
 
-def test_a_run_that_loses_track_is_recorded_where_asked(tmp_path):
-    """Hot beads of a scene with ``unstable: record``: the file says at which step."""
-    hot = {"start": {"kT": 1e4}, "integrator": {"scheme": "gw-vv", "dt": 0.002}}
-    watched = {"observe": ["thermo", {"displacement": {"every": 20}}], "unstable": "record"}
-    scene = Scene(FREE | hot | watched | {"steps": {"sample": 100}})
-    simulate(scene, tmp_path / "run.nc", make_start(scene))
-    assert 20 < read(tmp_path / "run.nc")[1]["lost_step"] <= 100
+@pytest.mark.parametrize("kind", ["at rest", "shear", "constant pressure"])
+def test_samples_any_distance_apart_follow_as_those_of_every_step(kind):
+    """Some beads cross the box and a third of it, or images turn round, between two of them."""
+    data = {"at rest": SCENE, "shear": PLANE, "constant pressure": FLUID}[kind]
+    scene = Scene(data | {"steps": {"equilibrate": 10, "sample": 3000}, "observe": ["thermo"]})
+    system = system_of(scene)
+    each, far = Far(scene, system, 1), Far(scene, system, 500)
+    run(Simulation(system, make_start(scene)), scene.steps, [each, far])
+    expected = np.array(each.moved)[499::500] - each.moved[499]
+    np.testing.assert_allclose(far.moved, expected, rtol=0, atol=1e-10)
+    assert np.abs(np.diff(far.moved, axis=0)).max() > 1 / 3
 
 
 def test_arrays_are_all_that_goes_on():

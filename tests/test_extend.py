@@ -254,7 +254,14 @@ def test_a_run_that_keeps_its_state_measures_the_same(tmp_path):
     assert not files.read_group(tmp_path / "bare.nc", STATE) and "last_box" not in attributes
     for name, values in bare.items():
         np.testing.assert_array_equal(values, kept_too[name], err_msg=name)
-    more = {"last_position", "last_velocity", "last_species", "last_names", "last_bonds"}
+    more = {
+        "last_position",
+        "last_velocity",
+        "last_species",
+        "last_names",
+        "last_bonds",
+        "last_image",
+    }
     assert kept_too.keys() - bare.keys() == more
 
 

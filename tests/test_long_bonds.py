@@ -5,7 +5,7 @@ import pytest
 
 import dpd.scene.limits as limits
 from dpd.engine.simulation import Simulation
-from dpd.errors import LostTrack, UserError
+from dpd.errors import LostRun, UserError
 from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.stretch import stretched
@@ -116,7 +116,7 @@ def test_a_run_that_goes_on_remembers_what_it_found(unchecked, tmp_path):
     assert list(watch.arrays) == ["count"] and not watch.variables()
     watch.arrays["count"][0] = 10**6
     simulation = Simulation(system, make_start(scene))
-    with pytest.raises(LostTrack):
+    with pytest.raises(LostRun):
         watch.sample(simulation, None)
 
 

@@ -20,9 +20,14 @@ import yaml
 
 from dpd.digest import ROOT
 from dpd.engine.simulation import Simulation
+from dpd.engine.space import unfolded as unfolded_at
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.observe import observables
+from dpd.observe.chains import sizes
+from dpd.particles import trajectory_file
+from dpd.particles.formats import read as read_particles
+from dpd.particles.formats import write as write_particles
 from dpd.pipeline.plan import sizes_of
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
@@ -265,19 +270,90 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path, case):
     assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
 
 
-@pytest.mark.parametrize("unstable", ["fail", "record"])
-def test_a_bead_that_cannot_be_followed_ends_the_run(tmp_path, unstable):
-    """As for displacements: with a sentence, or recorded. Frames before that are kept."""
-    scene = watched(40, steps={"sample": 200}, unstable=unstable)
-    if unstable == "fail":
-        with pytest.raises(UserError, match=r"observe\.trajectory\.every: .* 40 steps apart"):
-            simulate(scene, tmp_path / "run.nc", make_start(scene))
-        assert os.listdir(tmp_path) == ["run.unfinished.gsd"]
+@pytest.mark.parametrize("case", ["gone", "cut off", "other bits"])
+def test_frames_that_are_lost_while_the_run_goes_on(tmp_path, monkeypatch, case):
+    """A file that was removed is still there for us; of a damaged one the whole frames are kept."""
+    monkeypatch.setattr(trajectory_file, "PATIENCE", 0.0)  # all frames are there to be damaged
+    scene, said = watched(4, CHAINS), []
+    simulate(scene, tmp_path / "whole.nc", make_start(scene))
+
+    def progress(done):
+        if done == 610:
+            WRONG[case](tmp_path / "run.unfinished.gsd")
+
+    settings = RunSettings(progress=progress, say=said.append)
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    one, other = (read(tmp_path / f"{name}.nc")[0] for name in ("run", "whole"))
+    np.testing.assert_array_equal(one["kT"], other["kT"])
+    if case == "gone":
+        assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
+        assert not said
         return
-    simulate(scene, tmp_path / "run.nc", make_start(scene))
-    lost = read(tmp_path / "run.nc")[1]["lost_step"]
+    assert len(said) == 1 and re.search(r"run\.gsd: its last frames are lost: .*gsd", said[0])
+    found, expected = unfolded(tmp_path / "run.gsd"), unfolded(tmp_path / "whole.gsd")
+    assert len(found) == 2 or case == "cut off"
+    for one, other in zip(found, expected):
+        np.testing.assert_array_equal(one, other)
+
+
+def molecules_in(path):
+    """(frames, dimension, 20, 5) places of the longer molecules, by the images of each frame."""
+    return unfolded(path)[:, :100, :2].reshape(-1, 20, 5, 2).transpose(0, 3, 1, 2)
+
+
+def test_molecules_are_whole_from_the_start_on(tmp_path):
+    """In the state, by its counts alone; in frames far apart; in the end, as LAMMPS data too."""
+    scene = Scene(CHAINS | {
+        "steps": {"equilibrate": 1000, "sample": 9000},
+        "observe": [{"chains": {"every": 3000}}, {"trajectory": {"every": 3000}}],
+    })  # fmt: skip
+    start, system = make_start(scene), system_of(scene)
+    simulation = Simulation(system, start)
+    for steps in (1, 2500):
+        simulation.advance(steps)
+        one, other = scene.bonded.T
+        bonds = simulation.unfolded[:, one] - simulation.unfolded[:, other]
+        assert np.sqrt((bonds**2).sum(axis=0)).max() < 1.5
+    simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(keep=True))
+    result, _ = read(tmp_path / "run.nc")
+    found = [sizes(frame)[0] for frame in molecules_in(tmp_path / "run.gsd")]
+    assert len(found) == 3
+    np.testing.assert_allclose(np.mean(found), result["gyration_square"][:, 0].mean(), rtol=1e-5)
+    last = read_particles(tmp_path / "run.nc")
+    assert len(np.unique(last.image)) > 2
+    for name in ("last.gsd", "last.data"):
+        write_particles(last, tmp_path / name)
+        again = read_particles(tmp_path / name)
+        np.testing.assert_array_equal(again.image, last.image)
+    place = unfolded_at(last.position, last.image, last.box)[:, :100].reshape(2, 20, 5)
+    np.testing.assert_allclose(sizes(place)[0], found[-1], rtol=1e-5)
+
+
+def test_frames_hold_what_a_scene_asks_for(tmp_path):
+    """One species with the bonds among its beads, without velocities, from the beginning on."""
+    asked = {"every": 5, "species": ["A"], "velocities": False, "equilibration": True}
+    scene = Scene(CHAINS | {"steps": {"equilibrate": 13, "sample": 12}, "observe": [
+        {"trajectory": asked}, {"thermo": {"every": 4}}]})  # fmt: skip
+    settings = RunSettings(tmp_path / "run.checkpoint", 0.0, progress=kill_after(16))
+    with pytest.raises(Killed):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    settings = RunSettings(tmp_path / "run.checkpoint")
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    simulation, written = Simulation(system_of(scene), make_start(scene)), scene.kinds == 0
     with gsd.hoomd.open(tmp_path / "run.gsd") as file:
-        assert [frame.configuration.step for frame in file] == list(range(40, lost, 40))
+        assert [frame.configuration.step for frame in file] == [5, 10, 15, 20, 25]
+        for frame in file:
+            simulation.advance(5)
+            place = simulation.state.by_identity(simulation.state.position)[:, written]
+            centred = place - np.array(scene.box)[:, None] / 2
+            found = frame.particles
+            np.testing.assert_array_equal(found.position[:, :2].T, centred.astype(np.float32))
+            assert not found.velocity.any() and found.N == 60
+            np.testing.assert_array_equal(found.body, np.repeat(np.arange(20), 3))
+            bonds = [(3 * k + i, 3 * k + i + 1) for k in range(20) for i in range(2)]
+            np.testing.assert_array_equal(frame.bonds.group, bonds)
+            said = {"time": 0.02 * frame.configuration.step, "dt": 0.02, "kT": 1.0}
+            assert frame.log == pytest.approx(said)
 
 
 def test_room_is_asked_for_before(tmp_path, monkeypatch):

@@ -47,6 +47,14 @@ def test_mdanalysis_finds_the_same_bonds_and_displacements(tmp_path):
     np.testing.assert_array_equal(found.bonds.indices, scene.bonded)
     assert found.atoms.types.tolist() == [scene.species[kind] for kind in scene.kinds]
     np.testing.assert_allclose(found.dimensions, [7, 8, 2, 90, 90, 90])
+    assert len(found.residues) == len(scene.lengths)
+    np.testing.assert_array_equal(found.residues[3].atoms.indices, range(15, 20))
+    # Its reader asks no file for times: it takes dt and the first time from its user.
+    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
+        times = [float(frame.log["time"][0]) for frame in file]
+    timed = MDAnalysis.Universe(tmp_path / "run.gsd", dt=times[1] - times[0], time_offset=times[0])
+    np.testing.assert_allclose([step.time for step in timed.trajectory], times, rtol=1e-12)
+    np.testing.assert_allclose(times, 0.02 * (50 + 4 * np.arange(1, 101)), rtol=1e-12)
     way = unfolded(tmp_path / "run.gsd")
     with gsd.hoomd.open(tmp_path / "run.gsd") as file:
         for number in (0, 50, 99):

@@ -8,11 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpd.engine.simulation import Snapshot
+from dpd.engine.slide import TURN, tilted
+from dpd.engine.space import unfolded, wrapped
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.observe.chains import ends_square, in_one_piece, sizes, unwrapped
 from dpd.observe.end_to_end import along_chain
 from dpd.particles.formats import read, write
+from dpd.particles.particles import whole_images
+from dpd.physics.shear import Shear
 from dpd.pipeline.kept import last_configuration
 from dpd.scene.architecture import MOST_BEADS, length_of, tree_of
 from dpd.scene.molecules import Molecule
@@ -383,6 +387,13 @@ def test_trees_come_in_one_piece():
         np.testing.assert_allclose(found - found[:, :, :1], expected, atol=1e-12)
         again = unwrapped(found % np.array(scene.box)[:, None, None], scene.box, kind)
         np.testing.assert_allclose(again - again[:, :, :1], expected, atol=1e-12)
+    place, (one, other) = np.concatenate(place, axis=1), scene.bonded.T
+    for box in (scene.box, tilted(scene.box, Shear(0.1, 0, 1), 0.04, 0, TURN // 3)):
+        inside, _ = wrapped(place, box)
+        image = whole_images(scene.molecules, inside, np.zeros(inside.shape, np.int32), box)
+        found = unfolded(inside, image, box)
+        bonds = place[:, one] - place[:, other]
+        np.testing.assert_allclose(found[:, one] - found[:, other], bonds, atol=1e-12)
 
 
 def test_sizes_of_a_cross():

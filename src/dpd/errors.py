@@ -31,8 +31,8 @@ class Occupied(UserError):
         return f"{self.args[0]}; overwrite=True replaces it"
 
 
-class LostTrack(UserError):
-    """Beads moved too far between two samples to be followed, at a ``step`` of the run."""
+class LostRun(UserError):
+    """A run that makes no sense from a ``step`` on."""
 
     def __init__(self, text: str, step: int) -> None:
         super().__init__(text)

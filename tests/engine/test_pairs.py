@@ -25,7 +25,9 @@ def pairs_by_cells(position, space, grid, cutoff):
     """Identities and separations of all pairs, by the engine's sort and search."""
     beads = len(position)
     identity = np.arange(beads).astype(np.uint32)
-    ordered, search = sorted_beads(Beads(position, position, None, identity, None), space, grid)
+    ordered, search = sorted_beads(
+        Beads(position, position, None, identity, None, None), space, grid
+    )
     number, pairs = ordered.identity, search.pairs
     found = [(number[0], number[0], position[0]) for _ in range(0)]
     at = first_place()

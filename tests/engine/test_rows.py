@@ -106,18 +106,22 @@ def test_pushes(beads, pairs, box):
 def test_images(beads, box, share):
     """Only a thread's own beads, and with more of them than edges are written out for."""
     position = rows_of(np.tile(beads, 10))
-    inside = position.copy()
+    inside, image = position.copy(), np.zeros((len(position), len(box)), np.int32)
+    identity = np.random.default_rng(1).permutation(len(position)).astype(np.uint32)
     first, end = (10 * slot for slot in share)
     share = Share(np.uint64(first), np.uint64(end))
-    njit(**OPTIONS)(put_all_inside)(inside, share, Space(box))
+    njit(**OPTIONS)(put_all_inside)(inside, image, identity, share, Space(box))
     moved = axes_of(inside, len(box))[:, first:end]
     edges = np.array(box)[:, None]
     assert (moved >= 0).all() and (moved < edges).all()
-    boxes = (moved - axes_of(position, len(box))[:, first:end]) / edges
-    np.testing.assert_allclose(boxes, np.rint(boxes), rtol=0, atol=1e-12)
+    boxes = (axes_of(position, len(box))[:, first:end] - moved) / edges
+    image = image[identity]
+    np.testing.assert_allclose(boxes, image[first:end].T, rtol=0, atol=1e-12)
+    assert image[first:end].any()
     untouched = np.r_[0:first, end : len(position)]
     np.testing.assert_array_equal(inside[untouched], position[untouched])
+    assert not image[untouched].any()
 
 
-def put_all_inside(position, share, space):
-    put_inside(position, share, row_edges(space), space, space.slide)
+def put_all_inside(position, image, identity, share, space):
+    put_inside(position, image, identity, share, row_edges(space), space, space.slide)

@@ -181,7 +181,7 @@ def seen(
     identity = np.arange(scene.beads, dtype=np.uint32)
     for k in range(snapshots):
         position, velocity, pressure[k] = look()
-        position = np.ascontiguousarray(wrapped(position, scene.box))
+        position = np.ascontiguousarray(wrapped(position, scene.box)[0])
         # Observables of positions and velocities need neither forces nor a simulation.
         now = Snapshot(system, State(position, velocity, None, identity, None, k))
         for observer in observers:

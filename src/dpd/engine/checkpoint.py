@@ -31,6 +31,7 @@ MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 # The first array of the file, which tells it from any other.
 MARK = "dpd_checkpoint"
 NOTE = "note"
+OLD = "no counts of the boxes that beads have crossed"
 
 
 def stretch_of(beads: int) -> int:
@@ -40,7 +41,13 @@ def stretch_of(beads: int) -> int:
 
 def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
     """Step of the observer's next sample after ``now``."""
-    return equilibrate + (_taken(observer, now, equilibrate) + 1) * observer.every
+    begun = _begun(observer, equilibrate)
+    return begun + (_taken(observer, now, equilibrate) + 1) * observer.every
+
+
+def _begun(observer, equilibrate):
+    """Step from which on the observer counts: 0 if it looks at the equilibration as well."""
+    return 0 if getattr(observer, "equilibration", False) else equilibrate
 
 
 def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
@@ -56,7 +63,7 @@ def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) 
 def _last_sample(now, observers, equilibrate):
     """Step of the last sample of any observer; 0 before the first."""
     sampled = [
-        equilibrate + taken * observer.every
+        _begun(observer, equilibrate) + taken * observer.every
         for observer in observers
         if (taken := _taken(observer, now, equilibrate))
     ]
@@ -65,7 +72,7 @@ def _last_sample(now, observers, equilibrate):
 
 def _taken(observer, now, equilibrate):
     """Samples that the observer has at step ``now``."""
-    return max(now - equilibrate, 0) // observer.every
+    return max(now - _begun(observer, equilibrate), 0) // observer.every
 
 
 def file_of(observer: Any) -> Any:
@@ -194,7 +201,8 @@ class Checkpoint:
         Raises
         ------
         UserError
-            If the file is not a checkpoint at all: it is somebody's, and stays.
+            If the file is not a checkpoint at all: it is somebody's, and stays. The same for one of
+            a version before there were image counts.
         """
         if not os.path.lexists(self.path):
             return ""
@@ -202,6 +210,11 @@ class Checkpoint:
         stored = whole(self.path)
         if stored is None:
             return f"{self.path}: a damaged checkpoint; starting anew"
+        if "image" not in stored:
+            raise UserError(
+                f"{self.path}: a checkpoint of version 0.2 or older, which has {OLD}; finish the "
+                "run with the version that began it, or remove the file to start anew"
+            )
         if str(stored.pop(MARK)) != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
         stored.pop(NOTE, None)
@@ -223,10 +236,9 @@ class Checkpoint:
 def _cut_files(stored, observers):
     """Let observers with files of their own go on where they were; why one cannot, or nothing."""
     for i, observer in enumerate(observers):
-        if file := file_of(observer):
-            frames, digest = int(stored[f"{i}/taken"][0]), stored[f"{i}/digest"]
-            if wrong := file.cut(frames, digest):
-                return wrong
+        frames = int(stored[f"{i}/taken"][0]) if (file := file_of(observer)) else 0
+        if file and (wrong := file.cut(frames, stored[f"{i}/digests"])):
+            return wrong
     return ""
 
 
@@ -244,7 +256,9 @@ def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
         ``step``, the arrays of the state, and ``0/NAME`` of the first observer, and so on.
     """
     arrays = {"step": np.array(state.step)}
-    for name in ("position", "velocity", "force", "identity", "species", "reference"):
+    for name in (
+        "position", "velocity", "force", "identity", "species", "reference", "image", "peculiar",
+    ):  # fmt: skip
         if getattr(state, name) is not None:
             arrays[name] = getattr(state, name)
     if state.slid is not None:
@@ -278,6 +292,7 @@ def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> Stat
         stored.get("species"), int(stored["step"]), stored.get("reference"),
         int(stored["slid"]) if "slid" in stored else None,
         tuple(map(float, stored["box"])) if "box" in stored else None,
+        stored["image"], stored.get("peculiar"),
     )  # fmt: skip
 
 
@@ -327,6 +342,8 @@ def mistake_in(
     str
     """
     fresh = arrays_of(state, observers)
+    if "image" not in stored:
+        return f"it is of version 0.2 or older, which has {OLD}"
     if stored.keys() != fresh.keys():
         return f"parts missing or too many: {', '.join(sorted(stored.keys() ^ fresh.keys()))}"
     for name, array in fresh.items():

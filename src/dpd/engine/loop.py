@@ -42,7 +42,8 @@ def run(
 
     An observer has ``every`` (steps between its samples), ``needs_forces`` (whether it
     reads virial or energy), ``sample(simulation, sums)``, and ``arrays``, a dict of the
-    arrays that it fills, which is all that a checkpoint keeps of it.
+    arrays that it fills, which is all that a checkpoint keeps of it. One with ``equilibration``
+    counts its steps from the beginning of the run.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def run(
     while (now := simulation.state.step) < last:
         samples = [next_sample(observer, now, equilibrate) for observer in observers]
         stop = min([next_look(now, observers, equilibrate, beads), last, *samples])
-        due = [o for o in observers if stop > equilibrate and (stop - equilibrate) % o.every == 0]
+        due = [observer for observer, at in zip(observers, samples) if at == stop]
         sums = simulation.advance(stop - now, measure=any(o.needs_forces for o in due))
         for observer in due:
             observer.sample(simulation, sums)

@@ -24,7 +24,7 @@ class Lost(NamedTuple):
 
 
 @part()
-def drift(beads, force, mine, edges, plan, waiting, lost):
+def drift(beads, force, image, mine, edges, plan, waiting, lost):
     """Move a thread's share of the beads, predict velocities; note one that moved too far.
 
     First comes the kick that is still ``waiting``, a time. On return ``velocity`` holds
@@ -36,11 +36,11 @@ def drift(beads, force, mine, edges, plan, waiting, lost):
         some = Share(first, min(mine.end, first + IN_CACHE))
         if waiting > 0.0:
             add_rows(beads.velocity, force, waiting, some)
-        drift_some(beads, force, some, edges, plan, lost)
+        drift_some(beads, force, image, some, edges, plan, lost)
 
 
 @part()
-def drift_some(beads, force, mine, edges, plan, lost):
+def drift_some(beads, force, image, mine, edges, plan, lost):
     """The same for so few beads that from loop to loop they stay in cache."""
     scheme, dt, space = plan.scheme, plan.dt, plan.space
     time = dt if scheme.middle is None else 0.5 * dt
@@ -57,7 +57,7 @@ def drift_some(beads, force, mine, edges, plan, lost):
         x[q] += time * v[q] + half_square * f[q]
         v[q] += (1.0 - scheme.correction) * dt * f[q]
         f[q] = 0.0
-    put_inside(beads.position, mine, edges, space, space.slide)
+    put_inside(beads.position, image, beads.identity, mine, edges, space, space.slide)
 
 
 @part()

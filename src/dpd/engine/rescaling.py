@@ -119,9 +119,11 @@ def stretched_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
 def stretched_state(state: State, box: Box, stretched: Box) -> State:
     """Beads moved with the box, momenta the other way; forces are yet to be evaluated."""
     factor = (np.array(stretched) / np.array(box))[:, None]
+    position, further = wrapped(state.position * factor, stretched)
     return replace(
         state,
-        position=wrapped(state.position * factor, stretched),
+        position=position,
+        image=state.image + state.by_identity(further),
         velocity=state.velocity / factor,
         force=None,
         reference=None,

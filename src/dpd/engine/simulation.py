@@ -13,12 +13,12 @@ from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls
 from dpd.engine.neighbours.cells import cell_buffers, grid
 from dpd.engine.rescaling import advance_rescaling, refuse_box
 from dpd.engine.slide import tilted
-from dpd.engine.space import space_of, wrapped
+from dpd.engine.space import space_of, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import Plan, Shared, Span, advance
 from dpd.engine.threads.team import new_team
 from dpd.engine.vectors.arrays import axes_of, empty_rows, rows_of
-from dpd.errors import UserError
+from dpd.errors import LostRun, UserError
 
 if TYPE_CHECKING:
     from dpd.engine.state import System
@@ -26,17 +26,18 @@ if TYPE_CHECKING:
 CUTOFF = 1.0
 
 
-class Unstable(UserError):
+class Unstable(LostRun):
     """A bead moved further than the cutoff along an axis in one step, or to no number."""
 
     def __init__(self, bead: int, step: int, distance: float, dt: float) -> None:
-        self.bead, self.step, self.distance = bead, step, distance
+        self.bead, self.distance = bead, distance
         super().__init__(
             f"the run blew up: bead {bead} moved {distance:.3g} r_c along an axis in one step at "
             f"step {step} (limit: 1 r_c). "
             f"dt {dt:g} is too large for this scene: lower integrator.dt, or the friction, "
             "repulsion or bond stiffness that asks for it (Groot and Warren use dt 0.04 with "
-            "repulsion 25 and gamma 4.5)."
+            "repulsion 25 and gamma 4.5).",
+            step,
         )
 
 
@@ -44,12 +45,13 @@ class BehindWall(Unstable):
     """A bead got further behind a wall than there is room for it."""
 
     def __init__(self, bead: int, step: int, depth: float, reach: float) -> None:
-        self.bead, self.step, self.distance = bead, step, depth
-        UserError.__init__(
+        self.bead, self.distance = bead, depth
+        LostRun.__init__(
             self,
             f"bead {bead} got {depth:.3g} r_c behind a wall at step {step} (limit: {reach:g} r_c, "
             "beyond which it might feel beads at the opposite wall). The walls are too soft for "
             "this scene: raise walls.repulsion, or lower integrator.dt if the run is too hot",
+            step,
         )
 
 
@@ -68,16 +70,16 @@ class Snapshot:
     @property
     def box(self) -> tuple[float, ...]:
         """Edges of the box as it is now, in r_c; under shear with images where they are now."""
-        return self.first_box if self.state.box is None else self.state.box
+        system, state = self.system, self.state
+        if state.box is not None:
+            return state.box
+        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
 
     @property
-    def first_box(self) -> tuple[float, ...]:
-        """The same of the box of the system, which constant pressure has not stretched.
-
-        Beads are followed in it, so that to be moved with the box does not count as a motion.
-        """
-        system, state = self.system, self.state
-        return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
+    def unfolded(self) -> np.ndarray:
+        """(dimension, n) positions by identity, which go on where beads leave the box."""
+        state = self.state
+        return unfolded(state.by_identity(state.position), state.image, self.box)
 
     @property
     def volume(self) -> float:
@@ -115,11 +117,15 @@ class Simulation(Snapshot):
             )
         if system.shear is not None and state.slid is None:
             state.slid = 0
+        if system.shear is not None and state.peculiar is None:
+            state.peculiar = np.zeros(state.position.shape[1])
         if system.pressure is not None:
             state.box = state.box or system.box
             refuse_box(system.pressure, system, state.box, state.step)
         # In rows, whatever they came in: each layout would compile kernels of its own.
-        state.position = np.ascontiguousarray(wrapped(state.position, self.box))
+        position, further = wrapped(state.position, self.box)
+        state.image = state.image + state.by_identity(further)
+        state.position = np.ascontiguousarray(position)
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = _started(threads - 1) if threads > 1 else None
@@ -206,6 +212,8 @@ class Simulation(Snapshot):
             reference=None if reference is None else axes_of(reference, dimension),
             slid=state.slid,
             box=state.box,
+            image=shared.image.T,
+            peculiar=beads.peculiar,
         )
         on_walls = None if shared.at_walls is None else shared.at_walls.sums
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
@@ -244,6 +252,7 @@ class Simulation(Snapshot):
             np.zeros(self._threads),
             np.zeros((self._threads, 2)),
             self._at_walls(),
+            np.array(self.state.image.T, np.int32, order="C"),
         )
 
     def _at_walls(self):
@@ -291,6 +300,7 @@ def _rows_of_state(system, state):
         predicted=None if system.scheme.prediction is None else rows_of(state.velocity),
         identity=state.identity.copy(),
         species=None if state.species is None else state.species.copy(),
+        peculiar=None if state.peculiar is None else state.peculiar.copy(),
     )
 
 
@@ -298,7 +308,8 @@ def _empty_like(array):
     """A buffer to sort rows or numbers into; None for None."""
     if array is None:
         return None
-    return np.empty_like(array) if array.ndim == 1 else empty_rows(*array.shape)
+    rows = array.ndim == 2 and array.dtype == float
+    return empty_rows(*array.shape) if rows else np.empty_like(array)
 
 
 def _started(threads):

@@ -136,14 +136,36 @@ def longest_cutoffs(space: Space, cutoff: float) -> list[float]:
 
 
 @part()
+def tilt_at(slide, step):
+    """The tilt at a step."""
+    slid = np.int64(np.uint64(slide.parts * np.uint64(step) + slide.begun))
+    return slid / 2.0**64 * slide.ratio
+
+
+@part()
 def slide_to(slide, step):
     """Put the images where they are at a step.
 
     Every thread does, before it moves its beads: nobody needs the former tilt any more.
     """
     if slide is not None:
-        slid = np.int64(np.uint64(slide.parts * np.uint64(step) + slide.begun))
-        slide.tilt[0] = slid / 2.0**64 * slide.ratio
+        slide.tilt[0] = tilt_at(slide, step)
+
+
+@part()
+def turn_images(image, identity, mine, slide, step, dt):
+    """Count, in a thread's share, the whole edges by which the tilt falls back at a step.
+
+    A bead that is images above is as many times those edges further along the flow.
+    """
+    if slide is None:
+        return
+    ahead = tilt_at(slide, step - 1) + slide.rate * dt - tilt_at(slide, step)
+    edges = np.int32(np.rint(ahead / slide.ratio))
+    if edges != 0:
+        for i in range(mine.first, mine.end):
+            bead = identity[i]
+            image[bead, slide.flow] += edges * image[bead, slide.gradient]
 
 
 @part()
@@ -151,7 +173,8 @@ def drift_with_flow(beads, force, mine, time, half_square, slide):
     """Do to a thread's share of the beads what the flow does to the drift that follows.
 
     The drift takes ``time`` and adds half_square f. A bead keeps its velocity v, so that about the
-    flow changes with the way along the gradient, and x grows by time v.
+    flow changes with the way along the gradient, and x grows by time v. Its way by itself is what
+    remains when the flow has carried it as at the middle of that way.
     """
     if slide is None:
         return
@@ -160,11 +183,13 @@ def drift_with_flow(beads, force, mine, time, half_square, slide):
         across = time * beads.velocity[i, y] + half_square * force[i, y]
         beads.position[i, x] += time * slide.rate * (beads.position[i, y] + across)
         beads.velocity[i, x] -= slide.rate * across
+        along = time * beads.velocity[i, x] + half_square * force[i, x]
+        beads.peculiar[i] += along + 0.5 * time * slide.rate * across
 
 
 @part()
-def put_inside_sliding(position, mine, space, slide):
-    """Move beads to their image in the upright box."""
+def put_inside_sliding(position, image, identity, mine, space, slide):
+    """Move beads to their image in the upright box, and count boxes along the tilted lattice."""
     x, y, tilt = slide.flow, slide.gradient, slide.tilt[0]
     height = space.edges[y]
     for i in range(mine.first, mine.end):
@@ -175,11 +200,21 @@ def put_inside_sliding(position, mine, space, slide):
             up += 1.0
         position[i, y] = max(inside, 0.0)
         position[i, x] -= up * tilt * height
+        count_box(image, identity, i, y, up)
         for k in range(len(space.edges)):
             if k != y:
                 edge = space.edges[k]
-                inside = position[i, k] - edge * np.floor(position[i, k] / edge)
+                boxes = np.floor(position[i, k] / edge)
+                inside = position[i, k] - edge * boxes
                 position[i, k] = max(inside, 0.0) if inside < edge else 0.0
+                count_box(image, identity, i, k, boxes if inside < edge else boxes + 1.0)
+
+
+@part()
+def count_box(image, identity, i, k, boxes):
+    """Count the boxes that bead i has crossed along an axis: few do in any step."""
+    if boxes != 0.0:
+        image[identity[i], k] += np.int32(boxes)
 
 
 @exact_part()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.slide import Slide, add_tilt, put_inside_sliding
+from dpd.engine.slide import Slide, add_tilt, count_box, put_inside_sliding
 from dpd.engine.vectors.arrays import row_width
 from dpd.engine.vectors.rows import entries
 from dpd.jit import part
@@ -73,9 +73,12 @@ def squared_distance(one, i, other, j, space):
 
 @part()
 def row_edges(space):
-    """Edges of the box and their inverses as rows have them, over and over; 1 for padding."""
+    """Edges of the box and their inverses as rows have them, over and over; 1 for padding.
+
+    With room for the boxes by which entries are outside.
+    """
     width = row_width(len(space.edges))
-    edges = np.ones((2, STRETCH))
+    edges = np.ones((3, STRETCH))
     for first in range(0, STRETCH, width):
         for k in range(len(space.edges)):
             edges[0, first + k] = space.edges[k]
@@ -84,30 +87,51 @@ def row_edges(space):
 
 
 @part()
-def put_inside(position, mine, edges, space, slide):
-    """Move beads to their image in the box.
+def put_inside(position, image, identity, mine, edges, space, slide):
+    """Move beads to their image in the box, and count the boxes by which they are moved.
 
     Parameters
     ----------
     position : array with a row for each bead
+    image : (n, dimension) int32 array
+        Of each identity.
+    identity : (n,) uint32 array
     mine : (int, int)
         First bead, and the one after the last.
-    edges : (2, `STRETCH`) array
+    edges : (3, `STRETCH`) array
         From `row_edges`.
     space : Space
     slide : Slide or None
         Of the space.
     """
     if slide is not None:
-        put_inside_sliding(position, mine, space, slide)
+        put_inside_sliding(position, image, identity, mine, space, slide)
         return
     x = position.ravel()
     begin, end = entries(mine, position)
     for first in range(begin, end, np.uint64(STRETCH)):
-        for t in range(min(np.uint64(STRETCH), np.uint64(end - first))):
+        size = min(np.uint64(STRETCH), np.uint64(end - first))
+        outside = 0.0
+        for t in range(size):
             edge = edges[0, t]
-            inside = x[first + t] - edge * np.floor(x[first + t] * edges[1, t])
+            boxes = np.floor(x[first + t] * edges[1, t])
+            inside = x[first + t] - edge * boxes
             x[first + t] = inside if inside < edge else 0.0
+            edges[2, t] = boxes if inside < edge else boxes + 1.0
+            outside += abs(edges[2, t])
+        if outside > 0.0:
+            count_boxes(image, identity, edges, first, size, space)
+
+
+@part()
+def count_boxes(image, identity, edges, first, size, space):
+    """Count the boxes by which some entries of rows were outside."""
+    width = np.uint64(row_width(len(space.edges)))
+    i = np.uint64(first // width)
+    for t in range(np.uint64(0), size, width):
+        for k in range(len(space.edges)):
+            count_box(image, identity, i, k, edges[2, t + np.uint64(k)])
+        i += np.uint64(1)
 
 
 def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
@@ -128,8 +152,11 @@ def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     return apart - far
 
 
-def wrapped(position: np.ndarray, box: Sequence[float]) -> np.ndarray:
-    """Positions moved into the box, 0 <= x < edge, in NumPy."""
+def wrapped(position: np.ndarray, box: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Positions moved into the box, 0 <= x < edge, and the boxes by which they were outside.
+
+    In NumPy; `unfolded` is the way back.
+    """
     edges = _edges(position, box)
     slide = getattr(box, "slide", None)
     if slide is not None:
@@ -138,8 +165,28 @@ def wrapped(position: np.ndarray, box: Sequence[float]) -> np.ndarray:
         up += y - height * up >= height  # by rounding
         position = np.array(position)
         position[slide.flow] -= slide.tilt[0] * up * height
-    inside = position - edges * np.floor(position / edges)
-    return np.where(inside < edges, inside, 0.0)  # rounding may reach the edge
+    boxes = np.floor(position / edges)
+    inside = position - edges * boxes
+    over = inside >= edges  # rounding may reach the edge
+    return np.where(over, 0.0, inside), (boxes + over).astype(np.int32)
+
+
+def unfolded(position: np.ndarray, image: np.ndarray, box: Sequence[float]) -> np.ndarray:
+    """Positions that go on where beads leave the box: with the vectors of the box that they passed.
+
+    Parameters
+    ----------
+    position : (dimension, ...) array
+    image : (dimension, ...) array
+        Boxes by which beads are further, see `dpd.engine.state.State`.
+    box : tuple
+        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
+    """
+    further = _edges(position, box) * image
+    slide = getattr(box, "slide", None)
+    if slide is not None:
+        further[slide.flow] += slide.tilt[0] * further[slide.gradient]
+    return position + further
 
 
 def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:

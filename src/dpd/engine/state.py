@@ -34,6 +34,8 @@ class Beads(NamedTuple):
     identity : (n,) uint32 array
         Number of the bead in each slot.
     species : (n,) uint8 array or None
+    peculiar : (n,) array or None
+        See `State`.
     """
 
     position: np.ndarray
@@ -41,6 +43,7 @@ class Beads(NamedTuple):
     predicted: np.ndarray | None
     identity: np.ndarray
     species: np.ndarray | None
+    peculiar: np.ndarray | None
 
 
 # Places in the arrays of `Sums`.
@@ -248,6 +251,13 @@ class State:
         shear.
     box : tuple of float or None
         Edges in r_c; None for those of the system, which stay.
+    image : (dimension, n) int32 array
+        Boxes by which each bead is further than its position says; of images that slide, along the
+        vectors of their lattice. In the order of identities: a sort need not move what seldom
+        changes. Zeros if not given.
+    peculiar : (n,) array or None
+        How far each bead has gone along the flow of a shear by its velocity about it, in r_c; None
+        without shear.
     """
 
     position: np.ndarray
@@ -259,6 +269,12 @@ class State:
     reference: np.ndarray | None = None
     slid: int | None = None
     box: tuple[float, ...] | None = None
+    image: np.ndarray = None  # type: ignore[assignment]  # never so after the start
+    peculiar: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if self.image is None:
+            self.image = np.zeros(self.position.shape, np.int32)
 
     def by_identity(self, array: np.ndarray) -> np.ndarray:
         """An array in storage order (last axis beads) reordered by bead identity."""

@@ -47,7 +47,7 @@ from dpd.engine.second_friction import (
     renew_friction,
     with_pairs,
 )
-from dpd.engine.slide import slide_to
+from dpd.engine.slide import slide_to, turn_images
 from dpd.engine.space import Space, put_inside, row_edges
 from dpd.engine.state import Sums
 from dpd.engine.thermostats import (
@@ -109,6 +109,8 @@ class Shared(NamedTuple):
         `SLOT` of a bead of each thread's that moved too far, or -1; and the `DISTANCE`.
     at_walls : AtWalls or None
         None without walls.
+    image : (n, dimension) int32 array
+        Boxes that each identity has crossed.
     """
 
     cells: Cells
@@ -118,6 +120,7 @@ class Shared(NamedTuple):
     moved: np.ndarray
     lost: np.ndarray
     at_walls: AtWalls | None
+    image: np.ndarray
 
 
 class Span(NamedTuple):
@@ -211,7 +214,8 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
             step += 1
         slide_to(plan.space.slide, step)
         if span.steps > 0:
-            drift(beads, force, mine, edges, plan, waiting, shared.lost[team.rank])
+            turn_images(shared.image, beads.identity, mine, plan.space.slide, step, plan.dt)
+            drift(beads, force, shared.image, mine, edges, plan, waiting, shared.lost[team.rank])
             shared.moved[team.rank] = farthest_move(beads.position, listed, mine, plan.space)
             meet(team)
             lost = first_lost(shared, beads.identity, step)
@@ -237,7 +241,7 @@ def take_steps(team, plan, beads, spare, force, reference, shared, span):
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
             waiting = plan.scheme.correction * plan.dt
         elif span.steps > 0:
-            finish(team, plan, beads, force, mine, edges, touching, now)
+            finish(team, plan, beads, force, shared.image, mine, edges, touching, now)
     return swapped, lost
 
 
@@ -351,7 +355,7 @@ def kick_can_wait(scheme, exchange):
 
 
 @part()
-def finish(team, plan, beads, force, mine, edges, touching, now):
+def finish(team, plan, beads, force, image, mine, edges, touching, now):
     """What a step does after the force: kick, friction again, exchange of momentum."""
     scheme, exchange, dt = plan.scheme, plan.forces.exchange, plan.dt
     if scheme.middle is None:
@@ -364,7 +368,7 @@ def finish(team, plan, beads, force, mine, edges, touching, now):
         exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
         add_rows(beads.velocity, force, 0.5 * dt, mine)
         add_rows(beads.position, beads.velocity, 0.5 * dt, mine)
-        put_inside(beads.position, mine, edges, plan.space, plan.space.slide)
+        put_inside(beads.position, image, beads.identity, mine, edges, plan.space, plan.space.slide)
 
 
 @part()

@@ -43,7 +43,7 @@ class Diffusion:
             np.arange(len(scene.molecules)), [kind.count for kind in scene.molecules]
         )
         samples = scene.steps.sample // every
-        self._followed = Followed(scene, system, every, "diffusion")
+        self._followed = Followed(scene, system)
         self.arrays = self._followed.arrays | {
             "taken": np.zeros(1, np.int64),
             "beads": np.full((samples, len(self._names)), np.nan),

@@ -42,7 +42,7 @@ class Displacement:
             [kind.count for kind in scene.molecules], axis=0,
         )  # fmt: skip
         self._inner = np.cumsum(scene.lengths) - scene.lengths + inner.T
-        self._followed = Followed(scene, system, every, "displacement")
+        self._followed = Followed(scene, system)
         shape = system.dimension, 3, len(scene.lengths)
         self.averages = MultipleTau(scene.steps.sample // every, shape, 2)
         self.arrays = self.averages.arrays | self._followed.arrays

@@ -56,7 +56,7 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
         averages.go_on_from(former.arrays)
     file = getattr(observer, "file", None)
     if file is not None:
-        file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digest"])
+        file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digests"])
     own = averages.arrays if averages is not None else {}
     for name, array in observer.arrays.items():
         if name not in own:

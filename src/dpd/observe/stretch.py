@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.space import along_axes, nearest
-from dpd.errors import LostTrack
+from dpd.errors import LostRun
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Stretch:
         count = int(self.arrays["count"][0])
         if count > self._allowed:
             edges = " x ".join(f"{edge:g}" for edge in simulation.box)
-            raise LostTrack(
+            raise LostRun(
                 f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} "
                 f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
                 "goes to another image, which makes every number wrong (allowed in the whole run: "

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import nearest
+from dpd.engine.space import unfolded
 from dpd.observe.chains import unwrapped
 
 if TYPE_CHECKING:
@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 class Trace:
     """Configurations of the first molecule, one after the other.
 
-    Each is in one piece, at the image whose centre of mass is nearest to that of the one
-    before.
+    Each is in one piece, and they go on where it leaves the box; the first begins in it.
 
     Parameters
     ----------
@@ -38,18 +37,21 @@ class Trace:
         self._kind = scene.molecules[0]
         self._length = len(self._kind.beads)
         shape = (scene.steps.sample // every, system.dimension, self._length)
-        self.arrays = {"taken": np.zeros(1, np.int64), "trace": np.full(shape, np.nan)}
+        self.arrays: dict[str, np.ndarray] = {
+            "taken": np.zeros(1, np.int64),
+            "image": np.zeros(system.dimension, np.int32),
+            "trace": np.full(shape, np.nan),
+        }
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Take one sample."""
-        state, arrays = simulation.state, self.arrays
+        state, arrays, box = simulation.state, self.arrays, self._system.box
         beads = state.by_identity(state.position)[:, None, : self._length]
-        chain = unwrapped(beads, self._system.box, self._kind)[:, 0]
-        at = int(arrays["taken"][0])
-        if at:
-            moved = (chain - arrays["trace"][at - 1]).mean(axis=1)
-            chain += (nearest(moved, self._system.box) - moved)[:, None]
-        arrays["trace"][at] = chain
+        at, image = int(arrays["taken"][0]), state.image[:, 0]
+        if not at:
+            arrays["image"][...] = image
+        boxes = (image - arrays["image"])[:, None]
+        arrays["trace"][at] = unfolded(unwrapped(beads, box, self._kind)[:, 0], boxes, box)
         arrays["taken"][0] += 1
 
     def variables(self) -> Variables:

@@ -6,12 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.slide import TiltedBox
-from dpd.engine.space import along_axes
-from dpd.observe.following import edges_between, flow_at, in_box_of, moved_between
-from dpd.particles.tilt import box_at
-
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from dpd.engine.simulation import Simulation
@@ -20,10 +16,12 @@ if TYPE_CHECKING:
 
 
 class Trajectory:
-    """Positions, images and velocities of all beads, appended to ``run.gsd`` in single precision.
+    """Positions, images and velocities of beads, appended to ``run.gsd`` in single precision.
 
-    Images are counted from the first frame on: position plus image times edge goes on where a bead
-    leaves the box.
+    Position plus image times the vectors of the box goes on where a bead leaves the box, and has
+    every molecule in one piece. Each frame holds the time in tau since the run began, dt and the kT
+    of the thermostat as ``log/time``, ``log/dt`` and ``log/kT``, and the number of the molecule of
+    each bead as its body, which MDAnalysis takes for that of its residue.
 
     Parameters
     ----------
@@ -31,72 +29,56 @@ class Trajectory:
     system : System
     every : int
         Steps between frames.
+    species : list of str or None
+        The species that are written; all if not given.
+    velocities, equilibration : bool
+        Whether frames have velocities; whether there are frames before sampling begins.
     path : path or None
         Of the file; without one, nothing is written.
     """
 
     needs_forces = False
 
-    def __init__(self, scene: Scene, system: System, every: int, path: Path | None = None) -> None:
+    def __init__(
+        self, scene: Scene, system: System, every: int, species: Sequence[str] | None = None,
+        velocities: bool = True, equilibration: bool = False, path: Path | None = None,
+    ) -> None:  # fmt: skip
         # Imported here: the library of GSD takes a tenth of a second, which other runs do without.
         from dpd.particles.trajectory_file import DIGEST, TrajectoryFile, bytes_of
 
-        self.every = every
-        self._scene = scene
-        shape = (system.dimension, scene.beads)
+        self.every, self.equilibration = every, equilibration
+        self._scene, self._system, self._velocities = scene, system, velocities
+        written = np.isin(scene.species, scene.species if species is None else species)
+        self._written = written[scene.kinds]
+        molecule = np.repeat(np.arange(len(scene.lengths)), scene.lengths)
+        self._molecule = np.unique(molecule[self._written], return_inverse=True)[1]
+        steps = sum(scene.steps) if equilibration else scene.steps.sample
         self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
-            "last": np.zeros(shape),
-            "image": np.zeros(shape, np.int32),
-            "digest": np.zeros(DIGEST, np.uint8),
+            "digests": np.zeros((steps // every, DIGEST), np.uint8),
         }
         self.file = None if path is None else TrajectoryFile(path)
         joined = len(scene.bonded), len(scene.angled)
-        self.file_bytes = bytes_of(scene.steps.sample // every, scene.beads, *joined)
+        self.file_bytes = bytes_of(steps // every, self._written.sum(), *joined, velocities)
 
     def sample(self, simulation: Simulation, sums: Sums) -> None:
         """Append a frame."""
-        from dpd.particles.particles import Particles
+        from dpd.particles.gsd_files import frame_of
+        from dpd.particles.particles import of_scene, only
 
-        state, arrays, scene = simulation.state, self.arrays, self._scene
-        position = state.by_identity(state.position)
-        followed = in_box_of(position, simulation.box, simulation.first_box)
-        if arrays["taken"][0]:
-            self._follow(followed, simulation)
+        state, arrays = simulation.state, self.arrays
         if self.file is not None:
-            frame = Particles(
-                box=simulation.box,
-                position=position,
-                image=arrays["image"],
-                velocity=state.by_identity(state.velocity),
-                species=scene.kinds,
-                names=scene.species,
-                bonds=scene.bonded,
-                angles=scene.angled,
-                step=state.step,
-                masses=scene.masses,
-            )
-            arrays["digest"][...] = self.file.append(frame, arrays["digest"])
-        arrays["last"][...] = followed
+            position = state.by_identity(state.position)
+            velocity = state.by_identity(state.velocity) if self._velocities else None
+            box, image = simulation.box, state.image
+            all_beads = of_scene(self._scene, box, position, image, velocity, state.step)
+            frame = frame_of(only(all_beads, self._written), np.float32)
+            frame.particles.body = self._molecule.astype(np.int32)
+            dt, kT = self._system.dt, self._system.kT
+            said = {"time": state.step * dt, "dt": dt, "kT": kT}
+            frame.log = {name: np.array([value]) for name, value in said.items()}
+            arrays["digests"][arrays["taken"][0]] = self.file.append(frame)
         arrays["taken"][0] += 1
-
-    def _follow(self, position, simulation):
-        """Count the faces that beads have gone through since the last frame."""
-        arrays, box, step = self.arrays, simulation.first_box, simulation.state.step
-        time = self.every * simulation.system.dt
-        self._slide_images(simulation, box, time)
-        begun = arrays["last"] + time * flow_at(arrays["last"], box)
-        moved = moved_between(begun, position, box, step, "trajectory", self.every)
-        further = along_axes(begun + moved - position, box) / np.array(box)[:, None]
-        arrays["image"] += np.rint(further).astype(np.int32)
-
-    def _slide_images(self, simulation, box, time):
-        """Count the whole edges that images have slid by since the last frame."""
-        if isinstance(box, TiltedBox):
-            state = simulation.state
-            former = box_at(self._scene, state.step - self.every, state.slid)
-            edges = edges_between(former, box, time)
-            self.arrays["image"][box.slide.flow] += edges * self.arrays["image"][box.slide.gradient]
 
     def variables(self) -> dict[str, Any]:
         """Nothing: the frames are in their own file."""

@@ -6,8 +6,8 @@ the file says so, its box is 2 thick, and all beads are at z = 0.
 
 from __future__ import annotations
 
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, BinaryIO
 
 import gsd.fl
 import gsd.hoomd
@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
 SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
+NO_BODY = -1
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
-OTHERS = {"charge": 0, "body": -1, "angmom": 0, "orientation": [1, 0, 0, 0]}
+OTHERS = {"charge": 0, "body": NO_BODY, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
@@ -51,6 +52,8 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
         place = frame % frames
         _check_counts(path, trajectory.file, place)
         found = trajectory[place]
+        if trajectory.file.application == APPLICATION:
+            found.particles.body = np.array(NO_BODY)  # molecules, which bonds tell as well
     return _particles_of(path, found)
 
 
@@ -62,20 +65,22 @@ def frames_of(count: int) -> str:
 
 
 @contextmanager
-def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
-    """A GSD file, with a message for whatever is wrong with it.
+def trajectory_to_read(
+    path: Path, opened: BinaryIO | None = None
+) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
+    """A GSD file, opened already or not, with a message for whatever is wrong with it.
 
     It is read by the part of the library that is written in Python: the other one can end the
     process where a file is damaged.
     """
     try:
-        with open(path, "rb") as file:
-            opened = gsd.pygsd.GSDFile(file)
-            if opened.schema != "hoomd":
+        with nullcontext(opened) if opened else open(path, "rb") as file:
+            found = gsd.pygsd.GSDFile(file)
+            if found.schema != "hoomd":
                 raise UserError(
-                    f"{path}: a GSD file with the schema {opened.schema!r}; allowed: 'hoomd'"
+                    f"{path}: a GSD file with the schema {found.schema!r}; allowed: 'hoomd'"
                 )
-            yield gsd.hoomd.HOOMDTrajectory(opened)
+            yield gsd.hoomd.HOOMDTrajectory(found)
     except UserError:
         raise
     except OSError as problem:

@@ -4,7 +4,7 @@ Variables, each with the beads in the order of their identities (molecule after 
 
 - ``last_position`` (axis, bead): in r_c, inside the box.
 - ``last_velocity`` (axis, bead): in r_c / tau; it may be missing.
-- ``last_image`` (axis, bead): boxes by which the bead is further; missing where nobody followed it.
+- ``last_image`` (axis, bead): boxes by which the bead is further; missing where all are 0.
 - ``last_species`` (bead): numbers in ``last_names``.
 - ``last_names`` (name): names of the species.
 - ``last_bonds`` (bond, end): identities of both ends; missing where there is none.

@@ -11,7 +11,7 @@ from dpd import files
 from dpd.engine.checkpoint import NOTE, whole
 from dpd.errors import UserError
 from dpd.particles.netcdf import POSITION, particles_of
-from dpd.particles.particles import Particles, checked
+from dpd.particles.particles import Particles, checked, of_scene
 from dpd.particles.tilt import SLID, box_at, box_of_file
 from dpd.scene.scene import Scene
 
@@ -64,6 +64,7 @@ def read_checkpoint(path: Path) -> Particles:
     scene = _scene_of(note["scene"], path)
     order = np.argsort(stored["identity"])
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
+    beads |= {"image": stored["image"]} if "image" in stored else {}
     step = int(stored["step"])
     box = box_at(scene, step, int(stored["slid"]) if "slid" in stored else None)
     if "box" in stored:
@@ -87,25 +88,13 @@ def _of_scene(
 ) -> Particles:
     """Beads in the order of identities, with names and bonds of their scene."""
     shape = (scene.dimension, scene.beads)
-    for name in ("position", "velocity"):
+    for name, kind in (("position", "f"), ("velocity", "f"), ("image", "i")):
         found = beads.get(name)
-        if found is not None and (found.shape != shape or found.dtype.kind != "f"):
+        if found is not None and (found.shape != shape or found.dtype.kind != kind):
             raise UserError(
                 f"{path}: {name} is {found.dtype} of shape {found.shape}, and the scene in the "
                 f"file has {shape}; make the file anew"
             )
-    return checked(
-        Particles(
-            box=box,
-            position=beads["position"],
-            image=np.zeros(shape, np.int32),
-            velocity=beads.get("velocity"),
-            species=scene.kinds,
-            names=scene.species,
-            bonds=scene.bonded,
-            angles=scene.angled,
-            step=step,
-            masses=scene.masses,
-        ),
-        path,
-    )
+    image = beads.get("image", np.zeros(shape, np.int32))
+    beads_of_scene = of_scene(scene, box, beads["position"], image, beads.get("velocity"), step)
+    return checked(beads_of_scene, path)

@@ -1,15 +1,23 @@
 """One configuration of beads, whatever file it came from or goes to."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from dpd.engine.space import along_axes, wrapped
 from dpd.errors import UserError
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dpd.scene.molecules import Molecule
+    from dpd.scene.scene import Scene
+
 ROUNDING = 1e-5  # of an edge that a bead may be outside: single precision, numbers in text
 FLAT = 1e-4  # r_c by which heights of beads of two dimensions may differ
-MOST_IMAGES = 2**20  # boxes that a bead may be away
+MOST_IMAGES = 2**30  # boxes that a bead may be away
 LARGEST_STEP = 10**18
 
 NO_ANGLES = np.zeros((0, 3), np.uint32)
@@ -85,6 +93,62 @@ class Particles(NamedTuple):
             f"{self.beads} beads ({species}) with {len(self.bonds)} bonds in a box of {edges}, "
             f"{velocities} velocities, at step {self.step}"
         )
+
+
+def whole_images(
+    kinds: Sequence[Molecule], position: np.ndarray, image: np.ndarray, box: Sequence[float]
+) -> np.ndarray:
+    """Images with which every molecule is in one piece, as its bonds pull: over nearest images.
+
+    Arrays are in the order of identities; the first bead of each molecule keeps its image.
+    """
+    places, found, first = along_axes(position, box), image.copy(), 0
+    for kind in kinds:
+        end = first + kind.count * len(kind.beads)
+        shape = len(box), kind.count, len(kind.beads)
+        place, steps = (each[:, first:end].reshape(shape) for each in (places, found))
+        parent, bead = kind.bonds.T
+        apart = place[:, :, bead] - place[:, :, parent]
+        steps[:, :, 1:] = -np.rint(apart / np.array(box)[:, None, None])
+        found[:, first:end] = kind.summed(steps).reshape(len(box), -1)
+        first = end
+    return found
+
+
+def of_scene(
+    scene: Scene, box: tuple[float, ...], position: np.ndarray, image: np.ndarray,
+    velocity: np.ndarray | None, step: int,
+) -> Particles:  # fmt: skip
+    """Beads of a scene in the order of their identities, with each molecule in one piece."""
+    return Particles(
+        box=box,
+        position=position,
+        image=whole_images(scene.molecules, position, image, box),
+        velocity=velocity,
+        species=scene.kinds,
+        names=scene.species,
+        bonds=scene.bonded,
+        angles=scene.angled,
+        step=step,
+        masses=scene.masses,
+    )
+
+
+def only(particles: Particles, kept: np.ndarray) -> Particles:
+    """Some of the beads, with the bonds and angles among them."""
+    number = (np.cumsum(kept) - 1).astype(np.uint32)
+    bonds, angles = (
+        number[members[kept[members].all(axis=1)]]
+        for members in (particles.bonds, particles.angles)
+    )
+    return particles._replace(
+        position=particles.position[:, kept],
+        image=particles.image[:, kept],
+        velocity=None if particles.velocity is None else particles.velocity[:, kept],
+        species=particles.species[kept],
+        bonds=bonds,
+        angles=angles,
+    )
 
 
 def molecules_of(particles: Particles) -> np.ndarray:
@@ -180,7 +244,7 @@ def _inside(particles, edges, refuse):
     if _slid(box):  # files may have them in the tilted box
         far[box.slide.flow] = False
     with np.errstate(over="ignore", invalid="ignore"):
-        inside = wrapped(position, box)
+        inside, _ = wrapped(position, box)
         image = particles.image + np.rint(along_axes(position - inside, box) / edges)
     away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
     if away.any():

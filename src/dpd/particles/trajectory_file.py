@@ -7,7 +7,7 @@ import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import gsd.fl
 import gsd.hoomd
@@ -17,26 +17,26 @@ import numpy as np
 from dpd.drafts import draft_of
 from dpd.errors import UserError, reason, remedy
 from dpd.files import check_output
-from dpd.particles.gsd_files import APPLICATION, SCHEMA, frame_of, trajectory_to_read
+from dpd.particles.gsd_files import APPLICATION, SCHEMA, trajectory_to_read
 from dpd.scene.beside import unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from dpd.particles.particles import Particles
-
-DIGEST = 32  # bytes
+DIGEST = 8  # bytes, of each frame
 MAGIC = 0x65DF65DF65DF65DF  # with which a GSD file begins
 PATIENCE = 1.0  # s between frames that can be seen: to flush takes hundredths of a second
-PER_BEAD = 36  # bytes of position, velocity and image in single precision
+PER_BEAD = 24  # bytes of position and image in single precision,
+OF_VELOCITY = 12  # and of the velocity
 PER_BOND, PER_ANGLE = 12, 16  # bytes, once
-PER_FRAME = 256  # bytes of the index, which doubles when it is full
+PER_FRAME = 512  # bytes of the index, which doubles when it is full
 
 
-def bytes_of(frames: int, beads: int, bonds: int, angles: int = 0) -> int:
+def bytes_of(frames: int, beads: int, bonds: int, angles: int, velocities: bool) -> int:
     """Bytes that a trajectory takes on the disk in the end, when it is there twice."""
     once = PER_BOND * bonds + PER_ANGLE * angles
-    return 2 * frames * (PER_FRAME + PER_BEAD * beads) + 2 * once
+    each = PER_BEAD + OF_VELOCITY * velocities
+    return 2 * frames * (PER_FRAME + each * beads) + 2 * once
 
 
 class TrajectoryFile:
@@ -47,8 +47,8 @@ class TrajectoryFile:
     it was flushed, and so on when the run was stopped. Until then the trajectory of a former run
     stays there.
 
-    A digest of all frames so far, in which each frame is digested together with the digest of
-    those before it, tells whether a file holds the frames that a checkpoint counts.
+    A digest of each frame tells whether a file holds the frames that a checkpoint counts, and the
+    frames that were appended. While it grows it is kept open, so it may be removed or renamed.
 
     Parameters
     ----------
@@ -60,6 +60,7 @@ class TrajectoryFile:
         self.path = Path(path)
         self.unfinished = unfinished(self.path)
         self._trajectory: gsd.hoomd.HOOMDTrajectory | None = None
+        self._grown: BinaryIO  # to read what was written
         self._before: _Before | None = None
         self._flushed = time.monotonic()
 
@@ -74,14 +75,14 @@ class TrajectoryFile:
         refuse_other_trajectory(self.path)
         refuse_other_trajectory(self.unfinished)
 
-    def cut(self, frames: int, digest: np.ndarray) -> str:
+    def cut(self, frames: int, digests: np.ndarray) -> str:
         """Go on after the first frames of what a former process has left.
 
         Parameters
         ----------
         frames : int
-        digest : (`DIGEST`,) uint8 array
-            Of these frames.
+        digests : (n, `DIGEST`) uint8 array
+            Of these frames, and room for others.
 
         Returns
         -------
@@ -94,16 +95,9 @@ class TrajectoryFile:
             If it cannot be written.
         """
         source = self.unfinished if self.unfinished.exists() else self.path
-        try:
-            with self._replacing(self.unfinished) as trajectory:
-                _copy(_Before(source, frames, digest), trajectory)
-                trajectory.flush()
-        except _Refused as problem:
-            return str(problem)
-        self._trajectory = trajectory
-        return ""
+        return self._begin(_Before(source, frames, digests))
 
-    def go_on_after(self, source: Path, frames: int, digest: np.ndarray) -> None:
+    def go_on_after(self, source: Path, frames: int, digests: np.ndarray) -> None:
         """Begin with the frames of a shorter run, unless a checkpoint says more (`cut`).
 
         Parameters
@@ -111,36 +105,33 @@ class TrajectoryFile:
         source : Path
             The trajectory of that run. It is read when the first frame is appended.
         frames : int
-        digest : (`DIGEST`,) uint8 array
+        digests : (n, `DIGEST`) uint8 array
             Of these frames.
         """
-        self._before = _Before(source, frames, digest.copy())
+        self._before = _Before(source, frames, digests.copy())
 
-    def append(self, particles: Particles, digest: np.ndarray) -> np.ndarray:
+    def append(self, frame: gsd.hoomd.Frame) -> np.ndarray:
         """Append a frame.
 
         Parameters
         ----------
-        particles : Particles
-        digest : (`DIGEST`,) uint8 array
-            Of the frames before it; zeros for none.
+        frame : gsd.hoomd.Frame
+            In single precision.
 
         Returns
         -------
         (`DIGEST`,) uint8 array
-            Of all frames.
 
         Raises
         ------
         UserError
             If it cannot be written.
         """
-        frame = frame_of(particles, np.float32)
         with self._writing():
             self._opened().append(frame)
         if time.monotonic() - self._flushed > PATIENCE:
             self.flush()
-        return _digest(frame, digest)
+        return _digest(frame)
 
     def flush(self) -> None:
         """See to it that all frames are on the disk.
@@ -156,8 +147,19 @@ class TrajectoryFile:
             self._opened().flush()
         self._flushed = time.monotonic()
 
-    def finish(self) -> None:
+    def finish(self, frames: int, digests: np.ndarray) -> str:
         """Put the trajectory in its place, once the run is done.
+
+        Parameters
+        ----------
+        frames : int
+        digests : (n, `DIGEST`) uint8 array
+            Of these frames.
+
+        Returns
+        -------
+        str
+            What has happened to it meanwhile, if its last frames are lost; or nothing.
 
         Raises
         ------
@@ -166,32 +168,37 @@ class TrajectoryFile:
         """
         trajectory = self._opened()
         self.flush()
-        frames = len(trajectory)
         trajectory.close()
-        self._trajectory = self._before = None
+        self._trajectory = None
         with self._replacing(self.path) as trajectory:
-            for frame in _first_frames(self.unfinished, frames):
-                trajectory.append(frame)
+            problem = _copy(_Before(self.unfinished, frames, digests), trajectory, self._grown)
             trajectory.close()
+        self._grown.close()
         self.unfinished.unlink(missing_ok=True)
+        return f"{self.path}: its last frames are lost: {problem}" if problem else ""
 
     def _opened(self):
         """The file to append to; a new one at the beginning."""
-        if self._trajectory is None:
-            with self._replacing(self.unfinished) as trajectory:
-                if self._before is not None:
-                    self._copy_former(trajectory)
-                self._trajectory = trajectory
-        return self._trajectory
-
-    def _copy_former(self, trajectory):
-        try:
-            _copy(self._before, trajectory)
-        except _Refused as problem:
+        if self._trajectory is None and (problem := self._begin(self._before)):
             raise UserError(
                 f"{problem}; the run cannot be made longer without them: put the trajectory back "
                 "that was made with it"
-            ) from None
+            )
+        return self._trajectory
+
+    def _begin(self, before):
+        """Open the file with the frames of another one; return why some are not there."""
+        try:
+            with self._replacing(self.unfinished) as trajectory:
+                if before is not None and (problem := _copy(before, trajectory)):
+                    raise _Unreadable(problem)
+                trajectory.flush()
+        except _Unreadable as problem:
+            return str(problem)
+        self._trajectory, self._before = trajectory, None
+        with self._writing():
+            self._grown = open(self.unfinished, "rb")  # noqa: SIM115  # until it is finished
+        return ""
 
     @contextmanager
     def _replacing(self, path):
@@ -232,55 +239,72 @@ def refuse_other_trajectory(path: Path) -> None:
         )
 
 
-class _Refused(Exception):
-    """Frames that are not there, or are others."""
-
-
 class _Before(NamedTuple):
-    """Frames that a trajectory begins with: the first so many of a file, and their digest."""
+    """Frames that a trajectory begins with: the first so many of a file, and their digests."""
 
     source: Path
     frames: int
-    digest: np.ndarray
+    digests: np.ndarray
 
 
-def _copy(before, trajectory):
-    """Append frames from another file, if they are those that are meant."""
-    found = np.zeros(DIGEST, np.uint8)
-    for frame in _first_frames(before.source, before.frames):
-        found = _digest(frame, found)
-        trajectory.append(frame)
-    if not np.array_equal(found, before.digest):
-        raise _Refused(f"{before.source}: its frames are not those that the run has counted")
+def _copy(before, trajectory, opened=None):
+    """Append frames from another file, up to the first that is not what is meant.
+
+    Returns
+    -------
+    str
+        What is wrong with the others, or nothing.
+    """
+    source, frames, digests = before
+    whole = 0
+    try:
+        for frame, digest in _first_frames(source, frames, opened):
+            if not np.array_equal(digest, digests[whole]):
+                return (
+                    f"{source}: its frames from {whole} on, of {frames}, are not those that the "
+                    "run has counted"
+                )
+            trajectory.append(frame)
+            whole += 1
+    except _Unreadable as problem:
+        return str(problem)
+    return "" if whole == frames else f"{source}: has {whole} frames of {frames}"
 
 
-def _first_frames(path: Path, count: int) -> Iterator[gsd.hoomd.Frame]:
-    """The first frames of a file."""
+class _Unreadable(Exception):
+    """Frames that cannot be read."""
+
+
+def _first_frames(path: Path, count: int, opened: BinaryIO | None) -> Iterator[tuple]:
+    """Up to so many of the first frames of a file, with their digests."""
     if not count:
         return
     try:
-        with trajectory_to_read(path) as trajectory:
-            if len(trajectory) < count:
-                raise _Refused(f"{path}: has {len(trajectory)} frames of {count}")
-            for number in range(count):
-                yield trajectory[number]
+        with trajectory_to_read(path, opened) as trajectory:
+            for number in range(min(count, len(trajectory))):
+                frame = trajectory[number]
+                yield frame, _digest(frame)
     except UserError as problem:
-        raise _Refused(str(problem)) from None
+        raise _Unreadable(str(problem)) from None
 
 
-def _digest(frame, before):
-    """Digest of a frame together with that of those before it."""
-    beads = frame.particles
-    total = hashlib.sha256(before.tobytes())
-    for array, kind in (
-        (frame.configuration.step, np.uint64), (frame.configuration.box, np.float32),
-        (beads.position, np.float32), (beads.velocity, np.float32), (beads.image, np.int32),
-        (beads.typeid, np.uint32), (frame.bonds.group, np.uint32),
-        (frame.angles.group, np.uint32),
+def _digest(frame):
+    """Digest of a frame; one that was read has defaults where nothing was written."""
+    configuration, beads = frame.configuration, frame.particles
+    names = [*(beads.types or ()), *(frame.bonds.types or ()), *(frame.angles.types or ())]
+    total = hashlib.sha256(repr((int(configuration.step), names)).encode())
+    for name, array, kind, nothing in (
+        ("box", configuration.box, np.float32, 0), ("position", beads.position, np.float32, 0),
+        ("velocity", beads.velocity, np.float32, 0), ("image", beads.image, np.int32, 0),
+        ("typeid", beads.typeid, np.uint32, 0), ("mass", beads.mass, np.float32, 1),
+        ("body", beads.body, np.int32, -1), ("bonds", frame.bonds.group, np.uint32, 0),
+        ("angles", frame.angles.group, np.uint32, 0),
+        *((name, value, np.float64, np.nan) for name, value in sorted(frame.log.items())),
     ):  # fmt: skip
-        if array is not None:
-            total.update(np.ascontiguousarray(array, kind).tobytes())
-    return np.frombuffer(total.digest(), np.uint8)
+        values = np.ascontiguousarray([] if array is None else array, kind)
+        if (values != nothing).any():
+            total.update(name.encode() + values.tobytes())
+    return np.frombuffer(total.digest()[:DIGEST], np.uint8)
 
 
 def _application(path):

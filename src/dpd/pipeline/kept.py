@@ -6,6 +6,9 @@ that the last configuration lacks:
 
 - ``identity``, the order in which the engine stores beads: sums over pairs are added up in it;
 - ``force``, which a step begins with, and whose noise is that of the step before;
+- ``image``, the boxes that beads have crossed (those of the last configuration are of whole
+  molecules, which differ where a bond was once longer than half the box);
+- ``peculiar``, how far each bead has gone along the flow by itself, under shear;
 - ``slid``, by how much images had slid at its beginning, under shear;
 - ``reference``, where the beads were when the list of pairs was made, if there is a list;
 - ``box``, at constant pressure;
@@ -28,7 +31,7 @@ from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.observe.longer import MOST_REMEMBERED, bytes_to_remember, remember
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
-from dpd.particles.particles import Particles
+from dpd.particles.particles import Particles, of_scene
 from dpd.particles.tilt import box_at
 from dpd.scene.scene import Scene
 from dpd.scene.walls import period_of
@@ -100,18 +103,9 @@ def remember_if_small(observers: list[Any]) -> str:
 
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state in the order of their identities."""
-    return Particles(
-        box=box_at(scene, state.step, state.slid) if state.box is None else state.box,
-        position=state.by_identity(state.position),
-        image=np.zeros(state.position.shape, np.int32),
-        velocity=state.by_identity(state.velocity),
-        species=scene.kinds,
-        names=scene.species,
-        bonds=scene.bonded,
-        angles=scene.angled,
-        step=state.step,
-        masses=scene.masses,
-    )
+    box = box_at(scene, state.step, state.slid) if state.box is None else state.box
+    position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
+    return of_scene(scene, box, position, state.image, velocity, state.step)
 
 
 def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str) -> Kept:
@@ -209,8 +203,8 @@ def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
     lost = int(attributes.get("lost_step", -1))
     if lost >= 0:
         raise UserError(
-            f"{path}: this run was lost at step {lost} (it blew up, or its beads could not be "
-            "followed), so nothing can go on from it; run its scene with a smaller dt"
+            f"{path}: this run was lost at step {lost} (it blew up, or its bonds got "
+            "too long), so nothing can go on from it; run its scene with a smaller dt"
         )
 
 
@@ -235,7 +229,10 @@ def _blank_state(scene):
     reference = zeros if scene.skin > 0 else None
     slid = 0 if "shear" in scene.data else None
     box = scene.box if "pressure" in scene.data else None
-    return State(zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid, box)
+    peculiar = None if slid is None else np.zeros(scene.beads)
+    return State(
+        zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid, box, peculiar=peculiar
+    )
 
 
 def _as_checkpoint(

@@ -10,8 +10,8 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation, Unstable
-from dpd.errors import LostTrack
+from dpd.engine.simulation import Simulation
+from dpd.errors import LostRun
 from dpd.observe import observables
 from dpd.pipeline.compiling import compile_observables
 from dpd.start.make import make_start, system_of
@@ -199,7 +199,7 @@ def _timed(simulation, advance, seconds, limit):
             processor += time.process_time() - cpu
             done += simulation.state.step - before
             steps = min(4 * steps, 2000)
-    except (Unstable, LostTrack):  # as a stability map's runs may
+    except LostRun:  # as a stability map's runs may
         pass
     return _Timing(done, min(processor, wall), wall)
 

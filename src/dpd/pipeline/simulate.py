@@ -16,8 +16,8 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.checkpoint import Checkpoint, file_of
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation, Unstable
-from dpd.errors import LostTrack, Stopped, UserError
+from dpd.engine.simulation import Simulation
+from dpd.errors import LostRun, Stopped, UserError
 from dpd.observe import observables
 from dpd.observe.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
@@ -128,7 +128,7 @@ def simulate(
             simulation, scene.steps, observers, keeper, settings.progress, settings.every_seconds,
             settings.stopping, settings.say,
         )  # fmt: skip
-    except (Unstable, LostTrack) as problem:
+    except LostRun as problem:
         if scene.data["unstable"] != "record":
             raise _with_place(problem, scene, keeper) from None
         done = lost = problem.step
@@ -157,8 +157,12 @@ def simulate(
     if keeper and own_files and lost < 0:
         keeper.save(simulation, observers)  # a kill before the result is there costs no trajectory
     try:
-        for file in own_files:
-            file.finish()  # before the result, which says that all is there
+        for observer in observers:  # before the result, which says that all is there
+            if file := file_of(observer):
+                arrays = observer.arrays
+                lost_frames = file.finish(int(arrays["taken"][0]), arrays["digests"])
+                if lost_frames and settings.say:
+                    settings.say(lost_frames)
         variables = with_means(variables) | kept.variables
         files.write(path, variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:

@@ -174,13 +174,13 @@ attributes of the file say what made it: scene, seed, versions, and digests
 
 {run}
 
-A run of your own also keeps how it ended: `last_position`, `last_velocity`, `last_species` (numbers
-in `last_names`), `last_bonds` and `last_angles`, molecule after molecule as in the scene,
-`last_masses` if it names masses, and the attributes `last_box` and `last_step`. A run of a study
-keeps that if its scene says `keep_state: true`. The group `state` of the file holds what `python -m
-dpd extend run.nc --sample 10000` needs to make the run longer, to the same bits as a run that was
-planned that long. Among that is every sample of the observables that average over parts of the run,
-so the file is about as large as a checkpoint.
+A run of your own also keeps how it ended: `last_position`, `last_image`, `last_velocity`,
+`last_species` (numbers in `last_names`), `last_bonds` and `last_angles`, molecule after molecule as
+in the scene, `last_masses` if it names masses, and the attributes `last_box` and `last_step`. A run
+of a study keeps that if its scene says `keep_state: true`. The group `state` of the file holds what
+`python -m dpd extend run.nc --sample 10000` needs to make the run longer, to the same bits as a run
+that was planned that long. Among that is every sample of the observables that average over parts of
+the run, so the file is about as large as a checkpoint.
 
 ## Shear
 
@@ -202,6 +202,25 @@ Shear heats the fluid by viscosity times rate^2 per volume, which the thermostat
 `kT`. Displacements are those about the flow. Positions stay in the box of right angles; the lattice
 of its images is tilted, and files say by how much: `last_tilt`, `box_tilt`, and the tilt factors of
 the box in GSD and LAMMPS data.
+
+## Trajectories and images
+
+`observe: [{{trajectory: {{every: 1000}}}}]` writes `run.gsd`. `species: [H, T]` leaves a solvent
+out, `velocities: false` the velocities, and `equilibration: true` begins at the first step.
+Positions stay in the box, and `image` counts the boxes that a bead is further, in GSD as in LAMMPS
+data and `last_image`: position + image times the vectors of the box goes on through all faces, and
+has each molecule in one piece. Each frame holds `log/time` (in tau, since the run began), `log/dt`
+and `log/kT` (of the thermostat), and as `particles/body` the numbers of molecules, which MDAnalysis
+takes for those of its residues. It reads no times from GSD files: tell it those of the file.
+
+```python
+import gsd.hoomd
+import MDAnalysis
+
+with gsd.hoomd.open("run.gsd") as file:
+    first, second = (float(file[number].log["time"][0]) for number in (0, 1))
+universe = MDAnalysis.Universe("run.gsd", dt=second - first, time_offset=first)
+```
 
 ## Density fields and phases
 

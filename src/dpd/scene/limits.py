@@ -19,7 +19,7 @@ from dpd.scene.walls import check_walls
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
-MOST_BEADS = 10**8  # 29 GB of state
+MOST_BEADS = 10**8  # 31 GB of state
 MOST_STEPS = 10**12
 MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
@@ -126,12 +126,20 @@ def _check_observe(scene, refuse):
     for name in SERIES:
         if name not in scene.observe:
             continue
-        samples = scene.steps.sample // scene.observe[name]["every"]
+        whole_run = scene.observe[name].get("equilibration", False)
+        steps = sum(scene.steps) if whole_run else scene.steps.sample
+        samples = steps // scene.observe[name]["every"]
         if samples > MOST_SAMPLES:
             refuse(
                 f"observe.{name}.every",
                 f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
-                f"{MOST_SAMPLES}, every >= {-(-scene.steps.sample // MOST_SAMPLES)}",
+                f"{MOST_SAMPLES}, every >= {-(-steps // MOST_SAMPLES)}",
+            )
+    for name in scene.observe.get("trajectory", {}).get("species", ()):
+        if name not in scene.species:
+            refuse(
+                "observe.trajectory.species",
+                f"there are no beads {name!r}; allowed: {', '.join(scene.species)}",
             )
     for name, what in HISTOGRAMS:
         if name not in scene.observe:

@@ -27,6 +27,7 @@ REMEDY = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
 )
+FORMS = {"position": "f", "velocity": "f", "image": "i"}  # arrays, and the kinds of their numbers
 
 
 def write_start(
@@ -49,6 +50,7 @@ def write_start(
     variables = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
+        "image": (("axis", "bead"), state.image, "1", "boxes by which the bead is further"),
     }  # type: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
     if state.species is not None:
         variables["species"] = (("bead",), state.species, "1", "number of the species")
@@ -88,7 +90,7 @@ def read_start(scene: Scene, path: str | Path) -> State:
     variables, attributes = files.read(path)
     _check_origin(scene, path, attributes)
     shape = (scene.dimension, scene.beads)
-    wanted = {"position": (shape, "f"), "velocity": (shape, "f")}  # type: dict[str, tuple]
+    wanted = {name: (shape, kind) for name, kind in FORMS.items()}  # type: dict[str, tuple]
     if "box_edges" in variables:
         wanted["box_edges"] = (shape[:1], "f")
     if len(scene.species) > 1:
@@ -105,7 +107,7 @@ def read_start(scene: Scene, path: str | Path) -> State:
     box = tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None
     return State(
         variables["position"], variables["velocity"], None, identity, species, 0,
-        slid=slid, box=box,
+        slid=slid, box=box, image=variables["image"],
     )  # fmt: skip
 
 

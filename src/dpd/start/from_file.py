@@ -9,6 +9,7 @@ import numpy as np
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
+from dpd.particles.particles import whole_images
 from dpd.particles.tilt import UPRIGHT, shear_of
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
 from dpd.start.between_walls import between_walls
@@ -88,11 +89,19 @@ def state_from_file(
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
     if sentence := _together(particles, velocity):
         say(f"{path}: {sentence}")
+    position, image = particles.position[:, order], particles.image[:, order]
+    whole = whole_images(scene.molecules, position, image, particles.box)
+    if image.any() and (whole != image).any():
+        say(
+            f"{path}: its image flags tear molecules apart; beads are put at the images at which "
+            "their bonds pull"
+        )
     identity = np.arange(len(order), dtype=np.uint32)
     return State(
-        particles.position[:, order], velocity[:, order], None, identity, species, 0,
+        position, velocity[:, order], None, identity, species, 0,
         slid=_slid(scene, particles.box, path),
         box=particles.box if "pressure" in scene.data else None,
+        image=whole,
     )  # fmt: skip
 
 

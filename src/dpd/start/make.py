@@ -13,7 +13,8 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.particles.tilt import shear_of
+from dpd.particles.particles import whole_images
+from dpd.particles.tilt import box_at, shear_of
 from dpd.physics.angle import Angle, AngleTable
 from dpd.physics.body import BodyForce
 from dpd.physics.bond import Bond, BondTable
@@ -191,7 +192,7 @@ def make_start(
     Returns
     -------
     State
-        In the order of identities, with no force yet and step 0.
+        In the order of identities, with no force yet and step 0, and every molecule whole.
     """
     state, _ = make_start_and_record(scene, progress, say)
     return state
@@ -242,6 +243,8 @@ def make_start_and_record(
         rng = np.random.default_rng([description["seed"], 1])
         mass = system.mass_of(state.species)
         state.velocity = thermal_velocities(state.position.shape, description["kT"], rng, mass)
+    box = state.box or box_at(scene, 0, state.slid)
+    state.image = whole_images(scene.molecules, state.position, state.image, box)
     return state, record
 
 
@@ -284,7 +287,7 @@ def _positions(scene, method, flight, rng):
     walls = walls_of(scene)
     for axis in () if walls is None else walls.axes:
         x[axis] = np.abs((x[axis] + box[axis]) % (2 * box[axis]) - box[axis])
-    return wrapped(x + np.array(origin_of(scene))[:, None], period_of(scene))
+    return wrapped(x + np.array(origin_of(scene))[:, None], period_of(scene))[0]
 
 
 def _flight_of_bonds(kind, flight):
@@ -358,5 +361,6 @@ def _relax(scene, state, relax, grown, begun, progress):
     relaxed = State(
         done.by_identity(done.position), done.by_identity(done.velocity), None,
         np.arange(len(done.identity), dtype=np.uint32), species, 0, box=done.box,
+        image=done.image,
     )  # fmt: skip
     return relaxed, np.array(crossings)

@@ -174,7 +174,8 @@ def move_to_cells(source, target, mine, space, cells, rank):
         copy_row(target.velocity, s, source.velocity, i, space)
         target.identity[s] = source.identity[i]
         copy_predicted(target.predicted, s, source.predicted, i, space)
-        copy_species(target.species, s, source.species, i)
+        copy_number(target.species, s, source.species, i)
+        copy_number(target.peculiar, s, source.peculiar, i)
 
 
 @part()
@@ -194,8 +195,8 @@ def copy_predicted(target, s, source, i, space):
 
 
 @part()
-def copy_species(target, s, source, i):
-    """Copy one bead's species, where there are several."""
+def copy_number(target, s, source, i):
+    """Copy one bead's species where there are several, its way by itself where there is a flow."""
     if source is not None:
         target[s] = source[i]
 

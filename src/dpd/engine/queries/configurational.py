@@ -48,7 +48,7 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
         In (kT / r_c)^2 and kT / r_c^2.
     """
     rows = rows_of(state.position)
-    beads = Beads(rows, rows, None, state.identity, state.species)
+    beads = Beads(rows, rows, None, state.identity, state.species, None)
     space = space_of(system.box)
     return _sums(
         beads, system.forces.pair, bonded_of(system), system.walls, space, grid(space, 1.0)

@@ -49,7 +49,7 @@ def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[floa
     end = position[:, members[:, 0]]
     bond = nearest(position[:, members[:, 1]] - end, box)
     half = 0.5 * bond
-    middle = wrapped(end + half, box)
+    middle, _ = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
     space = space_of(box)
     cells = grid(space, max(reach, SMALLEST_CELL))
@@ -60,7 +60,7 @@ def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[floa
 def _crossing(middle, half, members, space, grid, reach):
     """Two segments meet unless a line along one of them has the other on one side."""
     bonds = len(middle)
-    beads = Beads(middle, half, None, np.arange(bonds).astype(np.uint32), None)
+    beads = Beads(middle, half, None, np.arange(bonds).astype(np.uint32), None, None)
     ordered, search = sorted_beads(beads, space, grid)
     halves, numbers, pairs = ordered.velocity, ordered.identity, search.pairs
     found = np.empty((2, 16), np.uint32)

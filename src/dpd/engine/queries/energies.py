@@ -49,7 +49,7 @@ def soft_energies(
 @kernel()
 def _squares(position, species, space, grid, count):
     """Sums of (1 - r)^2 over pairs within the cutoff."""
-    beads = Beads(position, position, None, np.empty(len(position), np.uint32), species)
+    beads = Beads(position, position, None, np.empty(len(position), np.uint32), species, None)
     ordered, search = sorted_beads(beads, space, grid)
     pairs = search.pairs
     separation = pairs.separation

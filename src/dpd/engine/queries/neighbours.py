@@ -48,7 +48,7 @@ def neighbour_pairs(
 
 @kernel()
 def _count(position, species, space, grid, farthest, count):
-    beads = Beads(position, position, None, np.empty(len(position), np.uint32), species)
+    beads = Beads(position, position, None, np.empty(len(position), np.uint32), species, None)
     ordered, search = sorted_beads(beads, space, grid)
     pairs = search.pairs
     counts = np.zeros((count, count))

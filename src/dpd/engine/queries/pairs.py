@@ -48,7 +48,7 @@ def pair_histogram(
 
 @kernel()
 def _histogram(position, space, grid, farthest, bins):
-    beads = Beads(position, position, None, np.empty(len(position), np.uint32), None)
+    beads = Beads(position, position, None, np.empty(len(position), np.uint32), None, None)
     ordered, search = sorted_beads(beads, space, grid)
     separation = search.pairs.separation
     counts = np.zeros(bins)

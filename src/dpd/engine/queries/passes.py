@@ -83,7 +83,9 @@ def passed_bonds(
     reach = min(2 * float(radius.max()), 0.5 * min(box))
     space = space_of(box)
     cells = grid(space, max(reach, SMALLEST_CELL))
-    return _passed(rows_of(wrapped(middle, box)), radius, ends, move, members, space, cells, reach)
+    return _passed(
+        rows_of(wrapped(middle, box)[0]), radius, ends, move, members, space, cells, reach
+    )
 
 
 def _squares(ends):
@@ -130,7 +132,7 @@ def _axis(k, bond, ends, move, t):
 @kernel()
 def _passed(middle, radius, ends, move, members, space, grid, reach):
     bonds = len(middle)
-    beads = Beads(middle, middle, None, np.arange(bonds).astype(np.uint32), None)
+    beads = Beads(middle, middle, None, np.arange(bonds).astype(np.uint32), None, None)
     ordered, search = sorted_beads(beads, space, grid)
     numbers, pairs = ordered.identity, search.pairs
     found = np.empty((2, 16), np.uint32)

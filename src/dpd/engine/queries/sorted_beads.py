@@ -29,6 +29,7 @@ def sorted_beads(beads, space, grid):
         None,
         np.empty_like(beads.identity),
         like(beads.species),
+        None,
     )
     cells = cell_buffers(grid, len(beads.identity), 1)
     sort_by_cell(beads, ordered, space, grid, cells)

@@ -67,7 +67,7 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
         the other axes. Summed over slices they are those of the whole virial.
     """
     rows = rows_of(state.position)
-    beads = Beads(rows, rows, None, state.identity, state.species)
+    beads = Beads(rows, rows, None, state.identity, state.species, None)
     space = space_of(system.box)
     pair, bonds = system.forces.pair, bonded_of(system)
     virial = _virial(beads, pair, bonds, space, grid(space, 1.0), slices)

@@ -99,7 +99,7 @@ def _between(particles, bonds, apart, low, high):
     bonds, apart, low, high = bonds[there], apart[:, there], low[there], high[there]
     begin, middle = particles.position[:, bonds[:, 0]], 0.5 * (low + high)
     place = begin + middle * apart
-    shift = wrapped(place, particles.box) - place
+    shift = wrapped(place, particles.box)[0] - place
     bead = np.where(middle < 0.5, bonds[:, 0], bonds[:, 1])
     return Pieces(begin + low * apart + shift, begin + high * apart + shift, bead)
 
