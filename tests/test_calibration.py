@@ -6,7 +6,6 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from dpd.analysis import resampling, statistics
-from dpd.analysis.coverage import coverage, coverage_of_pieces, slow_time
 from dpd.analysis.degrees import degrees_of
 from dpd.analysis.diffusion import exponent
 from dpd.analysis.resampling import Resampled
@@ -22,6 +21,7 @@ from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
+from paper_figures.groot_warren_1997.coverage import coverage, coverage_of_pieces, slow_time
 
 LEAST, MOST = 0.93, 0.985
 HARD = 0.92  # of few blocks, joined to four parts, and of a slow part under noise

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.tension_laws import collapse, tension_law
-from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.scene.scene import Scene
-from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
 from paper_figures.groot_warren_1997.fig10_scale_factors import with_slope
+from paper_figures.groot_warren_1997.interface_theory import (
+    BROSETA,
+    HELFAND,
+    finite_length,
+    tension_of_long_chains,
+)
+from paper_figures.groot_warren_1997.tension_laws import collapse, tension_law
+from paper_figures.groot_warren_1997.tension_sweeps import sweep_tension
 from paper_figures.groot_warren_1997.tensions import scaled_tensions, tensions_of_chains
 from tests.test_surface_tension import made_up
 

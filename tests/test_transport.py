@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dpd.analysis.fluctuations import noise_ratio, shear_components, viscosity_of_fluctuations
-from dpd.analysis.spreading import diffusion_of_labels
-from dpd.theory.transport import (
+from paper_figures.groot_warren_1997.spreading import diffusion_of_labels
+from paper_figures.groot_warren_1997.transport_theory import (
     diffusion_constant,
     kinematic_viscosity,
     schmidt_number,

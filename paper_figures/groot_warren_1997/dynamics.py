@@ -9,7 +9,7 @@ from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.flow import viscosity_of_two_flows
 from dpd.analysis.shear import viscosities
 from dpd.analysis.statistics import linear_fit
-from dpd.theory.transport import slowed_by_images
+from paper_figures.groot_warren_1997.transport_theory import slowed_by_images
 
 AFTER = 5.0  # units of time, beyond which displacements grow in proportion to time
 

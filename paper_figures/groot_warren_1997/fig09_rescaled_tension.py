@@ -4,9 +4,9 @@ import numpy as np
 
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
-from dpd.analysis.tension_laws import collapse
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points, published_line
+from paper_figures.groot_warren_1997.tension_laws import collapse
 from paper_figures.groot_warren_1997.tensions import (
     GROUPS,
     NOT_SETTLED,
@@ -66,7 +66,7 @@ def compute(sweeps):
 
 
 def _collapsed(data, **held):
-    """The fit of `dpd.analysis.tension_laws.collapse` to runs of all Delta a."""
+    """The fit of `paper_figures.groot_warren_1997.tension_laws.collapse` to runs of all Delta a."""
     group, _ = np.indices(data.scaled.shape)
     use = data.fitted.values
     columns = (data[name].values[use] for name in ("segregation", "scaled", "scaled_error"))

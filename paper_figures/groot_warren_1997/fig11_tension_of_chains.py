@@ -5,7 +5,12 @@ import numpy as np
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points, published_line
-from dpd.theory.interfaces import BROSETA, HELFAND, finite_length, tension_of_long_chains
+from paper_figures.groot_warren_1997.interface_theory import (
+    BROSETA,
+    HELFAND,
+    finite_length,
+    tension_of_long_chains,
+)
 from paper_figures.groot_warren_1997.tensions import (
     NOT_SETTLED,
     OUTSIDE,

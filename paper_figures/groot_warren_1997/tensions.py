@@ -4,12 +4,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.container import ErrorbarContainer
 
-from dpd.analysis.tension_laws import tension_law
-from dpd.analysis.tension_sweeps import sweep_tension
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import misfit
+from paper_figures.groot_warren_1997.tension_laws import tension_law
+from paper_figures.groot_warren_1997.tension_sweeps import sweep_tension
 
 VAN_DER_WAALS = {"critical": 2.0, "mu": 1.5}  # mean field: Flory-Huggins, and its exponent
 SCALED = r"$\sigma / (\rho k_BT r_c)$"
@@ -41,7 +41,7 @@ def scaled_tensions(sweep, slope):
     Returns
     -------
     xarray.Dataset
-        What `dpd.analysis.tension_sweeps.sweep_tension` gives, and ``chi``, ``segregation``
+        What `tension_sweeps.sweep_tension` gives, and ``chi``, ``segregation``
         (chi N), ``scaled``, ``scaled_error``, and ``fitted``, which runs have settled.
     """
     data = sweep_tension(sweep)
@@ -115,7 +115,7 @@ def law_of(parts, **held):
 
     Returns
     -------
-    dpd.analysis.tension_laws.TensionLaw
+    paper_figures.groot_warren_1997.tension_laws.TensionLaw
     """
     columns = [
         np.concatenate([part[name].values[part.fitted.values] for part in parts])
@@ -131,7 +131,7 @@ def put_law(data, name, law):
     ----------
     data : xarray.Dataset
     name : str
-    law : dpd.analysis.tension_laws.TensionLaw
+    law : paper_figures.groot_warren_1997.tension_laws.TensionLaw
     """
     for part in ("prefactor", "alpha", "critical", "mu"):
         found = getattr(law, part)

@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.coverage import Coverage, coverage_of_pieces, slow_time
 from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, RED, Look, panels, points
+from paper_figures.groot_warren_1997.coverage import Coverage, coverage_of_pieces, slow_time
 
 WANTED = shown_by(__file__)["coverage_kT_20"]  # the same for all quantities and lengths
 LEAST, MOST = WANTED.value - WANTED.rounding, WANTED.value + WANTED.rounding

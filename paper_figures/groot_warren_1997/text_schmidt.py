@@ -7,13 +7,17 @@ from dpd.analysis.collect import first_scene
 from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, RED, panels, points
-from dpd.theory.transport import diffusion_constant, kinematic_viscosity, schmidt_number
 from paper_figures.groot_warren_1997.dynamics import (
     Found,
     density_of,
     in_a_cube,
     in_an_infinite_box,
     of_two_flows,
+)
+from paper_figures.groot_warren_1997.transport_theory import (
+    diffusion_constant,
+    kinematic_viscosity,
+    schmidt_number,
 )
 
 PUBLISHED = shown_by(__file__)

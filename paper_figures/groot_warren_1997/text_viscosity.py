@@ -6,11 +6,9 @@ import xarray as xr
 from dpd.analysis.collect import first_scene
 from dpd.analysis.fluctuations import viscosity_of_fluctuations
 from dpd.analysis.published import shown_by
-from dpd.analysis.spreading import diffusion_of_labels
 from dpd.analysis.statistics import COVERAGE, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
-from dpd.theory.transport import slowed_by_images
 from paper_figures.groot_warren_1997.dynamics import (
     AFTER,
     Found,
@@ -19,7 +17,9 @@ from paper_figures.groot_warren_1997.dynamics import (
     of_two_flows,
     sheared,
 )
+from paper_figures.groot_warren_1997.spreading import diffusion_of_labels
 from paper_figures.groot_warren_1997.text_diffusion import of_sweep
+from paper_figures.groot_warren_1997.transport_theory import slowed_by_images
 
 PUBLISHED = shown_by(__file__)
 NU, D, SCHMIDT = PUBLISHED["viscosity"], PUBLISHED["diffusion"], PUBLISHED["schmidt"]
