@@ -1,5 +1,6 @@
 """What a run resumes from is not believed, and what it cannot write is no reason to lose it."""
 
+import json
 import os
 import resource
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from dpd.errors import UserError
 from dpd.jit import kernel
 from dpd.observe import observables
 from dpd.pipeline.study import read_paper
+from dpd.pipeline.there import refuse_to_lose
 from dpd.scene.scene import Scene
 from dpd.scene.schema import MOST_MARKS, validate
 from dpd.start.make import make_start, system_of
@@ -157,9 +159,12 @@ def test_an_array_of_another_kind_is_refused(good, tmp_path, name, edit):
 def test_one_of_a_version_without_image_counts_stays(good, tmp_path):
     """It may be all that there is of a long run: what to do is said, and nothing else done."""
     arrays = {name: array for name, array in good.items() if name != "image"}
-    path = tmp_path / "run.checkpoint"
-    with pytest.raises(UserError, match=r"version 0.2 or older.* finish the run with .* or remove"):
-        resumed(sealed(arrays), path)
+    scene, path = Scene(SCENE), tmp_path / "run.checkpoint"
+    arrays[MARK] = np.array(json.dumps({"scene": scene.digest, "sources": "those of 0.2"}))
+    arrays["note"] = np.array(json.dumps({"scene": json.dumps(scene.data)}))
+    assert resumed(sealed(arrays), path)[1] == 0  # where that is wanted
+    with pytest.raises(UserError, match=r"another version .* 0.2, .*: finish the run with that"):
+        refuse_to_lose(scene, path)
     assert path.exists()
 
 

@@ -581,3 +581,16 @@ def test_a_place_that_would_do_harm(finished, dpd):
     assert "take the place of" in dpd("extend", "run.nc", "--sample", 1, "-o", "other.nc")[1]
     Path("run.checkpoint").write_text("mine")
     refused(dpd, "it is no checkpoint")
+
+
+def test_frames_of_the_equilibration_count_from_the_beginning():
+    """Whether their interval fits, and stays in a longer run, is told by all steps."""
+    asked = {"trajectory": {"equilibration": True}}
+    scene = FLUID | {"steps": {"equilibrate": 100, "sample": 6}, "observe": ["thermo", asked]}
+    more = longer(Scene(scene), 94)
+    assert more.observe["trajectory"]["every"] == Scene(scene).observe["trajectory"]["every"] == 6
+    asked["trajectory"]["every"] = 53
+    assert Scene(scene).watched("trajectory") == 106
+    asked["trajectory"]["every"] = 107
+    with pytest.raises(UserError, match=r"observe.trajectory.every: 107 steps .* 1 to 106"):
+        Scene(scene)

@@ -156,3 +156,16 @@ def test_a_caption_shows_what_runs_warned_of():
     good = xr.Dataset({"warning": (("dt",), np.array(["", ""], dtype=object))})
     said = list(run_warnings({"hot": bad, "fine": good, "timing": xr.Dataset()}))
     assert said == ["2 of 4 runs of hot warn; the first: kT is 1.2."]
+
+
+def test_a_sentence_that_is_an_error_costs_no_result(tmp_path):
+    """As where Python's warnings are errors: it comes when the result is there."""
+
+    def say(sentence):
+        if sentence:
+            raise UserWarning(sentence)
+
+    scene = Scene(FLUID | {"thermostat": {"gamma": 50}})
+    with pytest.raises(UserWarning, match="kT is"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(say=say))
+    assert "kT is" in read(tmp_path / "run.nc")[1]["warning"]

@@ -23,6 +23,7 @@ from numba import njit
 from numba.core.caching import NullCache
 from numba.extending import overload, register_jitable
 
+import dpd.numba_settings  # noqa: F401
 from dpd.digest import text_digest
 from dpd.errors import reason
 

@@ -31,7 +31,6 @@ MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 # The first array of the file, which tells it from any other.
 MARK = "dpd_checkpoint"
 NOTE = "note"
-OLD = "no counts of the boxes that beads have crossed"
 
 
 def stretch_of(beads: int) -> int:
@@ -41,11 +40,11 @@ def stretch_of(beads: int) -> int:
 
 def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
     """Step of the observer's next sample after ``now``."""
-    begun = _begun(observer, equilibrate)
-    return begun + (_taken(observer, now, equilibrate) + 1) * observer.every
+    taken = _taken(observer, now, equilibrate)
+    return counts_from(observer, equilibrate) + (taken + 1) * observer.every
 
 
-def _begun(observer, equilibrate):
+def counts_from(observer: Any, equilibrate: int) -> int:
     """Step from which on the observer counts: 0 if it looks at the equilibration as well."""
     return 0 if getattr(observer, "equilibration", False) else equilibrate
 
@@ -63,7 +62,7 @@ def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) 
 def _last_sample(now, observers, equilibrate):
     """Step of the last sample of any observer; 0 before the first."""
     sampled = [
-        _begun(observer, equilibrate) + taken * observer.every
+        counts_from(observer, equilibrate) + taken * observer.every
         for observer in observers
         if (taken := _taken(observer, now, equilibrate))
     ]
@@ -72,7 +71,7 @@ def _last_sample(now, observers, equilibrate):
 
 def _taken(observer, now, equilibrate):
     """Samples that the observer has at step ``now``."""
-    return max(now - _begun(observer, equilibrate), 0) // observer.every
+    return max(now - counts_from(observer, equilibrate), 0) // observer.every
 
 
 def file_of(observer: Any) -> Any:
@@ -201,8 +200,7 @@ class Checkpoint:
         Raises
         ------
         UserError
-            If the file is not a checkpoint at all: it is somebody's, and stays. The same for one of
-            a version before there were image counts.
+            If the file is not a checkpoint at all: it is somebody's, and stays.
         """
         if not os.path.lexists(self.path):
             return ""
@@ -210,11 +208,6 @@ class Checkpoint:
         stored = whole(self.path)
         if stored is None:
             return f"{self.path}: a damaged checkpoint; starting anew"
-        if "image" not in stored:
-            raise UserError(
-                f"{self.path}: a checkpoint of version 0.2 or older, which has {OLD}; finish the "
-                "run with the version that began it, or remove the file to start anew"
-            )
         if str(stored.pop(MARK)) != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
         stored.pop(NOTE, None)
@@ -343,7 +336,7 @@ def mistake_in(
     """
     fresh = arrays_of(state, observers)
     if "image" not in stored:
-        return f"it is of version 0.2 or older, which has {OLD}"
+        return "it is of version 0.2 or older, without counts of the boxes that beads have crossed"
     if stored.keys() != fresh.keys():
         return f"parts missing or too many: {', '.join(sorted(stored.keys() ^ fresh.keys()))}"
     for name, array in fresh.items():

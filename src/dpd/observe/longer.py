@@ -40,7 +40,7 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
     former : observable
         The same of the shorter run, at its end, with what it remembered, and its own file.
     step : int
-        Steps of sampling that the shorter run has taken.
+        Steps that the shorter one has looked at.
 
     Raises
     ------

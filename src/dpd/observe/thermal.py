@@ -51,8 +51,9 @@ class ThermalMotion:
             flow = lost * momenta.sum(axis=1, keepdims=True) / mass.sum()
         else:
             return state.velocity
+        n = np.float64(len(mass))
         with np.errstate(divide="ignore", invalid="ignore"):
-            return (state.velocity - flow) * np.sqrt(len(mass) / (len(mass) - lost))
+            return (state.velocity - flow) * np.sqrt(n / (n - lost))
 
     def _flow(self, simulation, momenta, mass):
         """What is fitted to the velocities: at each bead, and the number of coefficients."""

@@ -96,5 +96,10 @@ def _of_scene(
                 f"file has {shape}; make the file anew"
             )
     image = beads.get("image", np.zeros(shape, np.int32))
-    beads_of_scene = of_scene(scene, box, beads["position"], image, beads.get("velocity"), step)
-    return checked(beads_of_scene, path)
+    position = beads["position"]
+    if (bad := ~np.isfinite(position).all(axis=0)).any():
+        raise UserError(
+            f"{path}: bead {np.argmax(bad)} has a position that is not a finite number; make the "
+            "file anew"
+        )
+    return checked(of_scene(scene, box, position, image, beads.get("velocity"), step), path)

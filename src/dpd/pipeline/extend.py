@@ -159,7 +159,7 @@ def longer(scene: Scene, sample: int) -> Scene:
     kept = {
         name: settings
         for name, settings in scene.observe.items()
-        if settings["every"] != found.observe[name]["every"] <= done
+        if settings["every"] != found.observe[name]["every"] <= scene.watched(name)
     }
     if kept:
         observe = []

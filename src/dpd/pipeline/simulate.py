@@ -14,7 +14,7 @@ import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
-from dpd.engine.checkpoint import Checkpoint, file_of
+from dpd.engine.checkpoint import Checkpoint, counts_from, file_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
@@ -112,7 +112,8 @@ def simulate(
     keeps = scene.data.get("keep_state", settings.keep)
     not_kept = remember_if_small(observers) if keeps else ""
     for observer, former in zip(observers, settings.former or ()):
-        go_on_from(observer, former, state.step - scene.steps.equilibrate)
+        looked = state.step - counts_from(observer, scene.steps.equilibrate)
+        go_on_from(observer, former, looked)
     own_files = list(filter(None, map(file_of, observers)))
     for file in own_files:
         file.refuse_other_files()
@@ -147,13 +148,9 @@ def simulate(
     }
     if settings.former:
         attributes["extended_from_step"] = state.step
-    if warning := warning_of(scene, values):
-        attributes["warning"] = warning
-        if settings.say:
-            settings.say(warning)
-    kept = NOTHING
-    if keeps and lost < 0:
-        kept = kept_of(scene, simulation.state, observers, not_kept)
+    sentences = [warning_of(scene, values)]
+    if sentences[0]:
+        attributes["warning"] = sentences[0]
     if keeper and own_files and lost < 0:
         keeper.save(simulation, observers)  # a kill before the result is there costs no trajectory
     try:
@@ -161,8 +158,11 @@ def simulate(
             if file := file_of(observer):
                 arrays = observer.arrays
                 lost_frames = file.finish(int(arrays["taken"][0]), arrays["digests"])
-                if lost_frames and settings.say:
-                    settings.say(lost_frames)
+                sentences.append(lost_frames)
+                not_kept = lost_frames or not_kept
+        kept = NOTHING
+        if keeps and lost < 0:
+            kept = kept_of(scene, simulation.state, observers, not_kept)
         variables = with_means(variables) | kept.variables
         files.write(path, variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:
@@ -171,6 +171,9 @@ def simulate(
         raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
+    for sentence in filter(None, sentences):
+        if settings.say:
+            settings.say(sentence)  # now: where warnings are errors, it raises
     return summary(scene, values, attributes)
 
 

@@ -62,14 +62,17 @@ def refuse_to_lose(scene: Scene, checkpoint: Path) -> None:
     if not _same(scene, former):
         raise Occupied(f"{holds} of {_other(scene, former)}")
     if key.get("sources") != run_sources(former):
-        raise Occupied(f"{holds} of another version of this program, which alone can go on with it")
+        raise Occupied(
+            f"{holds} of another version of this program, such as 0.2, which alone can go on with "
+            "it: finish the run with that one"
+        )
 
 
 def remove_left(checkpoint: Path, scene: Scene) -> bool:
     """Remove the checkpoint of a run whose result is whole; whether there was one."""
     left = key_of(checkpoint).get("scene") == scene.digest
     if left:
-        checkpoint.unlink()
+        checkpoint.unlink(missing_ok=True)
     return left
 
 

@@ -206,7 +206,7 @@ the box in GSD and LAMMPS data.
 ## Trajectories and images
 
 `observe: [{{trajectory: {{every: 1000}}}}]` writes `run.gsd`. `species: [H, T]` leaves a solvent
-out, `velocities: false` the velocities, and `equilibration: true` begins at the first step.
+out, `velocities: false` the velocities, and `equilibration: true` counts from the first step.
 Positions stay in the box, and `image` counts the boxes that a bead is further, in GSD as in LAMMPS
 data and `last_image`: position + image times the vectors of the box goes on through all faces, and
 has each molecule in one piece. Each frame holds `log/time` (in tau, since the run began), `log/dt`

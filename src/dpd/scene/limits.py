@@ -126,8 +126,7 @@ def _check_observe(scene, refuse):
     for name in SERIES:
         if name not in scene.observe:
             continue
-        whole_run = scene.observe[name].get("equilibration", False)
-        steps = sum(scene.steps) if whole_run else scene.steps.sample
+        steps = scene.watched(name)
         samples = steps // scene.observe[name]["every"]
         if samples > MOST_SAMPLES:
             refuse(

@@ -253,6 +253,11 @@ class Scene:
         )
         return Steps(*longer)
 
+    def watched(self, name: str) -> int:
+        """Steps that an observable looks at: all, if it asks for the equilibration as well."""
+        whole_run = self.observe[name].get("equilibration", False)
+        return sum(self.steps) if whole_run else self.steps.sample
+
     @property
     def work(self) -> int:
         """Bead-steps of the whole run."""
@@ -290,11 +295,11 @@ class Scene:
         if self.steps.sample < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
         for name, settings in self.observe.items():
-            if settings["every"] > self.steps.sample:
+            if settings["every"] > self.watched(name):
                 self._fail(
                     f"observe.{name}.every",
                     f"{settings['every']} steps is longer than the run; allowed: 1 to "
-                    f"{self.steps.sample}",
+                    f"{self.watched(name)}",
                 )
         for name, dimension in (("crossings", 2), ("passes", 3)):
             if name in self.observe and self.dimension != dimension:

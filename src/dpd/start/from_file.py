@@ -93,8 +93,8 @@ def state_from_file(
     whole = whole_images(scene.molecules, position, image, particles.box)
     if image.any() and (whole != image).any():
         say(
-            f"{path}: its image flags tear molecules apart; beads are put at the images at which "
-            "their bonds pull"
+            f"{path}: by its images not all molecules are in one piece; beads are put at those at "
+            "which their bonds pull"
         )
     identity = np.arange(len(order), dtype=np.uint32)
     return State(
