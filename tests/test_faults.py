@@ -290,7 +290,7 @@ def test_more_beads_than_memory(folder, dpd, monkeypatch):
     monkeypatch.setattr(os, "sysconf", sizes.get)
     before = everything()
     found = dpd("run", "scene.yaml", "-o", "run.nc")
-    assert_refused(found, before, "3000000 beads take about 0.805 GiB of memory")
+    assert_refused(found, before, "3000000 beads take about 0.872 GiB of memory")
     assert "has 0.25" in found[1]
 
 

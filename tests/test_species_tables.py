@@ -211,7 +211,9 @@ def test_displacements_are_those_of_centres_of_mass():
 
 
 def test_a_checkpoint_shows_the_temperature_with_masses():
-    """<m v^2> / dimension of the beads in it."""
-    stored = {"velocity": np.array([[1.0, 2.0]]), "species": np.array([1, 0], np.uint8)}
-    assert _temperature_of(stored, Scene(BLEND)) == (4 * 1 + 1 * 4) / 2
-    assert _temperature_of(stored, None) == 2.5
+    """2 <m (v - V)^2> of two beads, in three dimensions alike; nothing without their scene."""
+    stored = {"velocity": np.tile([1.0, 2.0], (3, 1)), "species": np.array([1, 0], np.uint8)}
+    stored |= {"position": np.zeros((3, 2)), "identity": np.arange(2, dtype=np.uint32)}
+    kT = _temperature_of(stored, Scene(BLEND))  # V = 1.2
+    assert kT == pytest.approx(2 * (4 * 0.2**2 + 1 * 0.8**2) / 2)
+    assert np.isnan(_temperature_of(stored, None))

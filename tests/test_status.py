@@ -205,7 +205,7 @@ def test_what_is_told_is_read_whole_or_not_at_all(here):
         for told in ({"step": 10**9, "name": "a" * 100}, {"step": 1}):
             report(told)
             assert worker_on("run.nc").told == told
-        first, _ = lock_of("run.nc").read_text().split("\n")
+        first, *_ = lock_of("run.nc").read_text().split("\n")
         for second in ("{", "[]", "", "\x00", '{"step": "x", "steps": 1, "rate": 1, "doing": 1}'):
             lock_of("run.nc").write_text(f"{first}\n{second}")
             assert worker_on("run.nc").process == os.getpid()

@@ -69,7 +69,7 @@ def cut(checkpoint):
 
 def garble(checkpoint):
     data = bytearray(checkpoint.path.read_bytes())
-    data[len(data) // 2 : len(data) // 2 + 64] = bytes(64)
+    data[len(data) // 2 : len(data) // 2 + 64] = b"\xa5" * 64
     checkpoint.path.write_bytes(bytes(data))
 
 

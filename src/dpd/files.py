@@ -325,7 +325,9 @@ def _reading(path):
     try:
         with opened(path) as file:
             yield file
-    except (OSError, RuntimeError) as problem:
+    except (OSError, RuntimeError, AttributeError) as problem:
+        if isinstance(problem, AttributeError) and "not found" in str(problem):
+            raise  # it is missing, not damaged
         if is_of_system(problem):
             raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
         raise UserError(

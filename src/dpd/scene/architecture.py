@@ -15,7 +15,7 @@ from dpd.errors import UserError, shown
 MOST_BEADS = 10**6  # of one molecule
 MOST_NESTED = 50  # brackets in brackets
 AROUND = 30  # characters that a message shows on either side of a mistake
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_+-]*")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_+-]{0,31}")
 WORD = re.compile(r"[()]|[^\s()]+")
 RULES = (
     "write species and repeats as 'A 3 B 9'; behind a bead a branch in brackets, 'A 3 (B 2) A 3'; "
