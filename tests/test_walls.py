@@ -294,7 +294,7 @@ def test_a_wall_feels_the_opposite_of_what_it_does():
     """Per area: pressure outwards, and the friction of the beads with it."""
     scene = FLUID | {"walls": ROUGH, "observe": [{"walls": {"every": 1}}]}
     on_beads = np.array([[1.0, 50.0, 2.5, 0.0, 5.0], [1.0, 75.0, -2.5, 1.0, 0.0]])
-    found = seen(scene, [(None, None, Sums(None, None, on_beads))])
+    found = seen(scene, [(np.zeros((3, 1)), np.zeros((3, 1)), Sums(None, None, on_beads))])
     np.testing.assert_allclose(found["wall_pressure"][0], [2, 3])
     np.testing.assert_allclose(
         found["wall_friction"][0], [[-0.1, 0, -0.2], [0.1, -0.04, 0]], atol=1e-15
