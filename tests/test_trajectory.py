@@ -367,7 +367,7 @@ def test_room_is_asked_for_before(tmp_path, monkeypatch):
 
 
 def test_a_disk_that_is_full_later(tmp_path):
-    """The system refuses a larger file: a sentence, and the checkpoint stays; then it ends as ever."""
+    """The system refuses a larger file: a sentence, and the checkpoint stays; it ends as ever."""
     scene, said = watched(4, CHAINS), []
     simulate(scene, tmp_path / "whole.nc", make_start(scene))
     size = (tmp_path / "whole.gsd").stat().st_size
