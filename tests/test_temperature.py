@@ -117,6 +117,29 @@ def test_a_flow_is_no_heat(name):
     assert (abs(found.mean(axis=0) - 1) < 4 * error + 0.004).all(), found.mean(axis=0)
 
 
+def test_a_place_with_few_beads_is_as_warm():
+    """Some 3, 6, 12 beads in the outermost cells, to which a line is fitted: 1, within 4 errors.
+
+    A bead that is alone in its cell says nothing, and others count for it.
+    """
+    scene, rng = Scene(FLUID | FLOWS["moving walls"][0]), np.random.default_rng(2)
+    system, height, warmth = system_of(scene), [], []
+    thermal = ThermalMotion(scene, system)
+    for _ in range(400):
+        place = rng.random((3, scene.beads)) * 5
+        place[2] = 5 * rng.beta(3, 1, scene.beads)
+        velocity = rng.normal(size=place.shape)
+        velocity[0] += 0.8 * place[2] - 2
+        state = State(place + np.array(system.origin)[:, None], velocity, None, None, None, 0)
+        height.append(place[2])
+        warmth.append(thermal.velocities(Snapshot(system, state)) ** 2)
+    layer, warmth = np.concatenate(height) // 0.5, np.concatenate(warmth, axis=1)
+    for each in range(10):
+        found = warmth[:, (layer == each) & (warmth[0] > 0)]
+        error = found.std() / np.sqrt(found.size)
+        assert found.size > 300 and abs(found.mean() - 1) < 4 * error, (each, found.mean(), error)
+
+
 def test_the_energy_holds_the_flow():
     """kT does not."""
     scene = Scene(FLUID | {"steps": {"sample": 1}, "observe": [{"thermo": {"every": 1}}]})

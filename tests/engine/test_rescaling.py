@@ -146,7 +146,7 @@ def test_pressure_is_minus_the_derivative_of_the_energy(law, core):
     for times in (1 - 1e-6, 1.0, 1 + 1e-6):
         edges = stretched_box(box, system.pressure.axes, times)
         assert np.prod(edges) == pytest.approx(times * volume, rel=1e-14)
-        there = Simulation(system, stretched_state(simulation.state, box, edges))
+        there = Simulation(system, stretched_state(system, simulation.state, box, edges))
         looks.append(
             rescaling.look_at(system, system.pressure, there.state, edges, there.measure())
         )
@@ -169,6 +169,21 @@ def test_momentum_stays_at_zero():
     simulation = make_simulation(system, position, velocity, species)
     simulation.advance(300)
     assert np.abs(simulation.state.velocity.sum(axis=1)).max() < 1e-11
+
+
+def test_a_drift_is_no_pressure_and_stays():
+    """The same volumes as at rest, to rounding; the centre of mass goes on as fast as before."""
+    system, position, velocity, species = fifty_beads("3D", masses=np.array([1.0, 2.5, 0.5]))
+    drift = np.array([[2.0], [-1.0], [0.5]])
+    rest, drifting = (
+        make_simulation(system, position, along, species) for along in (velocity, velocity + drift)
+    )
+    together = rescaling.drift(system, drifting.state)
+    for simulation in (rest, drifting):
+        simulation.advance(system.pressure.every)
+    assert rest.box != WIDE_3D
+    np.testing.assert_allclose(drifting.box, rest.box, rtol=1e-12)
+    np.testing.assert_allclose(rescaling.drift(system, drifting.state), together, rtol=1e-12)
 
 
 def test_detailed_balance_of_a_trial():
@@ -221,7 +236,7 @@ def test_start_in_a_box_that_is_too_small():
     system, position, velocity, species = fifty_beads("3D")
     state = make_simulation(system, position, velocity, species).state
     with pytest.raises(UserError, match=r"the box is 2\.6 x 3\.7 x 1\.9"):
-        Simulation(system, stretched_state(state, WIDE_3D, (2.6, 3.7, 1.9)))
+        Simulation(system, stretched_state(system, state, WIDE_3D, (2.6, 3.7, 1.9)))
 
 
 def test_scene_and_engine_have_the_same_limit():

@@ -82,7 +82,7 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     volume = law.trial(here, kT, h, random.normal)
     stretched = stretched_box(box, law.axes, volume / here.volume)
     refuse_box(law, system, stretched, before.step)
-    moved = simulation.begin_at(stretched_state(before, box, stretched))
+    moved = simulation.begin_at(stretched_state(system, before, box, stretched))
     there = look_at(system, law, simulation.state, stretched, moved)
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved
@@ -93,21 +93,37 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
 def look_at(system: System, law: Pressure, state: State, box: Box, sums: Sums) -> Look:
     """What the law of constant pressure asks of a state.
 
-    Where momentum is conserved, N places come with N - 1 momenta along each axis. Stretched with
-    the box, the one that is missing would leave a factor 1 / V in the density of volumes, which no
-    ensemble has; -kT ln V in the energy, and kT / V in the pressure, take it out.
+    Where momentum is conserved, velocities are those about the centre of mass, and N places come
+    with N - 1 momenta along each axis. Stretched with the box, the one that is missing would leave
+    a factor 1 / V in the density of volumes, which no ensemble has; -kT ln V in the energy, and
+    kT / V in the pressure, take it out.
     """
     axes, volume = list(law.axes), math.prod(box)
-    velocity = np.ascontiguousarray(state.velocity)  # how it lies in memory decides last bits
-    momenta = np.ascontiguousarray(system.momenta(state))
+    # How an array lies in memory decides last bits.
+    velocity = np.ascontiguousarray(state.velocity - drift(system, state))
+    momenta = np.ascontiguousarray(system.momenta(replace(state, velocity=velocity)))
     kinetic = (velocity * momenta).sum(axis=1)
     virial = np.diagonal(sums.virial[CONSERVATIVE])
     pressure = float((kinetic + virial)[axes].mean()) / volume
     energy = 0.5 * float(kinetic.sum()) + float(sums.energy.sum())
-    if not (system.per_bead and np.any(system.friction)):
+    if conserves_momentum(system):
         pressure += system.kT / volume
         energy -= system.kT * math.log(volume)
     return Look(volume, pressure, energy)
+
+
+def conserves_momentum(system: System) -> bool:
+    """Whether no friction with a bath takes up momentum."""
+    return not (system.per_bead and np.any(system.friction))
+
+
+def drift(system: System, state: State) -> np.ndarray:
+    """(dimension, 1) array: the velocity of the centre of mass; 0 where a bath brakes it."""
+    if not conserves_momentum(system):
+        return np.zeros((len(state.velocity), 1))
+    momenta = np.ascontiguousarray(system.momenta(state))
+    mass = np.broadcast_to(system.mass_of(state.species), momenta.shape[1:])
+    return momenta.sum(axis=1, keepdims=True) / mass.sum()
 
 
 def stretched_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
@@ -116,15 +132,16 @@ def stretched_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
     return tuple(edge * factor if axis in axes else edge for axis, edge in enumerate(box))
 
 
-def stretched_state(state: State, box: Box, stretched: Box) -> State:
+def stretched_state(system: System, state: State, box: Box, stretched: Box) -> State:
     """Beads moved with the box, momenta the other way; forces are yet to be evaluated."""
     factor = (np.array(stretched) / np.array(box))[:, None]
+    together = drift(system, state)
     position, further = wrapped(state.position * factor, stretched)
     return replace(
         state,
         position=position,
         image=state.image + state.by_identity(further),
-        velocity=state.velocity / factor,
+        velocity=together + (state.velocity - together) / factor,
         force=None,
         reference=None,
         box=stretched,

@@ -16,18 +16,20 @@ if TYPE_CHECKING:
 
 FINEST = 1.0  # r_c, thickness of cells across a flow
 LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
-TINY = 1e-9  # of the largest eigenvalue: below, a function is one of the others in this cell
+TINY = 1e-9  # of the largest: below, a number is 0 but for rounding
 
 
 class ThermalMotion:
     """Velocities whose squares give kT and the kinetic part of the pressure.
 
-    Of n beads, c = sqrt(n / (n - l)) (v - u) along each axis, so that <sum m c^2> = n kT: a fit u
-    with l coefficients to n independent velocities, by least squares weighted by mass, takes up l
-    degrees of freedom. In a fluid at rest u is the velocity of the centre of mass (l = 1) along
-    `momentum_axes`: all in a closed fluid, those along walls without friction, none with Langevin's
-    thermostat or rough walls. Where something drives a flow (`flows`), u is its profile at this
-    moment: in each cell across it (`gradient_axes`) a constant and a slope.
+    Along each axis c = (v - u) / sqrt(1 - h), so that <m c^2> = kT for each bead: a fit u to
+    independent velocities, by least squares weighted by mass, takes up the share h of a bead's
+    degree of freedom (its leverage; the sum of all h is the number of coefficients). In a fluid at
+    rest u is the velocity of the centre of mass, and h = m / sum m, along `momentum_axes`: all in a
+    closed fluid, those along walls without friction, none with Langevin's thermostat or rough
+    walls. Where something drives a flow (`flows`), u is its profile at this moment: in each cell
+    across it (`gradient_axes`) a constant and a slope. A bead with h = 1 says nothing of kT; the
+    others then count for it.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
@@ -45,18 +47,19 @@ class ThermalMotion:
         state, momenta = simulation.state, self._system.momenta(simulation.state)
         mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
         if self._layers is not None:
-            flow, lost = self._flow(simulation, momenta, mass)
+            flow, leverage = self._flow(simulation, momenta, mass)
         elif self._at_rest.any():
-            lost = self._at_rest
-            flow = lost * momenta.sum(axis=1, keepdims=True) / mass.sum()
+            flow = self._at_rest * momenta.sum(axis=1, keepdims=True) / mass.sum()
+            leverage = self._at_rest * mass / mass.sum()
         else:
             return state.velocity
-        n = np.float64(len(mass))
+        free = 1 - leverage > TINY
         with np.errstate(divide="ignore", invalid="ignore"):
-            return (state.velocity - flow) * np.sqrt(n / (n - lost))
+            times = np.where(free, 1 / (1 - leverage), 0) / free.mean(axis=-1, keepdims=True)
+        return (state.velocity - flow) * np.sqrt(times)
 
     def _flow(self, simulation, momenta, mass):
-        """What is fitted to the velocities: at each bead, and the number of coefficients."""
+        """What is fitted to the velocities, at each bead, and the leverage of each."""
         cell, terms = np.zeros(len(mass), np.int64), [np.ones(len(mass))]
         for layers in self._layers:
             place = layers.places(simulation)
@@ -65,8 +68,8 @@ class ThermalMotion:
             terms.append(place - layer - 0.5)
         matrix = np.array([[np.bincount(cell, mass * a * b) for b in terms] for a in terms])
         push = np.array([[np.bincount(cell, along * a) for a in terms] for along in momenta])
-        size, modes = np.linalg.eigh(matrix.T)
-        free = size > TINY * size[:, -1:]
-        strength = np.einsum("cpq,dpc->dcq", modes, push) / np.where(free, size, np.inf)
-        fitted = np.einsum("cpq,dcq->pdc", modes, strength)
-        return sum(a * each[:, cell] for a, each in zip(terms, fitted)), int(free.sum())
+        # A function that is one of the others in a cell, as its beads lie, adds nothing there.
+        inverse = np.linalg.pinv(matrix.T, rcond=TINY, hermitian=True)
+        strength = np.einsum("cpq,dqc->dcp", inverse, push)
+        fitted = np.einsum("pn,dnp->dn", terms, strength[:, cell])
+        return fitted, mass * np.einsum("pn,npq,qn->n", terms, inverse[cell], terms)
