@@ -9,6 +9,7 @@ from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
 from dpd.observe.thermal import ThermalMotion
 from dpd.observe.thermo import Thermo
+from dpd.pipeline.extend import Extension, extend
 from dpd.pipeline.simulate import simulate
 from dpd.scene.flow import momentum_axes
 from dpd.scene.scene import Scene
@@ -84,10 +85,14 @@ def test_few_beads_have_their_temperature_along_each_axis(name):
     assert (abs(found.mean(axis=0) - 1) < 4 * found.std(axis=0) / np.sqrt(len(found))).all()
 
 
-def test_a_lone_bead_in_a_closed_box_has_none():
-    """No number instead of a wrong one."""
+def test_a_lone_bead_in_a_closed_box_has_none(tmp_path):
+    """No number instead of a wrong one; its run goes on as any other."""
     one = {"molecules": [{"architecture": "A", "count": 1}]}
     assert np.isnan(thermal_kT(one, lambda *place: 0, samples=1)).all()
+    run = tmp_path / "run.nc"
+    dpd.run(FLUID | one | {"steps": {"sample": 100}}, output=run, progress=False)
+    extend(Extension(run, 50, run))
+    assert np.isnan(dpd.load(run).kT).all() and len(dpd.load(run).kT) == 75
 
 
 ROUGH = SMOOTH | {"gamma": 4.5}

@@ -28,8 +28,9 @@ class ThermalMotion:
     rest u is the velocity of the centre of mass, and h = m / sum m, along `momentum_axes`: all in a
     closed fluid, those along walls without friction, none with Langevin's thermostat or rough
     walls. Where something drives a flow (`flows`), u is its profile at this moment: in each cell
-    across it (`gradient_axes`) a constant and a slope. A bead with h = 1 says nothing of kT; the
-    others then count for it.
+    across it (`gradient_axes`) a constant and a slope, one for all species: where a force drives
+    them through each other, that counts as heat. A bead with h = 1 says nothing of kT; the others
+    then count for it.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
