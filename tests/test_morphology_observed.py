@@ -5,6 +5,7 @@ import pytest
 
 from dpd.engine.queries.waves import density_waves
 from dpd.engine.simulation import Snapshot
+from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
@@ -35,11 +36,13 @@ def places(scene, seed=1):
 
 
 def state_of(scene, position, step=0):
-    """A state with those positions, stored in some other order."""
+    """A state with those positions, put inside the box and stored in some other order."""
     order = np.random.default_rng(step).permutation(scene.beads)
     zeros = np.zeros_like(position)
     species = scene.kinds[order] if len(scene.species) > 1 else None
-    return State(position[:, order], zeros, None, order.astype(np.uint32), species, step)
+    inside, image = wrapped(position, scene.box)
+    identity = order.astype(np.uint32)
+    return State(inside[:, order], zeros, None, identity, species, step, image=image)
 
 
 def look(data, observe, *positions):
@@ -253,7 +256,7 @@ def test_order_is_one_apart_and_zero_at_random():
 
 
 def test_diffusion_is_that_from_the_first_sample():
-    """Beads that move straight, each species at a speed of its own, out of the box."""
+    """Beads that move straight, each species at a speed of its own, across the faces."""
     scene = Scene(PLANE)
     speed = np.array([0.3, -0.2, 0.1])[scene.kinds]
     first = places(scene)

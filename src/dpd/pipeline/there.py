@@ -11,7 +11,6 @@ from pathlib import Path
 from dpd import files
 from dpd.engine.checkpoint import key_of, note_of
 from dpd.errors import Occupied, UserError
-from dpd.particles.trajectory_file import refuse_other_trajectory
 from dpd.pipeline.kept import scene_of
 from dpd.pipeline.simulate import checkpoint_path
 from dpd.scene.beside import files_beside
@@ -31,6 +30,9 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
     if not files.is_filled(output):
         refuse_to_lose(scene, checkpoint)
         for path in beside if not key_of(checkpoint) else ():
+            # Here, as most scenes have no trajectory, and its library takes time to import.
+            from dpd.particles.trajectory_file import refuse_other_trajectory
+
             refuse_other_trajectory(path)  # which --overwrite does not replace either
             files.refuse_to_replace(path)
         return None
