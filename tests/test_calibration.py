@@ -10,9 +10,11 @@ from dpd.analysis.degrees import degrees_of
 from dpd.analysis.diffusion import exponent
 from dpd.analysis.resampling import Resampled
 from dpd.analysis.statistics import (
+    block_mean_and_error,
     jackknife,
     linear_fit,
     mean_and_error,
+    over_replicas,
     serial_jackknife_error,
     widening,
 )
@@ -194,6 +196,23 @@ def test_fits_cover(points, degrees):
     assert LEAST <= np.mean(np.abs(value) < 1.96 * error) <= 0.97
     assert 0.9 < rms_z(value, error) < 1.06
     assert jumps(error) < 0.03
+
+
+@pytest.mark.parametrize(("tau", "slow"), [(0.5, 1.0), (5.0, 1.0), (8.0, 0.3)])
+def test_replicas_share_what_is_known_of_their_correlation(tau, slow):
+    """Of three that are 400 samples long: intervals cover, and errors jump less than of each."""
+    series = process(np.random.default_rng(11), 400, 3 * RUNS, tau, slow).reshape(400, RUNS, 3)
+    alone, together = (
+        [
+            over_replicas(*block_mean_and_error(point, alike), axis=0)
+            for point in np.moveaxis(series, 1, 0)
+        ]
+        for alike in (False, True)
+    )
+    mean, error = np.transpose(together)
+    assert LEAST <= np.mean(abs(mean) < 1.96 * error) <= MOST
+    assert 0.93 < rms_z(mean, error) < 1.07
+    assert jumps(error) < 0.01 and jumps(error) <= jumps(np.transpose(alone)[1])
 
 
 def test_degrees_of_freedom_are_carried():

@@ -189,15 +189,15 @@ def test_a_parabola_and_what_is_none():
         assert 0 < error < 0.002
 
 
-def test_the_share_at_our_core_and_what_one_bin_is_worth():
-    """ln share falls by 100 per r_c: one bin is a factor of e."""
+def test_the_share_at_our_core_and_what_its_error_is_worth():
+    """ln share falls by 100 per r_c: an error of 0.01 is a factor of e."""
     figure = load_module(PAPER, "bond_lengths")
     rest = np.array([0.24, 0.25, 0.26, 0.27])
     share = 1e-3 * np.exp(-100 * (rest - 0.25))
     data = xr.Dataset(
         {"share": ("rest_length", share), "share_error": ("rest_length", 1e-3 * share),
-         "core": ("set", [0.25])},
-        {"rest_length": rest, "set": ["set_1"]}, {"bin": 0.01, "undecided": ""},
+         "core": ("set", [0.25]), "core_error": ("set", [0.01])},
+        {"rest_length": rest, "set": ["set_1"]}, {"undecided": ""},
     )  # fmt: skip
     found = figure._share(data)
     assert found["share"].value == pytest.approx(-3.0)

@@ -5,7 +5,7 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene, samples_of
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import block_mean_and_error, linear_fit
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of, closest_contact
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, mpl, panels, points, published_line
@@ -19,14 +19,14 @@ PAPER_SHOWS = (
     "Not a figure of the paper. In two dimensions bonds cannot cross while 4 r_0 > l_max, with "
     "l_max the longest bond seen and 2 r_0 the closest contact of monomers: the lower edge of the "
     "first bin (0.01 r_c wide) of g(r) that is not empty in one configuration of 20 000 beads, "
-    "median over 50 configurations, with an uncertainty of one bin. (a) Dashed, with a band: 4 r_0."
+    "median over 50 configurations. (a) Dashed, with its 95 % interval: 4 r_0."
     " Dotted: l_max of this run. (b) Share of set (1)'s bonds that are longer than 4 r_0, for "
-    "melts whose 2 r_0, and rest length, would be a little smaller or larger. Band: our 2 r_0. "
-    f"Long dashes: the published {100 * SHARE:g} %."
+    "melts whose 2 r_0, and rest length, would be a little smaller or larger. Band: our 2 r_0 with "
+    f"its 95 % interval. Long dashes: the published {100 * SHARE:g} %."
 )
 ERRORS = (
     "(a) Errors of the curves, from blocks of the run, are smaller than the lines but in the tails."
-    " (b) 95 % intervals from blocks. The share falls exponentially with 2 r_0, so that one bin "
+    " (b) 95 % intervals from blocks. The share falls exponentially with 2 r_0, so that a bin "
     "more or less makes it smaller or larger by a factor. The paper prints neither its 2 r_0 nor "
     "its bins: the verdict is on the 2 r_0 that would give the printed share, interpolated between "
     "the runs."
@@ -48,7 +48,7 @@ def compute(sweeps):
         known = radius in monomers.r_s.values
         core = closest_contact(monomers.sel(r_s=radius)) if known else None
         rows.append((
-            core.value if core else np.nan, float(at.bond_longest.max()),
+            *(core[:2] if core else (np.nan, np.nan)), float(at.bond_longest.max()),
             float(at.bond_mean.mean()), samples_of(at, "bonds"),
         ))  # fmt: skip
     beyond = np.array([
@@ -63,12 +63,13 @@ def compute(sweeps):
         },
         {"set": chosen, "bond_length": runs.bond_length, "rest_length": share.rest_length},
         {
-            "bin": float(monomers.r[1] - monomers.r[0]),
             "undecided": closest_contact(monomers.isel(r_s=0)).undecided,
         },
     )
     for name, unit, column in zip(
-        ("core", "longest", "mean_length", "samples"), ("r_c", "r_c", "r_c", "1"), np.array(rows).T
+        ("core", "core_error", "longest", "mean_length", "samples"),
+        ("r_c", "r_c", "r_c", "r_c", "1"),
+        np.array(rows).T,
     ):
         data[name] = ("set", column, {"units": unit})
     return data
@@ -80,7 +81,7 @@ def _share(data):
     if "set_1" not in data.set.values or seen.sum() < 3:
         reason = "bonds longer than 4 r_0 were seen at fewer than three rest lengths"
         return dict.fromkeys(("share", "share_contact"), Measured(np.nan, np.nan, "", reason))
-    core, width = float(data.core.sel(set="set_1")), data.bin
+    core, width = (float(data[name].sel(set="set_1")) for name in ("core", "core_error"))
     rest, share = data.rest_length.values[seen], data.share.values[seen]
     logarithm = np.log10(share)
     spread = np.maximum(data.share_error.values[seen] / share, 1e-3) / np.log(10)
@@ -90,8 +91,8 @@ def _share(data):
     low, middle, high = 10.0 ** (here + slope * np.array([width, 0, -width]))
     error = float(np.hypot(slope * width, here_error))
     note = (
-        f"share {middle:.2%}, {low:.2%} to {high:.2%} for 2 r_0 = {core:.3f} within one bin; "
-        f"published {100 * SHARE:g} %"
+        f"share {middle:.2%}, {low:.2%} to {high:.2%} for 2 r_0 = {core:.3f} +- "
+        f"{width:.3f}; published {100 * SHARE:g} %"
     )
     unsaid = "it hangs on 2 r_0, which the text does not print"
     back = linear_fit([np.ones_like(x), logarithm - np.log10(SHARE)], rest, spread / abs(slope))
@@ -100,7 +101,7 @@ def _share(data):
         "share": Measured(float(here), error, note, data.undecided or unsaid),
         "share_contact": Measured(
             there / DIAMETER, there_error / DIAMETER,
-            f"2 r_0 = {there:.4f}; ours, from one configuration, is {core:.3f} within one bin",
+            f"2 r_0 = {there:.4f}; ours, from one configuration, is {core:.3f} +- {width:.3f}",
         ),
     }  # fmt: skip
 
@@ -118,9 +119,9 @@ def measured(data):
         ratio = float(at.longest) / limit
         note = (
             f"l_max {float(at.longest):.3f} in {float(at.samples):.2g} bead-samples, 4 r_0 = "
-            f"{limit:.3f}; mean bond {float(at.mean_length):.3f}; error: one bin of 2 r_0"
+            f"{limit:.3f}; mean bond {float(at.mean_length):.3f}; error: that of 2 r_0"
         )
-        error = ratio * data.bin / float(at.core)
+        error = ratio * float(at.core_error / at.core)
         found[f"criterion_{number}"] = Measured(ratio, error, note, data.undecided)
     return found
 
@@ -143,14 +144,13 @@ def describe(data):
 def draw(data):
     """Distributions on a logarithmic axis, and the share over 2 r_0."""
     figure, (left, right) = panels(2)
-    width = data.bin
     for name in data.set.values:
         at, color = data.sel(set=name), COLORS[name]
         seen = at.density.values > 0
         left.plot(data.bond_length[seen], at.density[seen], color=color, label=SETS[name])
-        limit = 2 * float(at.core)
+        limit, reach = 2 * float(at.core), 2 * COVERAGE * float(at.core_error)
         left.fill_betweenx(
-            [1e-4, TOP], limit - 2 * width, limit + 2 * width, color=color, alpha=0.15, linewidth=0
+            [1e-4, TOP], limit - reach, limit + reach, color=color, alpha=0.15, linewidth=0
         )
         left.vlines(limit, 0, TOP, color=color, linestyle="--", linewidth=0.8)
         left.vlines(float(at.longest), 0, TOP, color=color, linestyle=":", linewidth=0.9)
@@ -161,12 +161,13 @@ def draw(data):
     left.legend(loc="upper left", ncols=2)
     seen = data.where(data.share > 0, drop=True)
     points(right, seen.rest_length, seen.share, seen.share_error, "set (1)", BLUE)
-    ends = [float(data.rest_length.min()) - width / 2, float(data.rest_length.max()) + width / 2]
+    margin = 0.005
+    ends = [float(data.rest_length.min()) - margin, float(data.rest_length.max()) + margin]
     published_line(right, ends, [SHARE] * 2, "published")
     if "set_1" in data.set.values:
-        core = float(data.core.sel(set="set_1"))
-        right.axvspan(core - width, core + width, color=BLACK, alpha=0.1, linewidth=0,
-                      label="our $2 r_0$")  # fmt: skip
+        core, error = (float(data[name].sel(set="set_1")) for name in ("core", "core_error"))
+        right.axvspan(core - COVERAGE * error, core + COVERAGE * error, color=BLACK, alpha=0.1,
+                      linewidth=0, label="our $2 r_0$")  # fmt: skip
     right.set(yscale="log", xlim=ends, ylim=(1e-4, 2e-2), xlabel="closest contact $2 r_0$ / $r_c$",
               ylabel="share of bonds longer than $4 r_0$")  # fmt: skip
     right.yaxis.set_minor_formatter(mpl.ticker.NullFormatter())

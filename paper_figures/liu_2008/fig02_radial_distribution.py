@@ -31,10 +31,10 @@ PAPER_SHOWS = (
     "squares: where g = 0.05, which does not depend on sampling."
 )
 ERRORS = (
-    "(a) and (c): 95 % intervals from blocks of the run. (b): one bin either way. Peaks: a cubic "
-    "through the bins within 0.15 r_c of the highest, but no farther than two thirds of the way to "
-    "the kink of g(r) at 2 r_s, where the force jumps; errors by leaving out tenths of the run. "
-    "Where the peak stands at the kink itself it is the highest bin, and its error one bin."
+    "(a) and (c): 95 % intervals from blocks of the run. (b): the same of the median, with the "
+    "error of a bin. Peaks: a cubic through the bins within 0.15 r_c of the highest, but no "
+    "farther than two thirds of the way to the kink of g(r) at 2 r_s, where forces jump; errors by "
+    "leaving out tenths of the run. At the kink it is the highest bin, and its error one bin."
 )
 COLORS = CORES | {CRYSTAL: PURPLE}
 REACH = 2 / 3  # of the way to the kink: how far the fit of a peak reaches
@@ -61,7 +61,8 @@ def compute(sweeps):
         windows.append([value for value, _ in by_window])
         closest = jackknife(blocks, lambda mean: rise(r, mean))
         falling.append(contact_over_sampling(r, blocks, samples_of(at, "rdf") / len(blocks)))
-        rows.append((*highest, *closest, closest_contact(at).value, *_drift(r, blocks)))
+        core = closest_contact(at)
+        rows.append((*highest, *closest, core.value, core.error, *_drift(r, blocks)))
     samples, contacts, contact_errors = zip(*falling)
     data = xr.Dataset(
         {
@@ -70,12 +71,25 @@ def compute(sweeps):
             "peak_by_window": (("r_s", "share"), windows, {"units": "r_c"}),
             "samples": (("r_s", "sampling"), list(samples), {"units": "1"}),
             "contact_over_sampling": (("r_s", "sampling"), list(contacts), {"units": "r_c"}),
-            "contact_error": (("r_s", "sampling"), list(contact_errors), {"units": "r_c"}),
+            "contact_over_sampling_error": (
+                ("r_s", "sampling"),
+                list(contact_errors),
+                {"units": "r_c"},
+            ),
         },
         {"r_s": ("r_s", r_s, {"units": "r_c"}), "r": runs.r, "share": list(SHARES)},
-        {"bin": width, "undecided": closest_contact(at).undecided},
+        {"undecided": core.undecided},
     )
-    names = ("peak", "peak_error", "rise", "rise_error", "contact", "drift", "drift_error")
+    names = (
+        "peak",
+        "peak_error",
+        "rise",
+        "rise_error",
+        "contact",
+        "contact_error",
+        "drift",
+        "drift_error",
+    )
     for name, column in zip(names, np.array(rows).T):
         data[name] = ("r_s", column, {"units": "r_c"})
     return data
@@ -134,8 +148,8 @@ def measured(data):
     for radius in (0.15, 0.2, 0.25):
         at, name = at_radius(data, radius), f"{100 * radius:.0f}"
         found[f"contact_{name}"] = Measured(
-            float(at.contact) / (2 * radius), data.bin / (2 * radius),
-            f"error: one bin; 2 r_0 = {float(at.contact):.3f}, g = 0.05 at {float(at.rise):.3f}",
+            float(at.contact) / (2 * radius), float(at.contact_error) / (2 * radius),
+            f"2 r_0 = {float(at.contact):.3f}, g = 0.05 at {float(at.rise):.3f}",
             data.undecided,
         )  # fmt: skip
     for radius in (0.15, 0.25):
@@ -146,15 +160,19 @@ def measured(data):
             f"{PARTS} parts of the run",
         )  # fmt: skip
         found[f"rest_{name}"] = Measured(
-            float(at.contact) - RESTS[radius], data.bin, "error: one bin", data.undecided
+            float(at.contact) - RESTS[radius], float(at.contact_error), "", data.undecided
         )
     bare = at_radius(data, 0.0)
-    found["contact_0"] = Measured(float(bare.contact), data.bin, "error: one bin", data.undecided)
-    contacts = [float(at_radius(data, radius).contact) for radius in CORES]
+    found["contact_0"] = Measured(
+        float(bare.contact), float(bare.contact_error), "", data.undecided
+    )
+    cores = [at_radius(data, radius) for radius in CORES]
+    contacts, errors = np.array([(core.contact, core.contact_error) for core in cores], float).T
+    closest = int(np.argmin(np.diff(contacts)))
     listed = ", ".join(f"{value:.3f}" for value in contacts)
     found["contact_order"] = Measured(
-        min(np.diff(contacts)), np.sqrt(2) * data.bin,
-        f"2 r_0 = {listed}; error: one bin of each", data.undecided,
+        np.diff(contacts)[closest], np.hypot(*errors[closest : closest + 2]),
+        f"2 r_0 = {listed}", data.undecided,
     )  # fmt: skip
     others = [at_radius(data, radius) for radius in (0.0, 0.15, 0.2)]
     lowest = min(others, key=lambda at: float(at.peak))
@@ -188,9 +206,11 @@ def draw(data):
         reach = COVERAGE * at.g_error
         left.fill_between(data.r, at.g - reach, at.g + reach, color=color, alpha=0.3, linewidth=0)
         left.plot(data.r, at.g, color=color, label=label)
-        middle.errorbar(2 * radius, at.contact, data.bin, fmt="o", color=color, capsize=2)
-        points(right, at.samples, at.contact_over_sampling, at.contact_error, None, color,
-               linestyle="-")  # fmt: skip
+        middle.errorbar(
+            2 * radius, at.contact, COVERAGE * at.contact_error, fmt="o", color=color, capsize=2
+        )
+        points(right, at.samples, at.contact_over_sampling, at.contact_over_sampling_error, None,
+               color, linestyle="-")  # fmt: skip
         points(
             right, 1.3 * at.samples[-1:], [at.rise], [at.rise_error], None, color, "s", filled=False
         )

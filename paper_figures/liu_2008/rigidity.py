@@ -20,7 +20,7 @@ PAPER_SHOWS = (
     "that bonds rest at 2 r_0, and that mean-square bond deviation, l_max and closest contact "
     "all rise with F_max. (a) Closest contact 2 r_0 of monomers: the lower edge of the first "
     "bin (0.01 r_c wide) of g(r) that is not empty in one configuration of 20 000 beads, median "
-    "over 50 configurations; bars: one bin. (b) to (e): melts whose bonds rest at that 2 r_0, "
+    "over 50 configurations. (b) to (e): melts whose bonds rest at that 2 r_0, "
     "all from one melt of set (1). (b) Variance of bond lengths times C. (c) Longest bond of a "
     "block of the run, mean over blocks; dashed: 4 r_0. (d) Share of bonds longer than 4 r_0. "
     "(e) Crossings. (f) The largest dt of the sweep up to which no run blew up and kT stayed "
@@ -28,7 +28,8 @@ PAPER_SHOWS = (
     "Times in DPD units tau_0."
 )
 ERRORS = (
-    "(b), (c): 95 % intervals from blocks of the run; (d): the same; (e): 95 % intervals of the "
+    "(a): 95 % intervals of the median, with the error of a bin; (b), (c): 95 % intervals "
+    "from blocks of the run; (d): the same; (e): 95 % intervals of the "
     "mean of a Poisson distribution, given the count. Hollow in (d) and (e): none seen, and the "
     "upper bound at 95 %. Points of different C stand a little side by side."
 )
@@ -57,6 +58,7 @@ def compute(sweeps):
     cores = [closest_contact(contacts.sel(force=force)) for force in contacts.force.values]
     data = data.assign_coords(core_force=contacts.force.values)
     data["contact"] = ("core_force", [core.value for core in cores], {"units": "r_c"})
+    data["contact_error"] = ("core_force", [core.error for core in cores], {"units": "r_c"})
     places = np.ndindex(steps.sizes["force"], steps.sizes["stiffness"])
     stable = [_stable(steps.isel(force=i, stiffness=j)) for i, j in places]
     tried = xr.DataArray(
@@ -71,8 +73,7 @@ def compute(sweeps):
     data = data.assign_coords(dt=steps.dt.values)
     data["kT"], data["kT_error"] = (names, kT, {"units": "kT"}), (names, error, {"units": "kT"})
     data = data.merge(_heats(sets))
-    first, *_ = cores
-    return data.assign_attrs(bin=first.bin, undecided=first.undecided)
+    return data.assign_attrs(undecided=cores[0].undecided)
 
 
 def _heats(sweep):
@@ -140,13 +141,13 @@ def _rise(data, name):
 
 def measured(data):
     """What the text says of F_max and of the time step."""
-    contact = data.contact.values
+    contact, error = data.contact.values, data.contact_error.values
     forces = ", ".join(f"{f:g}" for f in data.core_force.values)
     listed = ", ".join(f"{value:.3f}" for value in contact)
     found = {
         "contact_rises": Measured(
-            contact[-1] - contact[0], np.sqrt(2) * data.bin,
-            f"2 r_0 = {listed} at F_max {forces}; error: one bin of each", data.undecided,
+            contact[-1] - contact[0], np.hypot(error[0], error[-1]),
+            f"2 r_0 = {listed} at F_max {forces}", data.undecided,
         ),
         "longest_rises": _rise(data, "longest"),
         "spread_rises": _rise(data, "variance"),
@@ -214,8 +215,8 @@ def draw(data):
     """Six panels over F_max, a line for each C."""
     figure, axes = panels(3, 2, height=2.3)
     core, variance, longest, share, rate, steps = axes.ravel()
-    core.errorbar(data.core_force, data.contact, data.bin, fmt="o-", color=BLACK,
-                  capsize=2)  # fmt: skip
+    core.errorbar(data.core_force, data.contact, COVERAGE * data.contact_error, fmt="o-",
+                  color=BLACK, capsize=2)  # fmt: skip
     core.axhline(2 * 0.15, color=BLACK, linestyle=":", linewidth=0.8, label="$2 r_s$")
     core.legend(loc="lower right")
     longest.plot(data.force, 2 * data.rest.isel(stiffness=0), "--", color=BLACK, label="$4 r_0$")

@@ -52,7 +52,8 @@ RECORDED = {
 def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
     """Put the runs of a sweep on its axes.
 
-    A series becomes its mean, ``_error`` (standard error), ``_correlation_time`` in tau,
+    A series becomes its mean, ``_error`` (standard error, from all replicas of its point),
+    ``_degrees`` (its share of the degrees of freedom of that), ``_correlation_time`` in tau,
     ``_trend`` per tau with ``_trend_error``, and ``_spread`` (standard deviation about the
     trend). Blocks and tables are kept whole, filled up with NaN where runs have fewer
     molecules or lags than others; so are the series that the sweep names (kT if it names none),
@@ -101,16 +102,14 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
         parts = [run[name] for run in runs]
         units, long_name = variable.attrs["units"], variable.attrs["long_name"]
         if variable.dims == ("sample",) and name != "time":
-            found = [mean_and_error(part.values) for part in parts]
-            step = [float(run.time[0]) for run in runs]
-            put(name, [mean for mean, _, _ in found], units, long_name)
-            put(f"{name}_error", [e for _, e, _ in found], units, f"standard error of {long_name}")
-            degrees = [spread_of_mean(p.values).degrees if len(p) > 1 else 0.0 for p in parts]
+            mean, error, degrees, tau = _means([part.values for part in parts], shape[-1])
+            step = np.array([float(run.time[0]) for run in runs])
+            put(name, mean, units, long_name)
+            put(f"{name}_error", error, units, f"standard error of {long_name}")
             put(f"{name}_degrees", degrees, "1", f"degrees of freedom of {name}_error")
             put(
-                f"{name}_correlation_time",
-                [tau * dt for (_, _, tau), dt in zip(found, step)],
-                "tau", f"integrated autocorrelation time of {long_name}",
+                f"{name}_correlation_time", tau * step, "tau",
+                f"integrated autocorrelation time of {long_name}",
             )  # fmt: skip
             trends = [trend(run.time.values, part.values) for run, part in zip(runs, parts)]
             slope = f"linear trend of {long_name}"
@@ -179,6 +178,26 @@ def samples_of(runs: xr.Dataset, observable: str) -> int:
     scene = first_scene(runs)
     configurations = scene.steps.sample // scene.observe[observable]["every"]
     return scene.beads * configurations * runs.scene.size
+
+
+def _means(series, replicas):
+    """Mean, error, degrees of freedom of the error, and correlation time of each of some series.
+
+    Errors of the replicas of a point are from the variance and correlation of all of them, and each
+    has its share of their degrees of freedom: that of their mean has them all.
+    """
+    found = []
+    for first in range(0, len(series), replicas):
+        point = series[first : first + replicas]
+        if len({len(each) for each in point}) == 1 and np.isfinite(point).all():
+            groups = [np.transpose(point)]
+        else:  # as where a run was lost
+            groups = [each[:, None] for each in point]
+        for x in groups:
+            mean, error, tau = mean_and_error(x)
+            degrees = spread_of_mean(x, alike=True).degrees if len(x) > 1 else np.zeros(x.shape[1])
+            found += zip(mean, error, degrees / x.shape[1], [tau] * x.shape[1])
+    return np.transpose(found)
 
 
 def _alike(parts):

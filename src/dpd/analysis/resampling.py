@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.degrees import taped
+from dpd.analysis.degrees import taped, widened_by
 from dpd.analysis.statistics import jackknife_error
 
 if TYPE_CHECKING:
@@ -61,8 +61,10 @@ class Resampled(NamedTuple):
         value, error
         """
         molecules = jackknife_error([function(row) for row in self.without_molecules])
-        parts = jackknife_error([function(row) for row in self.without_part])
-        return function(self.value), np.maximum(molecules, np.sqrt(OVERLAP) * parts)
+        parts = np.sqrt(OVERLAP) * jackknife_error([function(row) for row in self.without_part])
+        sides = len(self.without_molecules), len(self.without_part)
+        widened_by(np.where(parts > molecules, sides[1], sides[0]) - 1.0, 1.0)  # it is the larger's
+        return function(self.value), np.maximum(molecules, parts)
 
 
 def part_length(runs: xr.Dataset) -> float:

@@ -69,7 +69,7 @@ class Spread(NamedTuple):
     times: Values
 
 
-def by_window(x: np.ndarray, reach: float = WINDOW) -> Spread:
+def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spread:
     """Variance of the mean of a series by its autocorrelation up to one window.
 
     tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches some
@@ -86,20 +86,24 @@ def by_window(x: np.ndarray, reach: float = WINDOW) -> Spread:
         n of 2 or more.
     reach : float
         W over tau, at least.
+    alike : bool
+        Whether the last axis counts replicas: of one variance and correlation, found from all.
 
     Returns
     -------
     Spread
     """
-    n = len(x)
+    n, replicas = len(x), x.shape[-1] if alike else 1
     x = x - x.mean(axis=0)
     size = 1 << (2 * n - 1).bit_length()
     power = np.abs(np.fft.rfft(x, size, axis=0)) ** 2
+    if alike:
+        power = power.mean(axis=-1, keepdims=True)
     covariance = np.fft.irfft(power, size, axis=0)[:n]
-    variance = (x**2).mean(axis=0)
+    variance = covariance[0] / n
     scale = np.where(variance == 0, 1, variance) * n
     tau = 0.5 + np.cumsum(covariance[1:] / scale, axis=0)
-    lag = np.arange(1, n).reshape(-1, *[1] * (x.ndim - 1))
+    lag = np.arange(1, n).reshape(-1, *[1] * (tau.ndim - 1))
     beyond = lag >= reach * np.maximum(tau, 0.5)
     beyond[-1] = True
     last = beyond.argmax(axis=0)
@@ -108,39 +112,50 @@ def by_window(x: np.ndarray, reach: float = WINDOW) -> Spread:
     tau = 0.5 + (tau - 0.5) / (1 - np.exp(-window / np.maximum(tau, 0.5)))
     tau = tau * (1 + (2 * window + 1) / n)
     tau = np.maximum(tau, 0.5)
-    degrees = np.where(tau > 0.5, np.clip(n / (2 * window + 1) - 0.5, 1, n - 1), n - 1)
-    return Spread(2 * tau * variance / (n - 1), degrees, n / tau)
+    degrees = np.clip(replicas * n / (2 * window + 1) - 0.5, 1, replicas * (n - 1))
+    degrees = np.where(tau > 0.5, degrees, replicas * (n - 1))
+    found = 2 * tau * variance / (n - 1), degrees, n / tau
+    return Spread(*(np.broadcast_to(each, x.shape[1:]) for each in found))
 
 
-def spread_of_mean(x: np.ndarray) -> Spread:
+def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
     """Variance of the mean of a correlated series.
 
     By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
-    which count where they say more than chance would: noise from one sample to the next fades in
-    them, and a slow part below it, at which a window on the samples closes too early, comes out.
-    Fewer than 25 cannot tell their correlation: four parts of them count as independent.
+    which count where they say `SURE` standard errors more (of white noise, in a quarter of all
+    series): noise from one sample to the next fades in them, and a slow part below it, at which a
+    window on the samples closes too early, comes out. Fewer than 25 cannot tell their correlation:
+    four parts of them count as independent.
 
     Parameters
     ----------
     x : (n, ...) array
         n of 2 or more.
+    alike : bool
+        Whether the last axis counts replicas: of one variance and correlation, found from all.
 
     Returns
     -------
     Spread
-        Of fewer than 25 values with infinite ``times``: nothing is known.
+        Of the mean of one replica; the degrees are those of all together. Of fewer than 25 values
+        with infinite ``times``: nothing is known.
     """
     n = len(x)
     if n < FEW:
         parts = np.array([part.mean(axis=0) for part in np.array_split(x, min(PARTS, n))])
-        degrees = np.full(parts.shape[1:], len(parts) - 1.0)
-        return Spread(
-            parts.var(axis=0, ddof=1) / len(parts), degrees, np.full(degrees.shape, np.inf)
-        )
+        variance = parts.var(axis=0, ddof=1) / len(parts)
+        degrees = np.full(variance.shape, len(parts) - 1.0)
+        if alike:
+            degrees *= variance.shape[-1]
+            variance = np.broadcast_to(variance.mean(axis=-1, keepdims=True), variance.shape)
+        return Spread(variance, degrees, np.full(variance.shape, np.inf))
     count = min(BLOCKS, n // LEAST)
     if count < FEW:
-        return by_window(x, OF_BLOCKS)
-    fine, coarse = by_window(x), by_window(averaged(x, n // count), OF_AVERAGES)
+        return by_window(x, OF_BLOCKS, alike)
+    fine, coarse = (
+        by_window(x, WINDOW, alike),
+        by_window(averaged(x, n // count), OF_AVERAGES, alike),
+    )
     slow = coarse.variance > fine.variance * (1 + SURE * np.sqrt(2 / coarse.degrees))
     return Spread(*(np.where(slow, *pair) for pair in zip(coarse, fine)))
 
@@ -152,12 +167,14 @@ def averaged(x: np.ndarray, size: int) -> np.ndarray:
 
 
 @taped
-def block_mean_and_error(blocks: npt.ArrayLike) -> tuple[Values, Values]:
+def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Values, Values]:
     """Mean over the first axis, in which time runs, and its standard error.
 
     Parameters
     ----------
     blocks : (n, ...) array
+    alike : bool
+        Whether the last axis counts replicas, as of `spread_of_mean`.
 
     Returns
     -------
@@ -169,7 +186,7 @@ def block_mean_and_error(blocks: npt.ArrayLike) -> tuple[Values, Values]:
     mean = x.mean(axis=0)
     if len(x) < 2:
         return mean, np.full(mean.shape, np.nan)
-    found = spread_of_mean(x)
+    found = spread_of_mean(x, alike)
     error = np.sqrt(found.variance) * widening(found.degrees)
     error = np.where(found.times < TOO_SHORT, np.nan, error)
     return mean, np.where(x.std(axis=0) <= ROUNDING * np.abs(x).max(axis=0), 0.0, error)
@@ -180,7 +197,8 @@ def correlation_time(series: npt.ArrayLike) -> float:
 
     Parameters
     ----------
-    series : (n,) array
+    series : (n,) array, or (n, replicas) array
+        Replicas have one correlation, which is found from all.
 
     Returns
     -------
@@ -189,25 +207,33 @@ def correlation_time(series: npt.ArrayLike) -> float:
         fewer than 25 samples, or if all are the same.
     """
     x = np.asarray(series, dtype=float)
+    x = x.reshape(len(x), -1)
     if len(x) < FEW or not x.var() > 0:
         return 0.5
-    return max(0.5, float(spread_of_mean(x).variance) * len(x) / (2 * x.var(ddof=1)))
+    variance = spread_of_mean(x, alike=True).variance.mean()
+    return max(0.5, float(variance) * len(x) / (2 * x.var(axis=0, ddof=1).mean()))
 
 
-def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
+def mean_and_error(series: npt.ArrayLike) -> tuple[Values, Values, float]:
     """Mean of a correlated series, its standard error and its correlation time.
 
     Parameters
     ----------
-    series : (n,) array
+    series : (n,) array, or (n, replicas) array
+        Replicas have one variance and one correlation, which are found from all.
 
     Returns
     -------
-    mean, error, tau : float
-        Mean and error as from `block_mean_and_error`, tau from `correlation_time`.
+    mean, error : float, or (replicas,) array
+        As from `block_mean_and_error`.
+    tau : float
+        From `correlation_time`.
     """
-    mean, error = block_mean_and_error(series)
-    return float(mean), float(error), correlation_time(series)
+    x = np.asarray(series, dtype=float)
+    mean, error = block_mean_and_error(x.reshape(len(x), -1), alike=True)
+    if x.ndim == 1:
+        return float(mean[0]), float(error[0]), correlation_time(x)
+    return mean, error, correlation_time(x)
 
 
 @taped
@@ -305,7 +331,6 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tu
     return value, float(serial_jackknife_error(left_out))
 
 
-@taped
 def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one part of a run after the other.
 
@@ -325,7 +350,6 @@ def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     return error
 
 
-@taped
 def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one of several independent groups.
 

@@ -105,10 +105,10 @@ CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
 
 
 class Contact(NamedTuple):
-    """The distance of closest contact, its uncertainty, one bin, and why it is none, if so."""
+    """The distance of closest contact, its standard error, and why it is none, if so."""
 
     value: float
-    bin: float
+    error: float
     undecided: str
 
 
@@ -117,7 +117,8 @@ def closest_contact(at: xr.Dataset) -> Contact:
 
     The lower edge of the first bin of g(r) that is not empty in one configuration, median over
     configurations. It depends on the number of beads, which is the paper's, 20 000, and on the
-    bins, which are 0.01 r_c wide: one bin is its uncertainty.
+    bins, which are 0.01 r_c wide. Its error is that of a median over configurations, with the
+    root-mean-square error of a bin, its width over the root of 12.
 
     Parameters
     ----------
@@ -131,10 +132,12 @@ def closest_contact(at: xr.Dataset) -> Contact:
     """
     r = at.r.values
     found = [contact(r, block) for block in blocks_of(at.rdf)]
+    _, of_mean = block_mean_and_error(found)
+    error = np.hypot((r[1] - r[0]) / np.sqrt(12), np.sqrt(np.pi / 2) * of_mean)
     beads = int(at.beads.max())
     reason = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
     undecided = "" if beads == CONTACT_BEADS else reason
-    return Contact(float(np.median(found)), float(r[1] - r[0]), undecided)
+    return Contact(float(np.median(found)), float(error), undecided)
 
 
 def rise(r: np.ndarray, g: np.ndarray, level: float = 0.05) -> float:
