@@ -70,6 +70,7 @@ OUTPUTS = {
     "no name": (None, ""),
     "only a suffix": (None, ".nc"),
     "no suffix": (None, "run"),
+    "capitals, with the same files beside it": (None, "run.NC"),
     "suffix of a checkpoint": (None, "run.checkpoint"),
     "suffix of a lock": (None, "run.nc.lock"),
     "a scene": (None, "scene.yaml"),

@@ -6,11 +6,12 @@ import os
 import threading
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.lock import alone
+from dpd.pipeline.lock import alone, told_before
 
 
 @pytest.fixture
@@ -119,6 +120,31 @@ def test_a_lock_that_cannot_be_written_is_not_left(here, monkeypatch):
         refused = pytest.raises(UserError, match=r"No space left on device\); make room there or")
         with refused, alone("run.nc", print):
             pass
+    assert made() == []
+
+
+def test_what_a_killed_run_had_told_outlasts_whoever_begins_nothing(owner, monkeypatch):
+    """One that is refused, or is killed or has no room while it takes the lock over."""
+    lock, told = Path("run.nc.lock"), {"steps": 7}
+    text = "\n".join([json.dumps(owner | {"boot": "before"}), json.dumps(told).ljust(256), ""])
+    lock.write_text(text)
+    for call, problem in (
+        ("pwrite", KeyboardInterrupt()), ("ftruncate", KeyboardInterrupt()),
+        ("pwrite", OSError(errno.ENOSPC, "No space left on device")),
+    ):  # fmt: skip
+        with monkeypatch.context() as patch:
+            patch.setattr(f"dpd.pipeline.lock.os.{call}", Mock(side_effect=problem))
+            with pytest.raises((KeyboardInterrupt, UserError)), alone("run.nc", print):
+                pass
+        kept = lock.read_text()
+        for _ in range(2):
+            with pytest.raises(UserError, match="refused"), alone("run.nc", print):
+                assert told_before("run.nc") == told
+                raise UserError("refused")
+            assert lock.read_text() == kept
+    with pytest.raises(UserError), alone("run.nc", print) as report:
+        report({"steps": 8})
+        raise UserError("begun")
     assert made() == []
 
 

@@ -1,10 +1,12 @@
 """What is in the place of a result stays, unless a person asks for something else."""
 
+import json
 import os
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import netCDF4
 import numpy as np
@@ -148,7 +150,9 @@ def stop_half_way(scene="scene.yaml"):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("what", ["another scene", "another version", "an older version"])
+@pytest.mark.parametrize(
+    "what", ["another scene", "another version", "an older version", "a study"]
+)
 def test_the_state_of_another_run_is_not_lost(folder, dpd, what):
     """That may be days of work; only when asked a run begins anew in its place."""
     write("long.yaml", SCENE | {"steps": {"equilibrate": 20, "sample": 2000}})
@@ -159,9 +163,8 @@ def test_the_state_of_another_run_is_not_lost(folder, dpd, what):
         write(scene, EDITED)
     else:
         stored = whole(checkpoint)
-        stored["dpd_checkpoint"] = np.array(
-            str(stored["dpd_checkpoint"]).replace('"sources": "', '"sources": "0')
-        )
+        change = ('"kept": true', '"kept": false') if what == "a study" else ('s": "', 's": "0')
+        stored["dpd_checkpoint"] = np.array(str(stored["dpd_checkpoint"]).replace(*change))
         if what == "an older version":
             stored["note"] = np.array("null")
         stored["checksum"] = np.array(checksum_of(stored))
@@ -201,10 +204,36 @@ def test_an_extension_killed_after_its_result_is_not_made_twice(done, dpd, first
     assert files.attribute("run.nc", "steps") == 320
     for _ in range(2):  # by a command that is killed before it knows
         stop(*command, where="refuse_other_file") if not every else None
+    write("other.yaml", EDITED)
+    assert dpd("run", "other.yaml", "-o", "run.nc")[0] == 1  # nor by one that is refused
     code, said = dpd(*command)
     assert code == 0 and "has been made longer before" in said, said
     assert files.attribute("run.nc", "steps") == 320 and not checkpoint_path("run.nc").exists()
     assert dpd(*command)[0] == 0 and files.attribute("run.nc", "steps") == 420
+
+
+def test_a_result_and_the_trajectory_beside_it_are_of_one_run(folder, dpd, monkeypatch):
+    """Killed between the two, the former result is gone; but that of a shorter run is needed."""
+    command = ("run", "other.yaml", "-o", "run.nc")
+    write("scene.yaml", FOLLOWED)
+    write("other.yaml", FOLLOWED | {"seed": 2})
+    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
+    assert dpd("run", "other.yaml", "-o", "other.nc")[0] == 0
+    with monkeypatch.context() as patch:
+        patch.setattr(files, "write", Mock(side_effect=KeyboardInterrupt))
+        assert dpd(*command, "--overwrite")[0] == 130
+    code, said = dpd("run", "scene.yaml", "-o", "run.nc")
+    assert code == 1 and "holds the state of a run that was stopped or killed" in said
+    code, said = dpd(*command)
+    assert code == 0 and "anew" not in said
+    assert Path("run.gsd").read_bytes() == Path("other.gsd").read_bytes()
+    command = ("extend", "run.nc", "--sample", "100")
+    with monkeypatch.context() as patch:
+        patch.setattr(files, "write", Mock(side_effect=KeyboardInterrupt))
+        assert dpd(*command)[0] == 130
+    assert files.attribute("run.nc", "steps") == 220
+    code, said = dpd(*command)
+    assert code == 0 and "anew" not in said and files.attribute("run.nc", "steps") == 320
 
 
 def test_what_a_longer_run_would_replace(done, dpd):
@@ -256,11 +285,21 @@ def test_sweeps(folder):
     with pytest.raises(Occupied, match=r"runs/.*/run.nc: holds the result of another scene"):
         package.sweep(SCENE | {"steps": LONGER["steps"] | {"equilibrate": 0}}, axes, output="runs")
     assert contents() == before
+    for other in ({"repulsion.A A": [25]}, {"integrator.dt": [0.04]}):
+        with pytest.raises(Occupied, match=r"sweep.nc: holds a sweep with other axes or values"):
+            package.sweep(SCENE, other, output="runs", progress=False)
+    assert contents() == before
     with netCDF4.Dataset(runs[0], "a") as file:
         file.sources = "another"
+    key = json.dumps({"scene": files.attribute(runs[0], "scene_digest")})
+    left = {"dpd_checkpoint": np.array(key)}
+    checkpoint = runs[0].with_name("run.checkpoint")
+    with open(checkpoint, "wb") as file:
+        np.savez(file, **left, checksum=np.array(checksum_of(left)))
     with pytest.warns(UserWarning, match="made by another version of this program; it is kept"):
         second = package.sweep(SCENE, axes, output="runs", progress=False)
     assert second.pressure.equals(first.pressure)
+    checkpoint.unlink()  # it is there: another process may be at work
     package.sweep(SCENE, axes, output="runs", progress=False, overwrite=True)
     assert files.attribute(runs[0], "sources") != "another"
     other = EDITED | {"steps": {"equilibrate": 0, "sample": 200}}

@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import gsd.fl
 import gsd.hoomd
@@ -18,6 +19,7 @@ import numpy as np
 import pytest
 import yaml
 
+from dpd import files
 from dpd.digest import ROOT
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import unfolded as unfolded_at
@@ -294,6 +296,44 @@ def test_frames_that_are_lost_while_the_run_goes_on(tmp_path, monkeypatch, case)
     assert len(found) == 2 or case == "cut off"
     for one, other in zip(found, expected):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("case", ["cut off", "other bits"])
+def test_frames_that_are_lost_of_a_result_that_cannot_be_written(tmp_path, monkeypatch, case):
+    """What was measured is not lost with them: the run goes on from its end."""
+    monkeypatch.setattr(trajectory_file, "PATIENCE", 0.0)
+    scene, said = watched(4, CHAINS), []
+    simulate(scene, tmp_path / "whole.nc", make_start(scene))
+
+    def progress(done):
+        if done == 610:
+            WRONG[case](tmp_path / "run.unfinished.gsd")
+
+    settings = RunSettings(tmp_path / "run.checkpoint", progress=progress, say=said.append)
+    with monkeypatch.context() as patch:
+        patch.setattr(files, "write", Mock(side_effect=UserError("no room")))
+        with pytest.raises(UserError, match=r"no room; its last good state is in"):
+            simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    kept = unfolded(tmp_path / "run.gsd")
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    said = [each for each in said if each]
+    assert len(said) == 1 and re.search(r"run\.gsd: its last frames are lost: .*gsd", said[0])
+    one, other = (read(tmp_path / f"{name}.nc")[0] for name in ("run", "whole"))
+    np.testing.assert_array_equal(one["kT"], other["kT"])
+    np.testing.assert_array_equal(unfolded(tmp_path / "run.gsd"), kept)
+    assert len(kept) == 2 or case == "cut off"
+
+
+def test_a_state_that_cannot_be_kept_at_the_end(tmp_path, monkeypatch):
+    """Is said: beside the result, or with what hinders that as well."""
+    scene, said = watched(4, CHAINS), []
+    settings = RunSettings(tmp_path / "run.checkpoint", say=said.append)
+    monkeypatch.setattr(np, "savez", Mock(side_effect=OSError(28, "No space left on device")))
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    assert [each for each in said if "no checkpoint could be written (No space left" in each]
+    monkeypatch.setattr(files, "write", Mock(side_effect=UserError("no room")))
+    with pytest.raises(UserError, match=r"no room; .*run.checkpoint: no checkpoint could be"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
 
 
 def molecules_in(path):

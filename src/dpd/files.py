@@ -81,7 +81,7 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
     ----------
     path : path
     suffix : str
-        That the name must have, as ``.nc``.
+        That the name must have, as ``.nc``; run.NC would share with run.nc what lies beside them.
     inputs : list of path
         Files that are read: a result must not take the place of one.
 
@@ -95,7 +95,7 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
     _check_name(path)
     if path.is_dir():
         raise UserError(f"{path}: is a folder; name the file to write")
-    if path.suffix.lower() != suffix and suffix:
+    if path.suffix != suffix and suffix:
         raise UserError(f"{path}: a file is written here whose name ends in {suffix}; name it so")
     there = _status(path)
     if there and not stat.S_ISREG(there.st_mode):

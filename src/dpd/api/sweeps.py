@@ -13,6 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import yaml
 
 from dpd import files
@@ -20,7 +21,7 @@ from dpd.analysis.collect import collect, save
 from dpd.api.datasets import CONVENTIONS, UNITS
 from dpd.api.runs import as_scene, checked_threads, plain, refuse_files_beside, warn
 from dpd.digest import PACKAGE
-from dpd.errors import UserError, shown
+from dpd.errors import Occupied, UserError, shown
 from dpd.pipeline.paths import run_file
 from dpd.pipeline.points import fixed
 from dpd.pipeline.simulate import is_made
@@ -78,7 +79,7 @@ def sweep(
     progress : bool, optional
         See `dpd.run`.
     overwrite : bool, optional
-        Whether to replace results of other scenes and of other versions of this program.
+        Whether to replace results of other scenes and versions, and a ``sweep.nc`` of other axes.
 
     Returns
     -------
@@ -116,7 +117,7 @@ def sweep(
     with _folder(output) as folder:
         missing = [point for point in planned.points if _is_missing(point, folder, overwrite)]
         if not overwrite:
-            _refuse_other(folder / "sweep.nc")
+            _refuse_other(folder / "sweep.nc", planned)
         _run_all(missing, _Runs(folder, threads, overwrite), workers, progress)
         paths = [run_file(folder, point.name) for point in planned.points]
         data = collect(planned, paths, any_version=True)
@@ -180,12 +181,19 @@ def _is_missing(point: Point, folder: Path, overwrite: bool) -> bool:
     return overwrite or result_there(point.scene, result, warn) is None
 
 
-def _refuse_other(path: Path) -> None:
-    """Refuse to let the dataset take the place of what is none."""
+def _refuse_other(path: Path, planned: Sweep) -> None:
+    """Refuse to let the dataset take the place of what is none, or has what this one lacks."""
+    held: dict[str, Any] = {}
     with suppress(UserError):
-        if "sweep" in files.attributes(path):  # whose runs stay
-            return
-    files.refuse_to_replace(path)
+        held, attributes = files.read(path)
+        held = held if "sweep" in attributes else {}
+    if not held:
+        files.refuse_to_replace(path)
+        return
+    known = {axis.name: np.asarray(axis.labels).tolist() for axis in planned.axes}
+    same = np.ndim(held.get("beads", 0)) == len(known) and known.keys() <= held.keys()
+    if not same or any(set(np.ravel(held[name]).tolist()) - set(known[name]) for name in known):
+        raise Occupied(f"{path}: holds a sweep with other axes or values, which this one lacks")
 
 
 class _Outcome(NamedTuple):

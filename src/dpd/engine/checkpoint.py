@@ -176,7 +176,7 @@ class Checkpoint:
                 os.replace(draft, self.path)
             self.is_ours = True
         except OSError as problem:
-            return f"{self.path}: no checkpoint could be written ({reason(problem)}); going on"
+            return f"{self.path}: no checkpoint could be written ({reason(problem)})"
         return ""
 
     def resume(
@@ -212,8 +212,8 @@ class Checkpoint:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
         stored.pop(NOTE, None)
         state, box = simulation.state, simulation.system.box
-        wrong = mistake_in(stored, state, box, observers, steps) or _cut_files(stored, observers)
-        if wrong:
+        wrong = mistake_in(stored, state, box, observers, steps)
+        if wrong := wrong or _cut_files(stored, observers, sum(steps)):
             return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
         simulation.state = put_back(stored, observers)
         self.is_ours = True
@@ -226,11 +226,12 @@ class Checkpoint:
             self.path.unlink(missing_ok=True)
 
 
-def _cut_files(stored, observers):
+def _cut_files(stored, observers, last):
     """Let observers with files of their own go on where they were; why one cannot, or nothing."""
     for i, observer in enumerate(observers):
         frames = int(stored[f"{i}/taken"][0]) if (file := file_of(observer)) else 0
-        if file and (wrong := file.cut(frames, stored[f"{i}/digests"])):
+        digests, is_over = stored.get(f"{i}/digests"), int(stored["step"]) == last
+        if file and (wrong := file.cut(frames, digests, is_over)):
             return wrong
     return ""
 

@@ -92,7 +92,7 @@ def run(
         stop_now = stop < last and stopping is not None and stopping()
         if checkpoint is not None and (stop_now or time.monotonic() - saved >= every_seconds):
             problem = checkpoint.save(simulation, observers)
-            say(problem if problem != former else "")  # once is enough
+            say(f"{problem}; going on" if problem not in ("", former) else "")  # once is enough
             saved, former = time.monotonic(), problem
         if stop_now:
             raise Stopped(f"stopped at step {stop} of {last}, as asked")

@@ -62,6 +62,7 @@ class TrajectoryFile:
         self._trajectory: gsd.hoomd.HOOMDTrajectory | None = None
         self._grown: BinaryIO  # to read what was written
         self._before: _Before | None = None
+        self._is_longer = False  # than what is in its place, of which it has all frames
         self._flushed = time.monotonic()
 
     def refuse_other_files(self) -> None:
@@ -75,7 +76,7 @@ class TrajectoryFile:
         refuse_other_trajectory(self.path)
         refuse_other_trajectory(self.unfinished)
 
-    def cut(self, frames: int, digests: np.ndarray) -> str:
+    def cut(self, frames: int, digests: np.ndarray, is_over: bool) -> str:
         """Go on after the first frames of what a former process has left.
 
         Parameters
@@ -83,6 +84,8 @@ class TrajectoryFile:
         frames : int
         digests : (n, `DIGEST`) uint8 array
             Of these frames, and room for others.
+        is_over : bool
+            All was run: then whole frames are kept, and `finish` says that the others are lost.
 
         Returns
         -------
@@ -95,7 +98,7 @@ class TrajectoryFile:
             If it cannot be written.
         """
         source = self.unfinished if self.unfinished.exists() else self.path
-        return self._begin(_Before(source, frames, digests))
+        return self._begin(_Before(source, frames, digests), is_over)
 
     def go_on_after(self, source: Path, frames: int, digests: np.ndarray) -> None:
         """Begin with the frames of a shorter run, unless a checkpoint says more (`cut`).
@@ -109,6 +112,7 @@ class TrajectoryFile:
             Of these frames.
         """
         self._before = _Before(source, frames, digests.copy())
+        self._is_longer = source == self.path
 
     def append(self, frame: gsd.hoomd.Frame) -> np.ndarray:
         """Append a frame.
@@ -147,7 +151,7 @@ class TrajectoryFile:
             self._opened().flush()
         self._flushed = time.monotonic()
 
-    def finish(self, frames: int, digests: np.ndarray) -> str:
+    def finish(self, frames: int, digests: np.ndarray, result: Path) -> str:
         """Put the trajectory in its place, once the run is done.
 
         Parameters
@@ -155,6 +159,9 @@ class TrajectoryFile:
         frames : int
         digests : (n, `DIGEST`) uint8 array
             Of these frames.
+        result : Path
+            A result of another run there, which would stand beside a trajectory that is not its
+            own if we were killed before ours is written, is removed with its trajectory.
 
         Returns
         -------
@@ -173,6 +180,8 @@ class TrajectoryFile:
         with self._replacing(self.path) as trajectory:
             problem = _copy(_Before(self.unfinished, frames, digests), trajectory, self._grown)
             trajectory.close()
+            if not self._is_longer:
+                result.unlink(missing_ok=True)
         self._grown.close()
         self.unfinished.unlink(missing_ok=True)
         return f"{self.path}: its last frames are lost: {problem}" if problem else ""
@@ -186,11 +195,11 @@ class TrajectoryFile:
             )
         return self._trajectory
 
-    def _begin(self, before):
-        """Open the file with the frames of another one; return why some are not there."""
+    def _begin(self, before, is_over=False):
+        """Open the file with the frames of another one; return why it cannot go on from them."""
         try:
             with self._replacing(self.unfinished) as trajectory:
-                if before is not None and (problem := _copy(before, trajectory)):
+                if before and (problem := _copy(before, trajectory)) and not is_over:
                     raise _Unreadable(problem)
                 trajectory.flush()
         except _Unreadable as problem:

@@ -99,6 +99,7 @@ def extend(extension: Extension) -> dict[str, float]:
         elif not extension.overwrite:
             there = result_there(scene, output, extension.say)
         if there is not None:
+            remove_left(checkpoint, there)
             return summary(there, *read(output))
         with listening():
             return _go_on(scene, former, extension, checkpoint, report)

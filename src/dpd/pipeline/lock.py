@@ -187,7 +187,7 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     watch, said = _Watch(), None
     while True:
         try:
-            handle = _take(lock, watch, say)
+            handle, left = _take(lock, watch, say)
             break
         except _Busy as who:
             if not wait:
@@ -205,18 +205,23 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
             say(sentence)
         said = sentence
         time.sleep(POLL)
-    TEMPORARY.add(lock)
+    if not left:  # which a signal does not take away
+        TEMPORARY.add(lock)
     ended = threading.Event()
     signs = threading.Thread(target=_give_signs, args=(handle, ended, say), daemon=True)
     signs.start()
     try:
         yield partial(_report, handle, len(_line(handle, 0)) + 1)
+        left = b""
     finally:
         ended.set()
         signs.join()
         with suppress(OSError):
             if _is_at(handle, lock) and _is_ours(handle):
-                lock.unlink()
+                if left and not _line(handle, 1).strip():  # we have failed, and begun nothing
+                    _write(handle, left)
+                else:
+                    lock.unlink()
         TEMPORARY.discard(lock)
         os.close(handle)
 
@@ -240,10 +245,10 @@ def _give_signs(handle, ended, say):
 
 
 def _take(lock, watch, say):
-    """Make the lock ours; its open file."""
+    """Make the lock ours; its open file, and all that one had left in it who was killed."""
     lock.parent.mkdir(parents=True, exist_ok=True)
     while True:
-        handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        handle, left = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644), b""
         try:
             held = _held_by_another(handle)
             if not held and not _is_at(handle, lock):  # its owner has ended meanwhile
@@ -251,17 +256,22 @@ def _take(lock, watch, say):
                 continue
             watch.look(handle)
             _judge(lock, _owner(handle, lock), held, watch, say)
-            before = _line(handle, 1).strip() or _line(handle, 2)
-            os.ftruncate(handle, 0)
-            first, second = f"{json.dumps(_ourselves())}\n", " " * ROOM + "\n"
-            os.pwrite(handle, (first + second).encode() + before, 0)
+            left, before = os.pread(handle, LONGEST, 0), _line(handle, 1).strip()
+            first, second = json.dumps(_ourselves()).encode(), b" " * ROOM
+            _write(handle, b"\n".join([first, second, before or _line(handle, 2), b""]))
         except BaseException as problem:
-            if isinstance(problem, OSError):  # it is ours, and could not be written
+            if isinstance(problem, OSError) and not left:  # it is ours, and could not be written
                 with suppress(OSError):
                     lock.unlink()
             os.close(handle)
             raise
-        return handle
+        return handle, left
+
+
+def _write(handle, text):
+    """Replace all that stands in the lock; after a kill in between the first lines are there."""
+    os.pwrite(handle, text, 0)
+    os.ftruncate(handle, len(text))
 
 
 def _held_by_another(handle):

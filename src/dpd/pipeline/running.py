@@ -26,7 +26,7 @@ from dpd.pipeline.simulate import (
     simulate,
     summary,
 )
-from dpd.pipeline.there import result_there
+from dpd.pipeline.there import remove_left, result_there
 from dpd.progress import Progress
 from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
@@ -124,6 +124,7 @@ def run_alone(order: Order) -> dict[str, float]:
     refuse_other_file(checkpoint)
     with alone(order.output, order.say, order.wait) as report:
         if (made := _made(order)) is not None:
+            remove_left(checkpoint, made)
             return summary(made, *read(order.output))
         for path in (order.output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)

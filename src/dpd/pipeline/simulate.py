@@ -152,12 +152,13 @@ def simulate(
     if sentences[0]:
         attributes["warning"] = sentences[0]
     if keeper and own_files and lost < 0:
-        keeper.save(simulation, observers)  # a kill before the result is there costs no trajectory
+        # A kill before the result is there costs no trajectory.
+        sentences.append(keeper.save(simulation, observers))
     try:
         for observer in observers:  # before the result, which says that all is there
             if file := file_of(observer):
                 arrays = observer.arrays
-                lost_frames = file.finish(int(arrays["taken"][0]), arrays["digests"])
+                lost_frames = file.finish(int(arrays["taken"][0]), arrays["digests"], Path(path))
                 sentences.append(lost_frames)
                 not_kept = lost_frames or not_kept
         kept = NOTHING
@@ -166,8 +167,8 @@ def simulate(
         variables = with_means(variables) | kept.variables
         files.write(path, variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:
-        if keeper and lost < 0:
-            keeper.save(simulation, observers)
+        if keeper and lost < 0 and (unsaved := keeper.save(simulation, observers)):
+            problem = UserError(f"{problem}; {unsaved}")
         raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()

@@ -50,7 +50,6 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
     is_ours = attributes.get("sources") == run_sources(former)
     version = "" if is_ours else ", made by another version of this program"
     say(f"{output}: is there already, of the same scene{version}; it is kept, and nothing was run")
-    remove_left(checkpoint, former)
     return former
 
 
@@ -70,6 +69,8 @@ def refuse_to_lose(scene: Scene, checkpoint: Path) -> None:
             f"{holds} of another version of this program, such as 0.2, which alone can go on with "
             "it: finish the run with that one"
         )
+    if key.get("kept") is not former.data.get("keep_state", True):
+        raise Occupied(f"{holds} of a study, which keeps less: finish it by the same command")
 
 
 def remove_left(checkpoint: Path, scene: Scene) -> bool:
