@@ -13,7 +13,12 @@ import xarray as xr
 from xarray.backends import NetCDF4DataStore
 
 from dpd import files
-from dpd.analysis.statistics import mean_and_error, spread_of_mean, trend
+from dpd.analysis.statistics import (
+    block_mean_and_error,
+    correlation_time,
+    spread_of_mean,
+    trend,
+)
 from dpd.errors import UserError, reason
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources, stage_digest
@@ -194,7 +199,8 @@ def _means(series, replicas):
         else:  # as where a run was lost
             groups = [each[:, None] for each in point]
         for x in groups:
-            mean, error, tau = mean_and_error(x)
+            mean, error = block_mean_and_error(x, alike=True)
+            tau = correlation_time(x)
             degrees = spread_of_mean(x, alike=True).degrees if len(x) > 1 else np.zeros(x.shape[1])
             found += zip(mean, error, degrees / x.shape[1], [tau] * x.shape[1])
     return np.transpose(found)

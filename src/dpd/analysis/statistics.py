@@ -210,30 +210,24 @@ def correlation_time(series: npt.ArrayLike) -> float:
     x = x.reshape(len(x), -1)
     if len(x) < FEW or not x.var() > 0:
         return 0.5
-    variance = spread_of_mean(x, alike=True).variance.mean()
-    return max(0.5, float(variance) * len(x) / (2 * x.var(axis=0, ddof=1).mean()))
+    variance = float(np.mean(spread_of_mean(x, alike=True).variance))
+    return max(0.5, variance * len(x) / (2 * x.var(axis=0, ddof=1).mean()))
 
 
-def mean_and_error(series: npt.ArrayLike) -> tuple[Values, Values, float]:
+def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
     """Mean of a correlated series, its standard error and its correlation time.
 
     Parameters
     ----------
-    series : (n,) array, or (n, replicas) array
-        Replicas have one variance and one correlation, which are found from all.
+    series : (n,) array
 
     Returns
     -------
-    mean, error : float, or (replicas,) array
-        As from `block_mean_and_error`.
-    tau : float
-        From `correlation_time`.
+    mean, error, tau : float
+        Mean and error as from `block_mean_and_error`, tau from `correlation_time`.
     """
-    x = np.asarray(series, dtype=float)
-    mean, error = block_mean_and_error(x.reshape(len(x), -1), alike=True)
-    if x.ndim == 1:
-        return float(mean[0]), float(error[0]), correlation_time(x)
-    return mean, error, correlation_time(x)
+    mean, error = block_mean_and_error(series)
+    return float(mean), float(error), correlation_time(series)
 
 
 @taped
