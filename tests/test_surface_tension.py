@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 import dpd
-from dpd.analysis.interfaces import width_relation
 from dpd.analysis.statistics import block_mean_and_error, mean_and_error
 from dpd.analysis.surface_tension import (
     bulks,
@@ -192,21 +191,3 @@ def test_what_is_missing_is_said():
     across["observe"] = [{"profile": {"axis": "x"}}, {"stress_profile": {"axis": "z"}}]
     with pytest.raises(UserError, match="along different axes"):
         slab_tension(dpd.run(across, progress=False))
-
-
-@pytest.mark.parametrize("power", [2.0, 1.6])
-def test_widths_grow_as_they_were_made(power):
-    """The amplitude and the critical chi come back, with errors that cover the noise."""
-    chi, rng = np.linspace(3, 6, 12), np.random.default_rng(5)
-    exact = 3.24 / (3 * (chi - 2.39)) ** (1 / power)
-    found = width_relation(chi, exact, 0.01 * exact, 3.0, power)
-    assert found.amplitude == pytest.approx(3.24, rel=1e-12)
-    assert found.critical == pytest.approx(2.39, rel=1e-12)
-    many = np.array([
-        width_relation(chi, exact * (1 + 0.01 * rng.normal(size=12)), 0.01 * exact, 3.0, power)
-        for _ in range(300)
-    ])  # fmt: skip
-    amplitude, amplitude_error, critical, critical_error = many.T
-    # Errors are widened where points scatter by chance, never narrowed.
-    assert 0.9 < np.median(amplitude_error) / amplitude.std() < 1.3
-    assert 0.9 < np.median(critical_error) / critical.std() < 1.3

@@ -7,16 +7,13 @@ taken at distances from them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import curve_fit
 
 from dpd.analysis.degrees import taped
-from dpd.analysis.statistics import jackknife, linear_fit
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
+from dpd.analysis.statistics import jackknife
 
 FARTHEST = 1 / 8  # of the box that an interface may be away from where it began
 WIDTH = 2.0  # r_c, of an interface, to begin a fit
@@ -207,49 +204,3 @@ def interface_width(seen: Slabs) -> tuple[float, float]:
         return np.sqrt(max(0.0, xi**2 - 12 * slice_width**2 / np.pi**2))
 
     return jackknife(seen.density, width)
-
-
-class WidthRelation(NamedTuple):
-    """xi = amplitude / (rho (chi - critical))^(1/p), with standard errors of both numbers."""
-
-    amplitude: float
-    amplitude_error: float
-    critical: float
-    critical_error: float
-
-
-def width_relation(
-    chi: npt.ArrayLike, width: npt.ArrayLike, error: npt.ArrayLike, density: float,
-    power: float = 2.0,
-) -> WidthRelation:  # fmt: skip
-    """How the width of interfaces between single beads grows towards the critical point.
-
-    Groot and Warren 1997, text below Eq. 34, find xi = (3.24 +- 0.03) / sqrt(rho (chi - 2.39)): a
-    straight line of xi^-2 against chi. Another power p takes the place of 2 in
-    xi = amplitude / (rho (chi - critical))^(1/p); for 1.6 they find 2.10 +- 0.04.
-
-    Parameters
-    ----------
-    chi, width, error : (n,) arrays
-        Widths xi in r_c with their standard errors, three or more.
-    density : float
-        rho in 1 / r_c^3.
-    power : float
-        p.
-
-    Returns
-    -------
-    WidthRelation
-    """
-    chi, width, error = (np.asarray(values, dtype=float) for values in (chi, width, error))
-    y, y_error = width**-power, power * width ** (-power - 1) * error
-    line = linear_fit([chi, np.ones_like(chi)], y, y_error)
-    slope, intercept = line.values
-    critical = -intercept / slope
-    # The same line, seen from where it meets zero: there the error is that of the offset alone.
-    slope_error, offset_error = linear_fit([chi - critical, np.ones_like(chi)], y, y_error).errors
-    amplitude = (density / slope) ** (1 / power)
-    return WidthRelation(
-        float(amplitude), float(amplitude / power * slope_error / abs(slope)),
-        float(critical), float(offset_error / abs(slope)),
-    )  # fmt: skip
