@@ -160,7 +160,10 @@ def measured(data):
             f"{PARTS} parts of the run",
         )  # fmt: skip
         found[f"rest_{name}"] = Measured(
-            float(at.contact) - RESTS[radius], float(at.contact_error), "", data.undecided
+            float(at.contact) - RESTS[radius],
+            np.sqrt(2) * float(at.contact_error),
+            "the rest length was measured in the same way, with an error as large",
+            data.undecided,
         )
     bare = at_radius(data, 0.0)
     found["contact_0"] = Measured(
