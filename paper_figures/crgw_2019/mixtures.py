@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.report.style import points
 from paper_figures.crgw_2019.shared import LOOKS, PERCENT, TARGET, mean_of
 
@@ -69,34 +70,28 @@ def _per_molecule(runs):
     return float(sum(kind.count for kind in first_scene(runs).molecules))
 
 
-def _volume(runs):
-    """Volume per molecule and its error."""
-    value, error = mean_of(runs, "volume")
-    return value / _per_molecule(runs), error / _per_molecule(runs)
+def _per_molecule_of(**terms):
+    """What gives a sum of series, each times a factor, per molecule, and its error.
 
-
-def _energy(runs):
-    """Potential energy per molecule, of pairs and bonds, and its error."""
-    count = _per_molecule(runs)
-    value, error = mean_of(runs, "pair_energy")
-    if "bond_energy" in runs:
-        bonds, spread = mean_of(runs, "bond_energy")
-        spread = spread.where(bonds != 0, 0.0)  # single beads have none
-        value, error = value + bonds, np.hypot(error, spread)
-    return value / count, error / count
-
-
-def _enthalpy(runs):
-    """Potential energy and pressure times volume per molecule, and its error.
-
-    The energy of beads that repel each other falls where the volume grows. Here the errors of both
-    are joined as if they were independent, so that this one is an upper bound.
+    The error is that of the sum: where the volume grows, the energy of beads that repel each other
+    falls. Single beads have no energy of bonds.
     """
-    energy, volume = _energy(runs), _volume(runs)
-    return energy[0] + TARGET * volume[0], np.hypot(energy[1], TARGET * volume[1])
+
+    def measure(runs):
+        known = [name for name in terms if f"{name}_series" in runs]
+        total = sum(terms[name] * runs[f"{name}_series"] for name in known) / _per_molecule(runs)
+        total = total.transpose("time", ..., "replica")
+        pair = over_replicas(*block_mean_and_error(total.values, alike=True), axis=-1)
+        return tuple(total[0, ..., 0].copy(data=values).drop_vars("time") for values in pair)
+
+    return measure
 
 
-MEASURES = {"enthalpy": _enthalpy, "energy": _energy, "volume": _volume}
+MEASURES = {
+    "enthalpy": _per_molecule_of(pair_energy=1, bond_energy=1, volume=TARGET),
+    "energy": _per_molecule_of(pair_energy=1, bond_energy=1),
+    "volume": _per_molecule_of(volume=1),
+}
 
 
 def most(data, name, equation):
