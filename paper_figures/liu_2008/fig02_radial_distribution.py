@@ -5,7 +5,7 @@ import xarray as xr
 
 from dpd.analysis.collect import samples_of
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, jackknife
+from dpd.analysis.statistics import COVERAGE, independent_mean_and_error, jackknife
 from dpd.analysis.structure import (
     closest_contact,
     contact_over_sampling,
@@ -32,7 +32,7 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "(a) and (c): 95 % intervals from blocks of the run. (b): the same of the median, with the "
-    "error of a bin. Peaks: a cubic through the bins within 0.15 r_c of the highest, but no "
+    "error of a bin. Peaks: a cubic through the bins within 0.15 r_c of its maximum, but no "
     "farther than two thirds of the way to the kink of g(r) at 2 r_s, where forces jump; errors by "
     "leaving out tenths of the run. At the kink it is the highest bin, and its error one bin."
 )
@@ -131,7 +131,7 @@ def _drift(r, blocks):
         counts, distance, _ = contact_over_sampling(r, part, 1)
         slope, _ = np.polyfit(np.log10(counts), distance, 1)
         slopes.append(slope)
-    return np.mean(slopes), np.std(slopes, ddof=1) / np.sqrt(PARTS)
+    return independent_mean_and_error(slopes)
 
 
 def measured(data):

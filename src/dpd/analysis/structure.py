@@ -14,16 +14,22 @@ if TYPE_CHECKING:
     from dpd.analysis.statistics import Values
 
 FLANK = 4.0  # over and under a level, what counts as near it
-AROUND = 0.15  # r_c on either side of the highest bin, for the cubic through a peak
+AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
+TURNS, CLOSE = (
+    50,
+    1e-7,
+)  # of the fit about its own maximum, until that moves by less than so many r_c
 LEAST_BINS = 8  # that a cubic is laid through
 SHARE = 2 / 3  # of the way from a peak to a kink of g(r): as far as a cubic may reach
 
 
 def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) -> float:
-    """Distance of the maximum of g(r): of a cubic through the bins around the highest.
+    """Distance of the maximum of g(r): of a cubic through the bins around it.
 
     A parabola is not enough: the peak is steeper on its near side, and its place would move
-    with the width of the fit.
+    with the width of the fit. Bins count less the farther they are, and those about the maximum of
+    the cubic count, not those about the highest bin: that is another one where noise decides, and
+    with it the place would jump by more than its error knows.
 
     Parameters
     ----------
@@ -32,7 +38,7 @@ def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) 
         Where g(r) has a kink below its peak, as at the edge of a rigid core, where the force jumps:
         the fit keeps away from it.
     share : float
-        Of the way from the highest bin to the kink: the fit reaches no farther.
+        Of the way from the maximum to the kink: the fit reaches no farther.
 
     Returns
     -------
@@ -40,14 +46,23 @@ def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) 
         The highest bin where the kink leaves too few bins for a fit; NaN if the cubic has no
         maximum.
     """
-    highest = r[np.argmax(g)]
-    near = np.abs(r - highest) <= min(AROUND, share * (highest - kink))
-    if near.sum() < LEAST_BINS:
-        return float(highest)
-    cubic, square, slope, _ = np.polyfit(r[near] - highest, g[near], 3)
-    # The root of 3 c x^2 + 2 s x + b at which the second derivative is negative.
-    inside = square**2 - 3 * cubic * slope
-    return highest - slope / (square - np.sqrt(inside)) if inside >= 0 else np.nan
+    highest = middle = r[np.argmax(g)]
+    for _ in range(TURNS):
+        reach = min(AROUND, share * (middle - kink))
+        near = np.abs(r - middle) < reach
+        if near.sum() < LEAST_BINS:
+            return float(highest)
+        x = r[near] - middle
+        cubic, square, slope, _ = np.polyfit(x, g[near], 3, w=1 - (x / reach) ** 2)
+        # The root of 3 c x^2 + 2 s x + b at which the second derivative is negative.
+        inside = square**2 - 3 * cubic * slope
+        if inside < 0:
+            return np.nan
+        step = -slope / (square - np.sqrt(inside))
+        middle += np.clip(step, -reach / 2, reach / 2)
+        if abs(step) < CLOSE:
+            break
+    return float(middle)
 
 
 def trough(r: np.ndarray, g: np.ndarray) -> float:
