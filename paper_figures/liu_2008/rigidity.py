@@ -47,8 +47,8 @@ UNITS = {
 
 def compute(sweeps):
     """Contacts, bonds, crossings and stable steps over F_max and C."""
-    names = ("contacts", "rigidity", "stability", "sets")
-    contacts, runs, steps, sets = (sweeps[name] for name in names)
+    names = ("contacts", "rigidity", "stability", "sets", "share")
+    contacts, runs, steps, sets, share = (sweeps[name] for name in names)
     places = list(np.ndindex(runs.sizes["force"], runs.sizes["stiffness"]))
     rows = [_bonds(runs.isel(force=i, stiffness=j)) for i, j in places]
     data = xr.Dataset(coords={name: runs[name] for name in ("force", "stiffness")})
@@ -73,7 +73,20 @@ def compute(sweeps):
     data = data.assign_coords(dt=steps.dt.values)
     data["kT"], data["kT_error"] = (names, kT, {"units": "kT"}), (names, error, {"units": "kT"})
     data = data.merge(_heats(sets))
-    return data.assign_attrs(undecided=cores[0].undecided)
+    return data.assign_attrs(undecided=cores[0].undecided, **_by_rest(share))
+
+
+def _by_rest(share):
+    """How variance and longest bond change with the rest length: slopes, of melts of set (1)."""
+    found = {
+        "variance_by_rest": share.bond_mean_square - share.bond_mean**2,
+        "longest_by_rest": share.bond_longest,
+    }
+    rest, others = (
+        share.rest_length.values.astype(float),
+        [*{*share.bond_longest.dims} - {"rest_length"}],
+    )
+    return {name: np.polyfit(rest, values.mean(others), 1)[0] for name, values in found.items()}
 
 
 def _heats(sweep):
@@ -125,13 +138,18 @@ def _stable(at):
 
 
 def _rise(data, name):
-    """Change from the lowest F_max that the text means to the highest, at C of set (1)."""
+    """Change from the lowest F_max that the text means to the highest, at C of set (1).
+
+    Bonds rest at the 2 r_0 that was measured, so its error is part of that of the change.
+    """
     meant = data.force.values >= CHOSEN
     if SET_STIFFNESS not in data.stiffness.values or meant.sum() < 2:
         return Measured(np.nan, np.nan)
     along = data.sel(stiffness=SET_STIFFNESS).isel(force=meant)
     low, high = along.isel(force=0), along.isel(force=-1)
-    error = float(np.hypot(low[f"{name}_error"], high[f"{name}_error"]))
+    cores = data.contact_error.sel(core_force=[low.force, high.force])
+    error = np.hypot(low[f"{name}_error"], high[f"{name}_error"])
+    error = float(np.hypot(error, data.attrs[f"{name}_by_rest"] * np.hypot(*cores.values)))
     listed = ", ".join(f"{float(v):.4g}" for v in along[name])
     forces = ", ".join(f"{f:g}" for f in along.force.values)
     return Measured(
