@@ -62,9 +62,7 @@ def compute(sweeps):
             "share_error": ("rest_length", beyond[:, 1], {"units": "1"}),
         },
         {"set": chosen, "bond_length": runs.bond_length, "rest_length": share.rest_length},
-        {
-            "undecided": closest_contact(monomers.isel(r_s=0)).undecided,
-        },
+        {"undecided": closest_contact(monomers.isel(r_s=0)).undecided},
     )
     for name, unit, column in zip(
         ("core", "core_error", "longest", "mean_length", "samples"),

@@ -77,15 +77,14 @@ def compute(sweeps):
 
 
 def _by_rest(share):
-    """How variance and longest bond change with the rest length: slopes, of melts of set (1)."""
+    """Slopes of variance and longest bond over the rest length, of melts of set (1); NaN of one."""
     found = {
         "variance_by_rest": share.bond_mean_square - share.bond_mean**2,
         "longest_by_rest": share.bond_longest,
     }
-    rest, others = (
-        share.rest_length.values.astype(float),
-        [*{*share.bond_longest.dims} - {"rest_length"}],
-    )
+    rest, others = share.rest_length.values.astype(float), ("replica", share.bond_longest.dims[-1])
+    if len(rest) < 2:
+        return dict.fromkeys(found, np.nan)
     return {name: np.polyfit(rest, values.mean(others), 1)[0] for name, values in found.items()}
 
 
