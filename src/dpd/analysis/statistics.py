@@ -23,7 +23,7 @@ BLOCKS, LEAST = 64, 4  # averages that show a slow part; at least so many sample
 # Correlation times that an autocorrelation is summed up to: of many samples, of averages in which a
 # slow part may hide, and of few blocks. Each more costs degrees of freedom, n / (2 W + 1) of n.
 WINDOW, OF_AVERAGES, OF_BLOCKS = 5.0, 3.0, 1.5
-SURE = 0.5  # standard errors by which averages have to say more than the samples do
+SURE = 0.5  # standard errors by which averages have to say something else than the samples do
 FEW = 25  # values below which their own correlation cannot be told
 PARTS = 4  # that so few are joined to
 # Correlation times, as measured, below which a run is too short for an error. Meant is 20: there
@@ -31,6 +31,14 @@ PARTS = 4  # that so few are joined to
 TOO_SHORT = 10.0
 UNLIKELY = 0.01  # probability of a scatter about a fit that errors of points do not explain
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
+
+
+def student(degrees: Values) -> Values:
+    """Student's t over 1.96, of so many degrees of freedom."""
+    # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
+    from scipy.special import stdtrit
+
+    return stdtrit(np.minimum(degrees, MANY), LEVEL) / COVERAGE
 
 
 def widening(degrees: Values) -> Values:
@@ -44,10 +52,7 @@ def widening(degrees: Values) -> Values:
     degrees : float or array
         Degrees of freedom.
     """
-    # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
-    from scipy.special import stdtrit
-
-    return widened_by(degrees, stdtrit(np.minimum(degrees, MANY), LEVEL) / COVERAGE)
+    return widened_by(degrees, student(degrees))
 
 
 class Spread(NamedTuple):
@@ -122,10 +127,11 @@ def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
     """Variance of the mean of a correlated series.
 
     By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
-    which count where they say `SURE` standard errors more (of white noise, in a quarter of all
-    series): noise from one sample to the next fades in them, and a slow part below it, at which a
-    window on the samples closes too early, comes out. Fewer than 25 cannot tell their correlation:
-    four parts of them count as independent.
+    which count where they say something else by `SURE` standard errors: noise from one sample to
+    the next fades in them, and a slow part below it, at which a window on the samples closes too
+    early, comes out; so does a long tail of negative correlation, as of the force on a wall, whose
+    error by the samples is four times too large. Fewer than 25 cannot tell their correlation: four
+    parts of them count as independent.
 
     Parameters
     ----------
@@ -156,8 +162,9 @@ def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
         by_window(x, WINDOW, alike),
         by_window(averaged(x, n // count), OF_AVERAGES, alike),
     )
-    slow = coarse.variance > fine.variance * (1 + SURE * np.sqrt(2 / coarse.degrees))
-    return Spread(*(np.where(slow, *pair) for pair in zip(coarse, fine)))
+    apart = 1 + SURE * np.sqrt(2 / coarse.degrees)
+    low, high = np.sort([fine.variance, coarse.variance], axis=0)
+    return Spread(*(np.where(high > low * apart, *pair) for pair in zip(coarse, fine)))
 
 
 def averaged(x: np.ndarray, size: int) -> np.ndarray:
@@ -383,6 +390,11 @@ class Fit(NamedTuple):
         """Probability of a worse chi-square if the model is right."""
         return likelihood(self.reduced_chi_square * self.degrees, self.degrees)
 
+    @property
+    def systematic(self) -> np.ndarray:
+        """The part of ``errors``, of a fit to points with errors, that `scatter` has added."""
+        return self.errors * misfit_share(self.reduced_chi_square, self.p_value)
+
 
 def likelihood(chi_square: float, degrees: int) -> float:
     """Probability of a worse chi-square, of points with some degrees of freedom."""
@@ -400,6 +412,11 @@ def scatter(chi_square: float, degrees: int) -> float:
     if degrees and likelihood(chi_square, degrees) < UNLIKELY:
         return float(np.sqrt(chi_square / degrees))
     return 1.0
+
+
+def misfit_share(reduced_chi_square: float, p_value: float) -> float:
+    """The share of an error that `scatter` has added: more sampling does not lower it."""
+    return float(np.sqrt(1 - 1 / reduced_chi_square)) if p_value < UNLIKELY else 0.0
 
 
 def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | None = None) -> Fit:
