@@ -6,6 +6,7 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points, published_line
+from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.tension_laws import collapse
 from paper_figures.groot_warren_1997.tensions import (
     GROUPS,
@@ -90,7 +91,10 @@ def measured(data):
     def of(name, part):
         value, error = float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"])
         note = f"{fit_in_words(data, name)}; {longer_in_words(data, name, part)}"
-        return Measured(value, error, note, few or off_the_law(data, name))
+        if few or error < value / COVERAGE:
+            return Measured(value, error, note, few or off_the_law(data, name))
+        reason = f"the runs do not fix it: {with_error(value, error)}"
+        return Measured(np.nan, np.nan, note, reason)
 
     return {
         "tension_critical": of("free", "critical"),

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, NullFormatter
 
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, linear_fit
+from dpd.analysis.statistics import COVERAGE, linear_fit, misfit_share
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points
 from dpd.report.text import with_error
@@ -95,6 +95,8 @@ def measured(data):
             f"{with_error(float(longer.slope), float(longer.slope_error))}",
             misfit(float(data.p_value), "straight lines of one slope", "the slope depends")
             if np.isfinite(data.slope) else "too few settled runs of equal chi N",
+            systematic=float(data.slope_error)
+            * misfit_share(float(data.reduced_chi_square), float(data.p_value)),
         )
     }  # fmt: skip
 

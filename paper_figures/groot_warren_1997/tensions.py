@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.container import ErrorbarContainer
 
+from dpd.analysis.statistics import misfit_share
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from dpd.report.text import with_error
@@ -173,11 +174,11 @@ def measured_part(data, name, part, beside=""):
         Not to be judged where the points do not follow the law.
     """
     few = int(data[f"{name}_points"]) <= 3
-    note = fit_in_words(data, name)
+    note, error = fit_in_words(data, name), float(data[f"{name}_{part}_error"])
+    quality, p = (float(data[f"{name}_{each}"]) for each in ("reduced_chi_square", "p_value"))
     return Measured(
-        float(data[f"{name}_{part}"]), float(data[f"{name}_{part}_error"]),
-        f"{note}; {beside}" if beside else note,
-        FEW if few else off_the_law(data, name),
+        float(data[f"{name}_{part}"]), error, f"{note}; {beside}" if beside else note,
+        FEW if few else off_the_law(data, name), systematic=error * misfit_share(quality, p),
     )  # fmt: skip
 
 

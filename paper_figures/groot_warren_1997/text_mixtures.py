@@ -51,6 +51,9 @@ def compute(sweeps):
                 "excess", slopes[:, 1] / scale,
                 prefactor | {"long_name": "standard error"},
             ),
+            "prefactor_systematic": (
+                "excess", slopes[:, 2] / scale, prefactor | {"long_name": "systematic part of it"}
+            ),
         },
         {"fraction": x, "excess": excess},
         {"repulsion": first_scene(runs).data["repulsion"]["A A"], "density": density},
@@ -58,12 +61,15 @@ def compute(sweeps):
 
 
 def slope(x, y, error):
-    """Slope of y over x through the origin, and its error; NaN where a point has no error."""
+    """Slope of y over x through the origin, its error, and the systematic part of that.
+
+    Every point weighs the same, as the points do not lie on the line and their errors scatter: by
+    weights from those, the slope would, too. NaN where a point has no error.
+    """
     if not np.all(error > 0):
-        return np.nan, np.nan
-    fit = linear_fit([x], y, error)
-    (value,), (error,) = fit.values, fit.errors
-    return value, error
+        return (np.nan,) * 3
+    fit = linear_fit([x], y, np.full_like(y, np.sqrt(np.mean(error**2))))
+    return fit.values[0], fit.errors[0], fit.systematic[0]
 
 
 def measured(data):
@@ -71,11 +77,12 @@ def measured(data):
     found = {name: over_half(data, x) for name, x in SHAPES.items()}
     low, high = data.isel(excess=0), data.isel(excess=-1)
     change = float(high.prefactor / low.prefactor)
-    error = change * float(
-        np.hypot(high.prefactor_error / high.prefactor, low.prefactor_error / low.prefactor)
+    error, systematic = (
+        change * float(np.hypot(high[name] / high.prefactor, low[name] / low.prefactor))
+        for name in ("prefactor_error", "prefactor_systematic")
     )
     direction = "falls" if change < 1 else "rises"
-    moved = Measured(abs(change - 1), error, f"it {direction} with Delta a")
+    moved = Measured(abs(change - 1), error, f"it {direction} with Delta a", systematic=systematic)
     return found | {"mixing_prefactor": moved}
 
 
@@ -86,9 +93,12 @@ def over_half(data, x):
     part, half = data.sel(fraction=x), data.sel(fraction=0.5)
     ratio = (part.mixing / half.mixing).values
     parts = (part.mixing_error / part.mixing, half.mixing_error / half.mixing)
-    shape, error = slope(np.ones_like(ratio), ratio, np.abs(ratio) * np.hypot(*parts))
+    shape, error, systematic = slope(np.ones_like(ratio), ratio, np.abs(ratio) * np.hypot(*parts))
     first, last = data.excess.values[[0, -1]]
-    return Measured(float(shape), float(error), f"mean over Delta a {first:g} to {last:g}")
+    return Measured(
+        float(shape), float(error), f"mean over Delta a {first:g} to {last:g}",
+        systematic=float(systematic),
+    )  # fmt: skip
 
 
 def describe(data):

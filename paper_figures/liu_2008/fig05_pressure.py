@@ -1,5 +1,7 @@
 """Figure 5: equation of state of monomers with rigid cores, and whether it is a parabola."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dpd.analysis.pressure import excess_pressure
@@ -108,10 +110,12 @@ def measured(data):
                 float(at.kappa), float(at.kappa_error),
                 "error from the scatter about the parabola; exact limits "
                 f"{float(at.virial):.5f} and {float(at.mean_field):.4f}",
+                systematic=float(at.kappa_error),
             )  # fmt: skip
     bare, thin, thick, crowded = (at_radius(data, radius) for radius in CORES)
     kappas = ((float(at.kappa), float(at.kappa_error)) for at in (thin, bare))
-    found["kappa_ratio"] = _ratio(*kappas, less=1.0)
+    ratio = _ratio(*kappas, less=1.0)
+    found["kappa_ratio"] = replace(ratio, systematic=ratio.error)
     spreads = [spread(at) for at in (bare, thin, thick, crowded)]
     listed = ", ".join(f"{value:.1%}" for value, _ in spreads)
     ratio = _ratio(min(spreads[2:]), max(spreads[:2]))

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 COLUMNS = [
     "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
-    "rounding", "rival", "value", "error", "degrees", "deviation_sigma", "resolution", "verdict",
-    "note",
+    "rounding", "rival", "value", "error", "systematic", "degrees", "deviation_sigma", "resolution",
+    "verdict", "note",
 ]  # fmt: skip
 REPLICATED, DEVIATES, NOT_REACHED = "replicated", "deviates", "not reached at this scale"
 SIMULATED, CLOSED_FORM, CHECK = "simulated", "closed form", "check"
@@ -43,6 +43,9 @@ class Measured:
         Why this run cannot decide; empty if it can.
     bound : bool
         Whether the value is only an upper bound, at 95 %: it has no error.
+    systematic : float
+        The part of the error that more sampling, or another seed, would not change: of points that
+        do not follow the law that is fitted, of a choice of fluids, of bins, of printed numbers.
     """
 
     value: float
@@ -50,6 +53,12 @@ class Measured:
     note: str = ""
     undecided: str = ""
     bound: bool = False
+    systematic: float = 0.0
+
+    @property
+    def by_sampling(self) -> float:
+        """The rest of the error, which another seed would change."""
+        return float(np.sqrt(max(self.error**2 - self.systematic**2, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -194,6 +203,7 @@ def rows(
             "rival": entry.get("rival", np.nan),
             "value": ours.value,
             "error": np.nan if ours.bound else ours.error,
+            "systematic": ours.systematic,
             "degrees": round((degrees or {}).get(name, np.nan), 1),
             "deviation_sigma": round(float(found.deviation), 2),
             "resolution": found.resolution,

@@ -20,16 +20,18 @@ from dpd.report.figures import joined
 KEY = ["paper", "figure", "quantity"]
 DRAWS = 400  # of two studies like these, which say how often their verdicts would differ
 WORST = 10  # rows that are listed, of each kind
+ROUNDING = 1e-9  # of the square of an error: what is left of one that is systematic
 FACTORS = (2, 3)  # by which error bars should not differ
 ENOUGH = 20  # rows from which on a paper's rms z says something
 HEADER = (
-    f"{'paper':18s} {'rows':>5s} {'with z':>6s} {'rms z':>6s} {'allowed':>9s} {'>1.96':>7s}   "
+    f"{'paper':18s} {'rows':>5s} {'with z':>6s} {'rms z':>11s} {'allowed':>9s} {'>1.96':>7s}   "
     f"{'ratio>2':>9s}   {'ratio>3':>9s}   {'flips':>15s} {'missing':>7s} {'no df':>7s}"
 )
 MEANING = (
-    "z = (a - b) / sqrt(e_a^2 + e_b^2), e being half a 95 % interval over 1.96; ratio: the larger "
-    "error bar over the\nsmaller, how often it is beyond 2 and 3, and how often the degrees of "
-    "freedom (df) predict that; flips: verdicts\nthat differ, and how many the errors predict; "
+    "z = (a - b) / sqrt(e_a^2 + e_b^2), e being half a 95 % interval over 1.96 without the "
+    "systematic part that both\nstudies share; then what the degrees of freedom (df) predict for "
+    "its rms; ratio: the larger error bar over the\nsmaller, how often it is beyond 2 and 3, and "
+    "how often the df predict that; flips: verdicts that differ, and how\nmany the errors predict; "
     "missing: values that one study alone has, which have no verdict."
 )
 
@@ -73,19 +75,26 @@ def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns of both, those of the second with ``_b``. ``z`` is the difference over the combined
-        error, half a 95 % interval over 1.96; ``ratio`` is the larger error bar over the smaller;
-        both are NaN where a row has no error bar. ``likely_2`` and ``likely_3`` are how likely the
-        degrees of freedom make the ratio larger than that. ``flip`` is whether the verdicts differ,
-        of rows with both values, ``likely_flip`` how likely that is with these errors;
-        ``missing`` is whether one study alone has the value.
+        error without its systematic part, half a 95 % interval over 1.96, and ``likely_z`` the
+        mean square that the degrees of freedom let expect; ``ratio`` is the larger such error over
+        the smaller; they are NaN where a row has none. ``likely_2`` and ``likely_3`` are
+        how likely the degrees of freedom make the ratio larger than that. ``flip`` is whether the
+        verdicts differ, of rows with both values, ``likely_flip`` how likely that is with these
+        errors; ``missing`` is whether one study alone has the value.
     """
     both = one.merge(other, on=KEY, suffixes=("", "_b"), validate="one_to_one")
     there = np.isfinite(both[["value", "value_b"]].to_numpy(dtype=float)).sum(axis=1)
-    errors = both[["error", "error_b"]].to_numpy(dtype=float)
-    errors = np.where((errors > 0).all(axis=1)[:, None], errors, np.nan)
+    errors, shared = (
+        both[[name, f"{name}_b"]].to_numpy(dtype=float) for name in ("error", "systematic")
+    )
+    squares = errors**2 - np.nan_to_num(shared) ** 2
+    known = (squares > ROUNDING * errors**2).all(axis=1)
+    errors = np.sqrt(np.where(known[:, None], squares, np.nan))
     both["z"] = (both.value - both.value_b) / np.hypot(*errors.T)
     both["ratio"] = errors.max(axis=1) / errors.min(axis=1)
-    n, m = both.degrees.to_numpy(dtype=float), both.degrees_b.to_numpy(dtype=float)
+    degrees = both[["degrees", "degrees_b"]].to_numpy(dtype=float)
+    both["likely_z"] = [_mean_square(pair) if k else np.nan for pair, k in zip(degrees, known)]
+    n, m = degrees.T
     wide = (widening(n) / widening(m)) ** 2
     for factor in FACTORS:
         either = fdtr(n, m, 1 / (wide * factor**2)) + 1 - fdtr(n, m, factor**2 / wide)
@@ -95,6 +104,17 @@ def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
     rows = both.to_dict("records")
     both["likely_flip"] = [_likely_flip(row) if n == 2 else 0.0 for n, row in zip(there, rows)]
     return both
+
+
+def _mean_square(degrees: np.ndarray) -> float:
+    """Of z, of two values whose errors have so many degrees of freedom: Student's t makes it < 1.
+
+    Half of a 95 % interval covers as often as it should, but with few degrees of freedom its square
+    is larger than the variance of the value.
+    """
+    many = np.minimum(np.nan_to_num(degrees, nan=np.inf), MANY)
+    drawn = np.random.default_rng(1).chisquare(many, (DRAWS, 2)) / many
+    return float(np.mean(2 / (widening(many) ** 2 * drawn).sum(axis=1)))
 
 
 def _likely_flip(row: dict[str, Any]) -> float:
@@ -149,13 +169,17 @@ def _line(name, rows):
     z, ratio = rows.z.dropna(), rows.ratio[np.isfinite(rows.z)]
     n, flips = len(z), rows.likely_flip
     allowed = f"1 ± {2 / np.sqrt(2 * n):.2f}" if n >= ENOUGH else "-"
-    rms, beyond = (np.sqrt((z**2).mean()), (z.abs() > COVERAGE).mean()) if n else (np.nan, np.nan)
+    beyond, rms, likely = (
+        [(z.abs() > COVERAGE).mean(), *np.sqrt([(z**2).mean(), rows.likely_z.mean()])]
+        if n
+        else [np.nan] * 3
+    )
     more = [f"{(ratio > factor).sum():3d} {rows[f'likely_{factor}'].sum():5.1f}"
             for factor in FACTORS]  # fmt: skip
     spread = np.sqrt((flips * (1 - flips)).sum())
     return (
-        f"{name:18s} {len(rows):5d} {n:6d} {rms:6.2f} {allowed:>9s} {beyond:7.1%}   {more[0]}   "
-        f"{more[1]}   {rows.flip.sum():3d} {flips.sum():5.1f} ± {spread:3.1f} "
+        f"{name:18s} {len(rows):5d} {n:6d} {rms:6.2f} {likely:4.2f} {allowed:>9s} {beyond:7.1%}   "
+        f"{more[0]}   {more[1]}   {rows.flip.sum():3d} {flips.sum():5.1f} ± {spread:3.1f} "
         f"{rows.missing.sum():7d} {(rows.degrees.isna() & np.isfinite(rows.z)).sum():7d}"
     )
 

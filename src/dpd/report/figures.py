@@ -49,7 +49,7 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
         with blamed_on(module, "compute"):
             numbers = wanted(module, "compute", module.compute(drawn), xr.Dataset)
         found = _measured(module, numbers)
-        return numbers, {name: one.error for name, one in found.items()}
+        return numbers, {name: one.by_sampling for name, one in found.items()}
 
     numbers, degrees = degrees_of(made)
     numbers.attrs["degrees"] = json.dumps(degrees)

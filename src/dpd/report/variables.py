@@ -53,7 +53,9 @@ VERDICT_COLUMNS = {
     "error": "its standard error, widened by Student's t where few independent samples have fixed "
     "it, so that 1.96 of it make a 95 % interval; none if the run is shorter than about 20 "
     "correlation times",
-    "degrees": "degrees of freedom that have fixed the error; none where they are not known",
+    "systematic": "the part of the error that more sampling would not lower: of points that do not "
+    "follow the law that is fitted, of a choice of fluids, of bins",
+    "degrees": "degrees of freedom that have fixed the rest of it; none where they are not known",
     "deviation_sigma": "the difference in combined standard errors, rounding included; of a range: "
     "how far the value lies outside",
     "resolution": "the smallest difference that this run would have called a deviation",
