@@ -56,7 +56,11 @@ def test_two_kinds_of_noise(apart, verdict):
     true = np.array([1, 3])[:, None, None] * np.array([1, 1 + apart])[:, None] * np.ones(8)
     along, error = ("scheme", "noise", "dt"), 0.001 * true
     data = xr.Dataset(
-        {"excess": (along, true - 1 + RNG.normal(0, error)), "error": (along, error)},
+        {
+            "excess": (along, true - 1 + RNG.normal(0, error)),
+            "error": (along, error),
+            "degrees": (along, np.full(true.shape, np.inf)),
+        },
         {"noise": ["uniform", "gaussian"]},
     )
     found = module("fig01_time_step").between_noises(data)

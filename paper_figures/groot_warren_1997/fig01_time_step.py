@@ -5,7 +5,7 @@ import xarray as xr
 from scipy.special import chdtrc
 
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas
+from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas, student
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Look, panels, points
 from dpd.report.text import with_error
@@ -46,10 +46,13 @@ def compute(sweeps):
         kT, error = over_replicas(sweep.kT.values, sweep.kT_error.values, -1)
         dims = sweep.kT.dims[:-1]
         coords = {name: sweep[name] for name in dims}
-        parts.append(xr.Dataset({"excess": (dims, kT - 1), "error": (dims, error)}, coords))
+        degrees = sweep.kT_degrees.sum(sweep.kT.dims[-1]).values
+        found = {"excess": kT - 1, "error": error, "degrees": degrees}
+        parts.append(xr.Dataset({name: (dims, each) for name, each in found.items()}, coords))
     data = xr.concat(parts, "scheme", join="outer")
     data.excess.attrs = {"units": "kT", "long_name": "kinetic temperature minus 1"}
     data.error.attrs = {"units": "kT", "long_name": "standard error"}
+    data.degrees.attrs = {"units": "1", "long_name": "degrees of freedom of that"}
     value, error, pieces = scatter(sweeps["short_averages"])
     data["scatter"] = ((), value, {"units": "kT", "long_name": "of means over 200 steps"})
     data["scatter_error"] = ((), error, {"units": "kT", "long_name": "standard error"})
@@ -95,20 +98,23 @@ def both_noises(data, scheme, dt):
 def between_noises(data):
     """Mean square of the relative difference of kT with uniform and with Gaussian noise.
 
-    Over all schemes and steps of which both runs have an error, less what our errors add to it. The
-    text compares points that scatter as means over 200 steps do, so it says nothing of differences
-    far below that.
+    Over all schemes and steps of which both runs have an error, less what our errors add to it,
+    which is their variance without Student's t. The text compares points that scatter as means over
+    200 steps do, so it says nothing of differences far below that.
     """
     kT, error = 1 + data.excess, data.error / (1 + data.excess)
     gap = (kT.sel(noise="uniform") / kT.sel(noise="gaussian") - 1).values
-    spread = np.hypot(*(error.sel(noise=n).values for n in ("uniform", "gaussian")))
+    spread, sigma = (
+        np.hypot(*(each.sel(noise=n).values for n in ("uniform", "gaussian")))
+        for each in (error, error / student(data.degrees))
+    )
     known = np.isfinite(gap / spread)
-    gap, spread = gap[known], spread[known]
+    gap, spread, sigma = gap[known], spread[known], sigma[known]
     if not len(gap):
         return Measured(np.nan, np.nan)
-    value = float(np.mean(gap**2 - spread**2))
-    real = np.maximum(gap**2 - spread**2, 0)
-    error = float(np.sqrt(np.sum(4 * real * spread**2 + 2 * spread**4))) / len(gap)
+    value = float(np.mean(gap**2 - sigma**2))
+    real = np.maximum(gap**2 - sigma**2, 0)
+    error = float(np.sqrt(np.sum(4 * real * sigma**2 + 2 * sigma**4))) / len(gap)
     chance = float(chdtrc(len(gap), np.sum((gap / spread) ** 2)))
     largest = np.argmax(np.abs(gap))
     return Measured(
