@@ -52,8 +52,8 @@ def contacts(first, samples=50):
 def test_closest_contact_is_the_median_over_configurations():
     """A third of the configurations begin a bin before, a third a bin after."""
     found = closest_contact(contacts({50: 0.2}).isel(force=0))
-    assert found.value == pytest.approx(0.2)
-    assert found.spacing == pytest.approx(0.01)
+    assert found.value == pytest.approx(0.2, abs=5e-4)  # 16 of 50 lie below, 17 above
+    assert found.bin == pytest.approx(0.2)
     assert found.undecided == "2 r_0 is of 20000 beads, these runs have 800"
 
 

@@ -34,7 +34,7 @@ def test_where_a_chain_goes_over_to_free_diffusion():
     """g_i = t + t^(1/2) and g_cm = t: the ratio is 2 at t = 1, whatever the grid."""
     figure = load_module(PAPER, "fig06_displacement")
     inner, centre = curve(TIME + TIME**0.5), curve(TIME)
-    assert figure._meeting(inner, centre)[0] == pytest.approx(1.0, rel=2e-3)
+    assert figure._meeting(inner, centre)[0] == pytest.approx(1.0, rel=5e-3)
     assert np.isnan(figure._meeting(curve(10 * TIME), centre)[0])
 
 
@@ -156,10 +156,10 @@ def test_drift_of_the_closest_contact():
     r = np.arange(0.005, 1.0, 0.01)
     first = np.random.default_rng(1).integers(20, 40, size=50)
     falling = (np.arange(len(r)) >= first[:, None]).astype(float)
-    slope, error = figure._drift(r, falling)
-    assert slope < -3 * error < 0
-    assert figure._drift(r, np.tile(falling[:1], (50, 1))) == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert np.isnan(figure._drift(r, falling[:20])[0])
+    slopes = figure._slopes(r, falling)
+    assert len(slopes) == figure.PARTS and np.mean(slopes) < -3 * np.std(slopes) / 2 < 0
+    assert figure._slopes(r, np.tile(falling[:1], (50, 1))) == pytest.approx([0] * 4, abs=1e-12)
+    assert np.isnan(figure._slopes(r, falling[:20])).all()
 
 
 def pressures(exponent):

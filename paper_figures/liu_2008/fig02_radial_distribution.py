@@ -5,7 +5,7 @@ import xarray as xr
 
 from dpd.analysis.collect import samples_of
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, independent_mean_and_error, jackknife
+from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import (
     closest_contact,
     contact_over_sampling,
@@ -40,7 +40,7 @@ COLORS = CORES | {CRYSTAL: PURPLE}
 REACH = 2 / 3  # of the way to the kink: how far the fit of a peak reaches
 WIDE, FLAT = 0.15, 0.01  # about a peak, in r_c; and share of its height that no eye tells
 SHARES = (1 / 2, REACH, 5 / 6)  # other windows, to show that they do not matter
-PARTS, LEAST = 5, 8  # of the run for the drift of 2 r_0, and configurations in each
+PARTS, LEAST = 4, 8  # of the run for the drift of 2 r_0, and configurations in each
 RESTS = {0.15: 0.25, 0.25: 0.41}  # 2 r_0 in the bonds of sets (1) and (2)
 
 
@@ -49,7 +49,7 @@ def compute(sweeps):
     runs = sweeps["monomers"]
     r, r_s = runs.r.values, runs.r_s.values.astype(float)
     width = float(r[1] - r[0])
-    curves, rows, windows, falling = [], [], [], []
+    curves, rows, windows, falling, slopes = [], [], [], [], []
     for radius in runs.r_s.values:
         at = runs.sel(r_s=radius)
         g, error, blocks = radial_distribution(at)
@@ -62,7 +62,8 @@ def compute(sweeps):
         closest = jackknife(blocks, lambda mean: rise(r, mean))
         falling.append(contact_over_sampling(r, blocks, samples_of(at, "rdf") / len(blocks)))
         core = closest_contact(at)
-        rows.append((*highest, *closest, core.value, core.error, *_drift(r, blocks)))
+        rows.append((*highest, *closest, core.value, core.error))
+        slopes.append(_slopes(r, blocks))
     samples, contacts, contact_errors = zip(*falling)
     data = xr.Dataset(
         {
@@ -87,11 +88,11 @@ def compute(sweeps):
         "rise_error",
         "contact",
         "contact_error",
-        "drift",
-        "drift_error",
     )
     for name, column in zip(names, np.array(rows).T):
         data[name] = ("r_s", column, {"units": "r_c"})
+    drift, error = block_mean_and_error(np.transpose(slopes), alike=True)
+    data["drift"], data["drift_error"] = ("r_s", drift, data.contact.attrs), ("r_s", error)
     return data
 
 
@@ -118,20 +119,20 @@ def _top(at, radius):
     return f"from {flat.min():.2f} to {flat.max():.2f}" if len(flat) else "nowhere that is known"
 
 
-def _drift(r, blocks):
-    """Change of the distance per decade of sampling, and its error.
+def _slopes(r, blocks):
+    """Change of the distance per decade of sampling, in each of some parts of the run.
 
-    A straight line in each of some parts of the run, of which none shares a configuration with
-    another: mean over the parts, and its standard error.
+    By a straight line; no part shares a configuration with another. Their spread is taken as that
+    of all r_s: that of one is known from few.
     """
     if len(blocks) < PARTS * LEAST:
-        return np.nan, np.nan
+        return [np.nan] * PARTS
     slopes = []
     for part in np.array_split(blocks, PARTS):
         counts, distance, _ = contact_over_sampling(r, part, 1)
         slope, _ = np.polyfit(np.log10(counts), distance, 1)
         slopes.append(slope)
-    return independent_mean_and_error(slopes)
+    return slopes
 
 
 def measured(data):

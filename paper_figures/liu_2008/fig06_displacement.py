@@ -40,6 +40,7 @@ ERRORS = (
 BATHS = ("pairs", "langevin")
 FREE = 20.0  # R_g^2 that g_cm must reach before g_i can be within 5 % of it
 MET = 2.0  # g_i over g_cm where a chain goes over to free diffusion
+NEAR, FITTED = 1.3, 5  # factor about that within which times are fitted, and how many at least
 FROM = 0.3  # DPD time units, from which on displacements are drawn: before, beads fly
 ROOM = 1.2  # of the ordinates, above the highest point of the longest chains
 
@@ -104,21 +105,22 @@ def _ratio_late(inner, centre, length):
 
 
 def _meeting(inner, centre):
-    """Time at which g_i falls to twice g_cm, and its error; NaN where it does not."""
-    time = np.log(inner.time)
+    """Time at which g_i falls to twice g_cm, and its error; NaN where it does not.
+
+    By a parabola of ln t in ln (g_i / g_cm), through the times where that is near: at a single
+    crossing of noisy curves, the error of the longest chains was as large as the time.
+    """
 
     def when(g, cm):
-        ratio = np.log(g / cm)
-        above = ratio > np.log(MET)
-        if above.all() or not above.any():
+        ratio = np.log(g / cm / MET)
+        near = np.abs(ratio) < np.log(NEAR)
+        if not (np.any(ratio[near] > 0) and np.any(ratio[near] < 0)) or near.sum() < FITTED:
             return np.nan
-        k = np.flatnonzero(above)[-1]  # the last time above
-        if k + 1 == len(time):
-            return np.nan
-        share = (ratio[k] - np.log(MET)) / (ratio[k] - ratio[k + 1])
-        return np.exp(time[k] + share * (time[k + 1] - time[k]))
+        parabola = np.polynomial.Polynomial.fit(ratio[near], np.log(inner.time[near]), 2)
+        return parabola(0.0)
 
-    return _jointly(inner, centre, when)
+    logarithm, error = _jointly(inner, centre, when)
+    return np.exp(logarithm), np.exp(logarithm) * error
 
 
 def measured(data):

@@ -28,7 +28,7 @@ def _closest_contact(at):
             f"observe.rdf.every: {samples} configurations in {at.sizes['block']} blocks; "
             "closest_contact looks at single ones: sample at most that many"
         )
-    return closest_contact(at).value
+    return closest_contact(at).bin  # as the paper reads it
 
 
 QUANTITIES = {"closest_contact": _closest_contact}  # those of `dpd.pipeline.derived.MEASURED`

@@ -120,20 +120,24 @@ CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
 
 
 class Contact(NamedTuple):
-    """The distance of closest contact, its standard error, and why it is none, if so."""
+    """The distance of closest contact, its standard error, and why it is none, if so.
+
+    ``bin`` is that distance as one reads it off g(r), to the width of a bin.
+    """
 
     value: float
     error: float
     undecided: str
+    bin: float
 
 
 def closest_contact(at: xr.Dataset) -> Contact:
     """2 r_0 of Liu et al. 2008: how close beads come in one configuration.
 
     The lower edge of the first bin of g(r) that is not empty in one configuration, median over
-    configurations. It depends on the number of beads, which is the paper's, 20 000, and on the
-    bins, which are 0.01 r_c wide. Its error is that of a median over configurations, with the
-    root-mean-square error of a bin, its width over the root of 12.
+    configurations, as of grouped data: within a bin, distances are taken as uniform. It depends on
+    the number of beads, which is the paper's, 20 000. Its error is that of a median, which is that
+    of a mean of normal values times sqrt(pi / 2), and of counts if all lie in one bin.
 
     Parameters
     ----------
@@ -146,13 +150,18 @@ def closest_contact(at: xr.Dataset) -> Contact:
         In r_c.
     """
     r = at.r.values
-    found = [contact(r, block) for block in blocks_of(at.rdf)]
+    width = r[1] - r[0]
+    found = np.array([contact(r, block) for block in blocks_of(at.rdf)])
     _, of_mean = block_mean_and_error(found)
-    error = np.hypot((r[1] - r[0]) / np.sqrt(12), np.sqrt(np.pi / 2) * of_mean)
+    error = np.hypot(np.sqrt(np.pi / 2) * of_mean, width / np.sqrt(4 * len(found)))
+    middle = np.median(found)
+    below, inside = np.mean(found < middle - width / 4), np.mean(abs(found - middle) < width / 4)
+    # No value is inside where the median of an even number lies between two bins.
+    value = middle + width * ((0.5 - below) / inside - 0.5) if inside else middle
     beads = int(at.beads.max())
     reason = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
     undecided = "" if beads == CONTACT_BEADS else reason
-    return Contact(float(np.median(found)), float(error), undecided)
+    return Contact(float(value), float(error), undecided, float(middle))
 
 
 def rise(r: np.ndarray, g: np.ndarray, level: float = 0.05) -> float:
