@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.report.style import points
-from paper_figures.crgw_2019.shared import LOOKS, PERCENT, TARGET, mean_of
+from paper_figures.crgw_2019.shared import LOOKS, PERCENT, TARGET, mean_of, mean_of_alike
 
 EXCESSES = {
     "enthalpy": "excess enthalpy / %",
@@ -80,9 +79,7 @@ def _per_molecule_of(**terms):
     def measure(runs):
         known = [name for name in terms if f"{name}_series" in runs]
         total = sum(terms[name] * runs[f"{name}_series"] for name in known) / _per_molecule(runs)
-        total = total.transpose("time", ..., "replica")
-        pair = over_replicas(*block_mean_and_error(total.values, alike=True), axis=-1)
-        return tuple(total[0, ..., 0].copy(data=values).drop_vars("time") for values in pair)
+        return mean_of_alike(total)
 
     return measure
 

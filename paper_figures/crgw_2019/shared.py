@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import over_replicas
+from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.report.style import BLUE, GREEN, ORANGE, Look
 
 TARGET = 41.89  # the pressure of all fluids at constant pressure, in kT / r_c^3
@@ -35,6 +35,29 @@ def mean_of(runs, name):
     dims = [dim for dim in value.dims if dim != "replica"]
     coordinates = {dim: runs[dim] for dim in dims}
     return tuple(xr.DataArray(part, coordinates, dims) for part in (mean, spread))
+
+
+def mean_of_alike(series):
+    """Mean of a series over time and replicas, of points whose correlation is taken as one.
+
+    The barostat sets it, and runs at constant pressure are so short that one says little of it.
+
+    Parameters
+    ----------
+    series : xarray.DataArray
+        Over ``time``, ``replica`` and axes of a sweep.
+
+    Returns
+    -------
+    value, error : xarray.DataArray
+    """
+    series = series.transpose("time", ..., "replica")
+    spread = np.maximum(series.std("time"), np.finfo(float).tiny)
+    flat = (series / spread).values.reshape(series.sizes["time"], -1)
+    found = (part.reshape(spread.shape) * spread.values
+             for part in block_mean_and_error(flat, alike=True))  # fmt: skip
+    like = spread[..., 0].drop_vars("replica", errors="ignore")
+    return tuple(like.copy(data=part) for part in over_replicas(*found, axis=-1))
 
 
 def mismatches(sweeps):

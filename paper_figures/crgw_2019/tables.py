@@ -9,7 +9,7 @@ from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, RED, panels, points
 from dpd.theory.equation_of_state import C1, C2, virial_switch
 from dpd.theory.virial import second_virial
-from paper_figures.crgw_2019.shared import LOOKS, TARGET, mean_of
+from paper_figures.crgw_2019.shared import LOOKS, TARGET, mean_of_alike
 
 PUBLISHED = shown_by(__file__)
 FLUIDS = ("Vh1", "Vh2", "Vo2")
@@ -30,14 +30,14 @@ def compute(sweeps):
     pure, mixed, solvents = (
         sweeps[f"{name}_repulsions"].repulsion for name in ("alkane", "alkane_cross", "solvent")
     )
-    density, error = mean_of(sweeps["solvents"], "volume")
+    volume, error = mean_of_alike(sweeps["solvents"].volume_series)
     beads = float(sweeps["solvents"].beads.values.ravel()[0])
     units = {"units": "1 / r_c^3"}
     constants = _constants()
     return xr.Dataset({
         "pure": pure, "mixed": mixed, "solvent": solvents.rename(density="input"),
-        "density_found": (beads / density).assign_attrs(units),
-        "density_error": (beads / density**2 * error).assign_attrs(units),
+        "density_found": (beads / volume).assign_attrs(units),
+        "density_error": (beads / volume**2 * error).assign_attrs(units),
         "constants": ("constant", constants, {"units": "1"}),
     })  # fmt: skip
 
