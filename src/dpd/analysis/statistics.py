@@ -80,10 +80,11 @@ def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spre
     tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches some
     times tau (Sokal's self-consistent window), with what a single exponential has beyond it, times
     1 + (2 W + 1) / n for what subtracting the sample's own mean has cost (Wolff 2004, Eq. 49), and
-    at least 1/2. The variance of the mean is 2 tau / n times that of the samples. tau^2 has a
-    variance of 4 (W + 1/2 - tau) / n tau^2 (his Eq. 42), so that the variance of the mean has
-    n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by calibration), and
-    n - 1 where nothing correlates.
+    at least 1/4: noise may be taken back in part by the next, and a floor of 1/2 made errors of
+    white noise a tenth too large. The variance of the mean is 2 tau / n times that of the samples.
+    tau^2 has a variance of 4 (W + 1/2 - tau) / n tau^2 (his Eq. 42), so that the variance of the
+    mean has n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by
+    calibration).
 
     Parameters
     ----------
@@ -116,9 +117,8 @@ def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spre
     tau = np.take_along_axis(tau, last[None], axis=0)[0]
     tau = 0.5 + (tau - 0.5) / (1 - np.exp(-window / np.maximum(tau, 0.5)))
     tau = tau * (1 + (2 * window + 1) / n)
-    tau = np.maximum(tau, 0.5)
+    tau = np.maximum(tau, 0.25)
     degrees = np.clip(replicas * n / (2 * window + 1) - 0.5, 1, replicas * (n - 1))
-    degrees = np.where(tau > 0.5, degrees, replicas * (n - 1))
     found = 2 * tau * variance / (n - 1), degrees, n / tau
     return Spread(*(np.broadcast_to(each, x.shape[1:]) for each in found))
 
