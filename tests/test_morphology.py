@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.morphology import Strengths, phase_of, shell_peaks, strengths_of
+from dpd.analysis.morphology import Strengths, phase_of, strengths_of
 from dpd.engine.queries.waves import density_waves
 from dpd.scene.grids import wave_numbers
 
@@ -214,14 +214,3 @@ def test_strengths_of_a_run_and_of_a_sweep():
     found = strengths_of(sweep, "B")
     np.testing.assert_allclose(found.strength, 25 / 50)
     np.testing.assert_allclose(found.vectors, data.wave_vector)
-
-
-def test_peaks_of_shells():
-    """Places and heights of Gaussian peaks on a falling ground, and one at the first shell."""
-    q = np.arange(0.3, 6, 0.1)
-    level = 30 * np.exp(-((q - 1.23) ** 2) / 0.02) + 3 * np.exp(-((q - 2.46) ** 2) / 0.02) + 1
-    first, second = shell_peaks(q, level)
-    assert first.q == pytest.approx(1.23, abs=0.03) and first.height == pytest.approx(31, rel=0.1)
-    assert second.q == pytest.approx(2.46, abs=0.03) and second.height == pytest.approx(4, rel=0.1)
-    assert shell_peaks(q, np.exp(-q))[0] == pytest.approx((0.3, np.exp(-0.3)))
-    assert shell_peaks(q, np.exp(0.1 * q)) == []
