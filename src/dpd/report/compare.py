@@ -169,11 +169,8 @@ def _line(name, rows):
     z, ratio = rows.z.dropna(), rows.ratio[np.isfinite(rows.z)]
     n, flips = len(z), rows.likely_flip
     allowed = f"1 ± {2 / np.sqrt(2 * n):.2f}" if n >= ENOUGH else "-"
-    beyond, rms, likely = (
-        [(z.abs() > COVERAGE).mean(), *np.sqrt([(z**2).mean(), rows.likely_z.mean()])]
-        if n
-        else [np.nan] * 3
-    )
+    squares = [(z**2).mean(), rows.likely_z.mean()] if n else [np.nan] * 2
+    (rms, likely), beyond = np.sqrt(squares), np.nan if n == 0 else (z.abs() > COVERAGE).mean()
     more = [f"{(ratio > factor).sum():3d} {rows[f'likely_{factor}'].sum():5.1f}"
             for factor in FACTORS]  # fmt: skip
     spread = np.sqrt((flips * (1 - flips)).sum())
