@@ -48,7 +48,7 @@ def _refitted(data):
     """
     at = data.sel(equation="crGW")
     pressure, error, off = (
-        at[name].values.ravel() for name in ("pressure", "mismatch_bound", "mismatch")
+        at[name].values.ravel() for name in ("pressure", "mismatch_filled", "mismatch")
     )
     names = ("chain", "density", "bond", "repulsion")
     m, x, length, a = (at[name].broadcast_like(at.mismatch).values.ravel() for name in names)
@@ -79,7 +79,7 @@ def measured(data):
         f"{float(v):+.1f} % for m = {int(m)}" for m, v in zip(by_chain.chain, by_chain)
     )
     rise = float(by_chain[-1] - by_chain[0])
-    ends = at.mismatch_bound.isel(chain=[0, -1]).values
+    ends = at.mismatch_filled.isel(chain=[0, -1]).values
     noise = float(np.sqrt((ends**2).sum()) / (ends.size / 2))
     bonds = at.bond_ratio.values
     farthest = float(bonds.flat[np.abs(bonds - 1).argmax()])

@@ -72,14 +72,15 @@ def mismatches(sweeps):
     -------
     xarray.Dataset
         ``mismatch`` of each equation and its ``mismatch_error``, in percent of the simulated
-        ``pressure``, over the axes of the runs; ``mismatch_bound``, this error, and in the place of
-        one that is not known the scatter of single samples, for means over many fluids; mean
-        lengths of bonds over those that were asked for.
+        ``pressure``, over the axes of the runs; ``mismatch_filled``, this error, and in place of
+        one that is not known that by the longest correlation of all fluids, for means over many;
+        mean lengths of bonds over those that were asked for.
     """
     runs, theory = sweeps["oligomers"], sweeps["oligomer_pressures"]
     pressure, error = mean_of(runs, "pressure")
-    # A run that is too short for an error still knows its mean better than by a single sample.
-    bound = error.fillna(runs.pressure_spread.max("replica").transpose(*error.dims))
+    # A run that is too short for an error still knows how much its samples scatter.
+    spread = runs.pressure_spread.max("replica").transpose(*error.dims)
+    filled = error.fillna(spread * (error / spread).max())
     place = {name: runs[name] for name in ("chain", "density", "bond", "repulsion")}
     length = runs.bond_mean.mean(("block", "replica")).transpose(*pressure.dims)
     parts = []
@@ -89,13 +90,13 @@ def mismatches(sweeps):
             xr.Dataset({
                 "mismatch": 100 * (ratio - 1),
                 "mismatch_error": 100 * ratio * error / pressure,
-                "mismatch_bound": 100 * ratio * bound / pressure,
+                "mismatch_filled": 100 * ratio * filled / pressure,
             }).expand_dims(equation=[equation])
         )  # fmt: skip
     data = xr.concat(parts, "equation").transpose("equation", *pressure.dims)
     data["pressure"], data["pressure_error"] = pressure, error
     data["bond_ratio"] = length / runs.bond
-    for name, units in (("mismatch", "%"), ("mismatch_error", "%"), ("mismatch_bound", "%"),
+    for name, units in (("mismatch", "%"), ("mismatch_error", "%"), ("mismatch_filled", "%"),
                         ("pressure", "kT / r_c^3"), ("pressure_error", "kT / r_c^3"),
                         ("bond_ratio", "1")):  # fmt: skip
         data[name].attrs = {"units": units}
@@ -104,7 +105,7 @@ def mismatches(sweeps):
 
 def mean_unsigned(at):
     """Mean unsigned mismatch in percent, and its standard error at most, of one equation."""
-    values, errors = at.mismatch.values.ravel(), at.mismatch_bound.values.ravel()
+    values, errors = at.mismatch.values.ravel(), at.mismatch_filled.values.ravel()
     return float(np.abs(values).mean()), float(np.sqrt((errors**2).sum()) / len(errors))
 
 
