@@ -186,13 +186,14 @@ def test_a_run_goes_on_from_another(channel, tmp_path):
 @pytest.mark.parametrize(
     ("box", "words"),
     [((3.0, 4.0, 4.9), "walls of .* are 5 apart"), ((3.0, 4.5, 9.0), "4.5"),
-     ((3.0, 4.0, 14.0), "behind a wall along z")],
+     ((3.0, 4.0, 14.0), "behind a wall along z"),
+     ((3.0, 4.0, 5.0), "bonded through the face")],
 )  # fmt: skip
 def test_a_file_of_another_box(channel, tmp_path, box, words):
     """Refused, with what does not fit."""
     last = read(channel)
     position = np.random.default_rng(1).random(last.position.shape) * np.array(box)[:, None]
-    position[2] = position[2] / 2 + box[2] / 4 if box[2] < 10 else position[2]
+    position[2] = position[2] / 2 + box[2] / 4 if box[2] in (4.9, 9.0) else position[2]
     write(last._replace(box=box, position=position, image=0 * last.image), tmp_path / "other.nc")
     scene = Scene(CHANNEL | {"start": {"method": "file", "path": str(tmp_path / "other.nc")}})
     with pytest.raises(UserError, match=words):

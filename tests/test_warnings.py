@@ -115,7 +115,11 @@ CAUSES = {
     ),
     "one molecule": (
         {"molecules": [{"architecture": "A 6", "count": 1}], "bond": {"stiffness": 50}}, 0.8,
-        "the one molecule in the box keeps the angular momentum",
+        "so few beads keep for long what they began with, a lone cluster its turning, or dt is",
+    ),
+    "few beads": (
+        {"molecules": [{"architecture": "A 2", "count": 2}], "bond": {"stiffness": 50}}, 0.4,
+        "so few beads keep for long",
     ),
 }  # fmt: skip
 

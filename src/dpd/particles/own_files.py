@@ -53,12 +53,12 @@ def read_checkpoint(path: Path) -> Particles:
         If the file is no checkpoint, is damaged, or holds what no simulation can begin with.
     """
     stored = whole(path)
-    if stored is None or NOTE not in stored:
+    if stored is None:
         raise UserError(
             f"{path}: no checkpoint, or a damaged one; allowed: what a run of this program leaves "
             "where it is stopped"
         )
-    note = json.loads(str(stored[NOTE]))
+    note = json.loads(str(stored.get(NOTE, "null")))
     if not isinstance(note, dict) or "scene" not in note:
         raise UserError(f"{path}: a checkpoint without its scene, of an older version; run again")
     scene = _scene_of(note["scene"], path)

@@ -157,8 +157,8 @@ def read_former(path: str | Path) -> Former:
     scene = scene_of(path, attributes)
     if not stored:
         why = attributes.get(NO_STATE) or (
-            "it holds no state to go on from. `dpd run` keeps one; a run of a study does if its "
-            "scene says 'keep_state: true'"
+            "it holds no state to go on from. `dpd run --overwrite` makes it again with one; a run "
+            "of a study has one if its scene says 'keep_state: true'"
         )
         raise UserError(f"{path}: {why}")
     last = particles_of(variables, attributes, path)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 DRIFT = 0.01  # of a bead's thermal velocity, from which on a start drifts
-TURNING = 20.0  # kT that turns of a molecule may be off, but for a chance of 1 in 5000
+TURNING = 20.0  # kT that what few beads keep may be off, but for a chance of 1 in 5000
 
 
 def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
@@ -82,8 +82,8 @@ def _cause(scene, kT, off, error):
     closed = not driven and len(momentum_axes(scene)) == scene.dimension
     if driven and off > 0:
         other = "the flow heats the fluid"
-    elif closed and len(scene.lengths) == 1 and abs(off) * free < TURNING:
-        other = "the one molecule in the box keeps the angular momentum that it began with"
+    elif closed and abs(off) * free < TURNING:
+        other = "so few beads keep for long what they began with, a lone cluster its turning"
     if not other:
         return "dt is too large for this scene"
     return f"{other}, or dt is too large; a run with half of dt tells"

@@ -107,11 +107,7 @@ def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
 
 
 def _mean_square(degrees: np.ndarray) -> float:
-    """Of z, of two values whose errors have so many degrees of freedom: Student's t makes it < 1.
-
-    Half of a 95 % interval covers as often as it should, but with few degrees of freedom its square
-    is larger than the variance of the value.
-    """
+    """Of z, of values whose errors have so many degrees of freedom; Student's t makes it < 1."""
     many = np.minimum(np.nan_to_num(degrees, nan=np.inf), MANY)
     drawn = np.random.default_rng(1).chisquare(many, (DRAWS, 2)) / many
     return float(np.mean(2 / (widening(many) ** 2 * drawn).sum(axis=1)))

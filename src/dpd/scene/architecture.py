@@ -20,7 +20,7 @@ WORD = re.compile(r"[()]|[^\s()]+")
 RULES = (
     "write species and repeats as 'A 3 B 9'; behind a bead a branch in brackets, 'A 3 (B 2) A 3'; "
     "groups with their repeats, '(A 2 B) 4'; a species is a letter, then letters, digits, _, + or "
-    "-, and there are no rings"
+    "-, 32 at most; there are no rings"
 )
 
 

@@ -36,8 +36,8 @@ def between_walls(scene: Scene, particles: Particles, path: str) -> Particles:
     Raises
     ------
     UserError
-        If the box of the file is shorter than the distance of the planes, or a bead is further
-        behind one of them than it could get.
+        If the box of the file is shorter than the distance of the planes, a bead is further behind
+        one of them than it could get, or a bond goes through one.
     """
     walls = walls_of(scene)
     if walls is None:
@@ -60,5 +60,12 @@ def between_walls(scene: Scene, particles: Particles, path: str) -> Particles:
                 f"{path}: {particles.called(bead)} would be {depth[bead]:.3g} r_c behind a wall "
                 f"along {AXES[axis]}; allowed: {walls.reach:g}. The walls of {scene.where} are "
                 "about the middle of the file's box; make them further apart, or take another file"
+            )
+        one, two = particles.bonds.T
+        torn = np.abs(position[axis, one] - position[axis, two]) > 0.5 * particles.box[axis]
+        if torn.any():
+            raise UserError(
+                f"{path}: {particles.called(int(one[torn.argmax()]))} is bonded through the face "
+                f"at which a wall of {scene.where} stands; make molecules whole before"
             )
     return particles._replace(box=tuple(edges), position=position)
