@@ -92,7 +92,8 @@ def compute(sweeps):
     for name, column in zip(names, np.array(rows).T):
         data[name] = ("r_s", column, {"units": "r_c"})
     drift, error = block_mean_and_error(np.transpose(slopes), alike=True)
-    data["drift"], data["drift_error"] = ("r_s", drift, data.contact.attrs), ("r_s", error)
+    for name, values in (("drift", drift), ("drift_error", error)):
+        data[name] = ("r_s", values, {"units": "r_c"})
     return data
 
 
