@@ -26,6 +26,7 @@ from numba.extending import overload, register_jitable
 import dpd.numba_settings  # noqa: F401
 from dpd.digest import text_digest
 from dpd.errors import reason
+from dpd.lazy_parts import compilers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,6 +55,7 @@ _without_blas()
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
+OF_KERNELS, OF_PARTS = compilers()
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 
@@ -64,7 +66,7 @@ def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
     """
 
     def decorate(function):
-        compiled = njit(nogil=True, **OPTIONS)(function)
+        compiled = njit(nogil=True, **OF_KERNELS, **OPTIONS)(function)
         try:
             compiled.enable_caching()
             kept = compiled._cache
@@ -154,7 +156,7 @@ def _warn(why):
     )  # fmt: skip
 
 
-PART = {"forceinline": True, "no_cfunc_wrapper": True} | OPTIONS
+PART = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
 part = partial(register_jitable, **PART)
 # For what two places must agree on to the last bit: rounded as written.
 exact_part = partial(part, fastmath=False)

@@ -1,0 +1,45 @@
+"""Parts are linked once into kernels; where Numba is another one, they are compiled as it does."""
+
+import numpy as np
+import pytest
+from numba import njit
+from numba.extending import register_jitable
+
+from dpd import lazy_parts
+from dpd.jit import OPTIONS, PART
+
+
+def test_numba_has_what_parts_are_linked_with():
+    """A version that has it not: see what took its place, or keep the pinned one."""
+    assert lazy_parts.lacking() == [], "kernels compile twice as slowly with this Numba"
+
+
+def test_another_numba_compiles_as_it_does(monkeypatch):
+    """What is missing is named, and no option of ours is left."""
+    monkeypatch.setitem(lazy_parts.RELIED_ON, "finalize", ("_gone",))
+    assert lazy_parts.lacking() == ["_gone in numba.core.codegen.JITCodeLibrary.finalize"]
+    assert lazy_parts.compilers() == ({}, {})
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_parts_of_parts(ours):
+    """A part that two others call, and the kernel too: linked once, the same numbers either way."""
+    of_kernels, of_parts = lazy_parts.compilers() if ours else ({}, {})
+    options = {name: value for name, value in PART.items() if name != "pipeline_class"} | of_parts
+
+    @register_jitable(**options)
+    def square(x):
+        return x * x
+
+    @register_jitable(**options)
+    def length(x):
+        return np.sqrt(square(x[0]) + square(x[1]))
+
+    @njit(**of_kernels, **OPTIONS)
+    def summed(rows):
+        total = 0.0
+        for k in range(len(rows)):
+            total += length(rows[k]) + square(rows[k, 0])
+        return total
+
+    assert summed(np.array([[3.0, 4.0], [6.0, 8.0]])) == pytest.approx(5 + 9 + 10 + 36)
