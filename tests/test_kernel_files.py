@@ -93,6 +93,21 @@ def test_a_file_of_other_arguments_is_not_used(python, tmp_path):
     assert answer(python(USE)) == "[4, 5.0] 1"
 
 
+WATCH = """
+from dpd.jit import COMPILING
+said = []
+COMPILING.tell = said.append
+from double import double
+print([double(2), double(2.5)], said, COMPILING.seconds > 0)
+"""
+
+
+def test_compiling_is_said_once(python):
+    """And counted; what is read from the disk is not compiled."""
+    assert answer(python(WATCH)) == "[4, 5.0] ['compiling, once for this kind of scene'] True"
+    assert answer(python(WATCH)) == "[4, 5.0] [] False"
+
+
 FIRST = """
 from dpd.pipeline.study import read_paper
 papers = ("nikunen_2007", "passes"), ("liu_2008", "melts"), ("groot_warren_1997", "stress")

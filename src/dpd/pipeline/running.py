@@ -14,6 +14,7 @@ from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
 from dpd.files import check_output, read
 from dpd.interrupts import asked, listening
+from dpd.jit import COMPILING
 from dpd.pipeline.beginning import Begun, begins_with, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.pace import RUN, START, Pace
@@ -170,7 +171,7 @@ def _run(order, checkpoint, report):
     scene, since = order.scene, time.perf_counter()
     _refuse_too_large(scene)
     say_if_resumed(checkpoint)
-    work = start_work(scene)
+    work, COMPILING.tell = start_work(scene), order.tell
     shown = Pace(order.progress(work, f"{order.label}: start"), report, START, work)
     with _stoppable(order, shown) as progress:
         if order.start and not order.keep_start:

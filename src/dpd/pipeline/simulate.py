@@ -18,6 +18,7 @@ from dpd.engine.checkpoint import Checkpoint, counts_from, file_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
+from dpd.jit import COMPILING
 from dpd.observe import observables
 from dpd.observe.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
@@ -123,7 +124,7 @@ def simulate(
         key = {"scene": scene.digest, "sources": sources, "kept": keeps}
         note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
         keeper = Checkpoint(settings.checkpoint, key, note)
-    running, lost = time.perf_counter(), -1
+    running, lost = time.perf_counter() - COMPILING.seconds, -1
     try:
         done = run(
             simulation, scene.steps, observers, keeper, settings.progress, settings.every_seconds,
@@ -135,7 +136,7 @@ def simulate(
         done = lost = problem.step
     except UserError as problem:
         raise _with_place(problem, scene, keeper) from None
-    now = time.perf_counter()
+    now, compiled = time.perf_counter(), COMPILING.seconds
     variables: dict[str, files.Variable] = {}
     for observer in observers:
         variables |= observer.variables()
@@ -144,7 +145,7 @@ def simulate(
         "number_density": mean_density(scene, simulation.volume, values),
         "lost_step": lost,
         "seconds": now - begun,
-        "bead_steps_per_second": scene.beads * done / max(now - running, 1e-9),
+        "bead_steps_per_second": scene.beads * done / max(now - compiled - running, 1e-9),
     }
     if settings.former:
         attributes["extended_from_step"] = state.step
