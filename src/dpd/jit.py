@@ -58,6 +58,7 @@ _without_blas()
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 OF_KERNELS, OF_PARTS = compilers()
+KERNEL = {"nogil": True} | OF_KERNELS | OPTIONS
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 
@@ -68,7 +69,7 @@ def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
     """
 
     def decorate(function):
-        compiled = njit(nogil=True, **OF_KERNELS, **OPTIONS)(function)
+        compiled = njit(**KERNEL)(function)
         try:
             compiled.enable_caching()
             kept = compiled._cache

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from dpd.engine.threads.borrowed import borrowed
-from dpd.jit import part
+from dpd.jit import KERNEL, part
 
 
 class Inner(NamedTuple):
@@ -29,14 +29,14 @@ def double(record):
     return record.inner.weight.sum()
 
 
-@njit
+@njit(**KERNEL)
 def through_borrowed(record):
     mine = borrowed(record)
     total = double(mine)
     return total, mine.inner.nothing is None, mine.inner.flag, mine.rows[1:, 0].sum()
 
 
-@njit
+@njit(**KERNEL)
 def references(record):
     return len(borrowed(record).rows)
 
@@ -53,7 +53,7 @@ def test_a_borrowed_record_is_the_same():
 
 
 def test_an_array_and_none():
-    @njit
+    @njit(**KERNEL)
     def total(array, nothing):
         return borrowed(array).sum(), borrowed(nothing) is None
 

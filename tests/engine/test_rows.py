@@ -8,7 +8,7 @@ from dpd.engine.space import Space, put_inside, row_edges
 from dpd.engine.threads.team import Share
 from dpd.engine.vectors import rows
 from dpd.engine.vectors.arrays import CACHE_LINE, axes_of, rows_of
-from dpd.jit import OPTIONS
+from dpd.jit import KERNEL
 
 BEADS, PAIRS = 50, 200
 BOXES = [(3.0, 5.5), (3.0, 5.5, 2.25)]
@@ -50,7 +50,7 @@ def test_rows_of_few(box, count):
 
 
 def test_copies(beads, box):
-    @njit(**OPTIONS)
+    @njit(**KERNEL)
     def reverse(target, source, space):
         for i in range(len(source)):
             rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), space)
@@ -61,7 +61,7 @@ def test_copies(beads, box):
 
 
 def test_sums(beads, box):
-    @njit(**OPTIONS)
+    @njit(**KERNEL)
     def lay_out(target, source, shift, space):
         for i in range(len(source)):
             rows.sum_to_column(target, i, source, i, shift, i % len(shift), space)
@@ -73,7 +73,7 @@ def test_sums(beads, box):
 
 
 def test_differences(beads, pairs, box):
-    @njit(**OPTIONS)
+    @njit(**KERNEL)
     def differences(found, array, i, j, along, space):
         for p in range(len(i)):
             found[p] = rows.difference_along(array, i[p], j[p], along, p, space)
@@ -88,7 +88,7 @@ def test_differences(beads, pairs, box):
 def test_pushes(beads, pairs, box):
     """Equal and opposite, bit by bit."""
 
-    @njit(**OPTIONS)
+    @njit(**KERNEL)
     def push(force, i, j, scale, along, space):
         for p in range(len(i)):
             rows.push_apart(force, i[p], j[p], scale[p], along, p, space)
@@ -110,7 +110,7 @@ def test_images(beads, box, share):
     identity = np.random.default_rng(1).permutation(len(position)).astype(np.uint32)
     first, end = (10 * slot for slot in share)
     share = Share(np.uint64(first), np.uint64(end))
-    njit(**OPTIONS)(put_all_inside)(inside, image, identity, share, Space(box))
+    njit(**KERNEL)(put_all_inside)(inside, image, identity, share, Space(box))
     moved = axes_of(inside, len(box))[:, first:end]
     edges = np.array(box)[:, None]
     assert (moved >= 0).all() and (moved < edges).all()
