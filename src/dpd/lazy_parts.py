@@ -105,7 +105,7 @@ class PartCompiler(Compiler):
 
     library: type[JITCodeLibrary] = _Parts
 
-    def define_pipelines(self):
+    def define_pipelines(self) -> list[Any]:
         """Numba's passes."""
         state = self.state
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
@@ -118,7 +118,7 @@ class KernelCompiler(PartCompiler):
 
     library = _Whole
 
-    def compile_extra(self, func):
+    def compile_extra(self, func: Any) -> Any:
         """Compile without looking for garbage, of which there is little: 0.4 s of 6."""
         enabled = gc.isenabled()
         gc.disable()
