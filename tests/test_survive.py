@@ -204,8 +204,16 @@ def command(folder, name):
 
 
 def wait_for_step(path, step):
-    """Until a checkpoint beyond a step is there; False if the run has ended before."""
-    while not (path.exists() and stored(SimpleNamespace(path=path))["step"] >= step):
+    """Until a checkpoint beyond a step is there, and beyond the one that the run began with.
+
+    False if the run has ended before.
+    """
+
+    def now():
+        return stored(SimpleNamespace(path=path))["step"] if path.exists() else 0
+
+    began = now()  # a process that has only begun would not hear a signal
+    while now() < max(step, began + 1):
         if path.with_suffix(".nc").exists():
             return False
     return True
