@@ -11,7 +11,7 @@ from dpd.jit import OPTIONS, PART
 
 def test_numba_has_what_parts_are_linked_with():
     """A version that has it not: see what took its place, or keep the pinned one."""
-    assert lazy_parts.lacking() == [], "kernels compile twice as slowly with this Numba"
+    assert lazy_parts.lacking() == [], "kernels compile more slowly with this Numba"
 
 
 def test_another_numba_compiles_as_it_does(monkeypatch):

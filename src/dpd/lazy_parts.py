@@ -2,12 +2,12 @@
 
 Numba makes of every function a library of its own: it links in what the function calls, optimises
 all that, and emits machine code. Parts are never called but inlined, so nothing of it is needed for
-them, and it takes half of the time of a kernel. Here a part is lowered and simplified, function by
+them. Here a part is lowered and simplified, function by
 function; a kernel links in each part below it once, and is optimised and emitted as a whole.
 
 All that is private in Numba stands here: ``state.library`` of its compiler, and what `RELIED_ON`
 names of a code library. Where a version of Numba has something else, `compilers` gives none, and
-kernels are compiled as Numba does it: to other last bits, and twice as slowly.
+kernels are compiled as Numba does it: to other last bits, and more slowly.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class KernelCompiler(PartCompiler):
     library = _Whole
 
     def compile_extra(self, func: Any) -> Any:
-        """Compile without looking for garbage, of which there is little: 0.4 s of 6."""
+        """Compile without looking for garbage, of which there is little."""
         enabled = gc.isenabled()
         gc.disable()
         try:
