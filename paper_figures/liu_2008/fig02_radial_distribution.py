@@ -31,9 +31,9 @@ PAPER_SHOWS = (
     "squares: where g = 0.05, which does not depend on sampling."
 )
 ERRORS = (
-    "(a) and (c): 95 % intervals from blocks of the run. (b): the same of the median, with the "
-    "error of a bin. Peaks: a cubic through the bins within 0.15 r_c of its maximum, but no "
-    "farther than two thirds of the way to the kink of g(r) at 2 r_s, where forces jump; errors by "
+    "(a) and (c): 95 % intervals from blocks of the run. (b): the same of the median, "
+    "interpolated within a bin. Peaks: a cubic through the bins within 0.15 r_c of its maximum, but "
+    "no farther than two thirds of the way to the kink of g(r) at 2 r_s, where forces jump; errors by "
     "leaving out tenths of the run. At the kink it is the highest bin, and its error one bin."
 )
 COLORS = CORES | {CRYSTAL: PURPLE}

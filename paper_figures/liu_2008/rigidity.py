@@ -28,7 +28,7 @@ PAPER_SHOWS = (
     "Times in DPD units tau_0."
 )
 ERRORS = (
-    "(a): 95 % intervals of the median, with the error of a bin; (b), (c): 95 % intervals "
+    "(a): 95 % intervals of the median, interpolated within a bin; (b), (c): 95 % intervals "
     "from blocks of the run; (d): the same; (e): 95 % intervals of the "
     "mean of a Poisson distribution, given the count. Hollow in (d) and (e): none seen, and the "
     "upper bound at 95 %. Points of different C stand a little side by side."
