@@ -32,9 +32,10 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "(a) and (c): 95 % intervals from blocks of the run. (b): the same of the median, "
-    "interpolated within a bin. Peaks: a cubic through the bins within 0.15 r_c of its maximum, but "
-    "no farther than two thirds of the way to the kink of g(r) at 2 r_s, where forces jump; errors by "
-    "leaving out tenths of the run. At the kink it is the highest bin, and its error one bin."
+    "interpolated within a bin. Peaks: a cubic through the bins within 0.15 r_c of its maximum, "
+    "but no farther than two thirds of the way to the kink of g(r) at 2 r_s, where forces jump; "
+    "errors by leaving out tenths of the run. At the kink it is the highest bin, and its error "
+    "one bin."
 )
 COLORS = CORES | {CRYSTAL: PURPLE}
 REACH = 2 / 3  # of the way to the kink: how far the fit of a peak reaches
