@@ -23,7 +23,7 @@ ORDER = (
     ("physics",),
     ("engine.vectors",),  # the hand-written LLVM, which terms of the physics are made of
     ("jit",),
-    ("lazy_parts",),
+    ("compiling", "lazy_parts"),
     ("numba_settings",),
     ("files", "interrupts", "sources"),
     ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),

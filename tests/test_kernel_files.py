@@ -94,7 +94,7 @@ def test_a_file_of_other_arguments_is_not_used(python, tmp_path):
 
 
 WATCH = """
-from dpd.jit import COMPILING
+from dpd.compiling import COMPILING
 said = []
 COMPILING.tell = said.append
 from double import double

@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 import stat
 import sys
-import time
 import warnings
 from functools import cache, partial
 from importlib import import_module
@@ -21,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 from numba import njit
-from numba.core import event
 from numba.core.caching import NullCache
 from numba.extending import overload, register_jitable
 
@@ -136,34 +134,6 @@ class _FileOfEach:
     def _name(self, key):
         made_with = numba.__version__, self._files._source_stamp, key
         return f"{Path(self._files._index_name).stem}.{text_digest(repr(made_with))}.nbc"
-
-
-class _Compiling(event.Listener):
-    """How long kernels took to compile in this process, and who is told that one begins to."""
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.tell: Callable[[str], None] | None = None
-        self._depth = self._since = 0.0  # a kernel's parts compile while it does
-
-    def on_start(self, event: event.Event) -> None:
-        """A function begins to compile."""
-        if not self._depth:
-            self._since = time.perf_counter()
-            if self.tell:
-                self.tell("compiling, once for this kind of scene")
-            self.tell = None
-        self._depth += 1
-
-    def on_end(self, event: event.Event) -> None:
-        """It is compiled."""
-        self._depth -= 1
-        if not self._depth:
-            self.seconds += time.perf_counter() - self._since
-
-
-COMPILING = _Compiling()
-event.register("numba:compile", COMPILING)
 
 
 def _or_without(call):

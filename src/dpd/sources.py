@@ -32,7 +32,8 @@ PLACES = {"dpd": "src/dpd"}
 # they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
-    "dpd", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts", "dpd.pipeline.kept",
+    "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
+    "dpd.pipeline.kept",
     "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
     "dpd.scene.plain_yaml", "dpd.scene.pressure", "dpd.scene.schema", "dpd.sources", "dpd.stages",
     "dpd.streams",

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from dpd.compiling import COMPILING
 from dpd.drafts import remove_drafts
 from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
 from dpd.files import check_output, read
 from dpd.interrupts import asked, listening
-from dpd.jit import COMPILING
 from dpd.pipeline.beginning import Begun, begins_with, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.pace import RUN, START, Pace

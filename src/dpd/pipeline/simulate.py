@@ -14,11 +14,11 @@ import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
+from dpd.compiling import COMPILING
 from dpd.engine.checkpoint import Checkpoint, counts_from, file_of
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
-from dpd.jit import COMPILING
 from dpd.observe import observables
 from dpd.observe.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
