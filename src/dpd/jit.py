@@ -1,10 +1,9 @@
 """The one place that says how kernels are compiled.
 
-`kernel` is for what Python calls, `part` for what kernels call; in Python a part stays a plain
-function. Parts are inlined by LLVM: a function kept apart is optimised differently when it is
-compiled afresh and when it is read from Numba's disk cache, and a resumed run would differ in
-its last bits. Nor is anything compiled for parts that only Python would need, a quarter of
-the time that a kernel takes.
+`kernel` is for what Python calls, `inlined` for the device functions that kernels call; in Python
+such a function stays a plain one. LLVM inlines them: a function kept apart is optimised differently
+when it is compiled afresh and when it is read from Numba's disk cache, and a resumed run would
+differ in its last bits. With NUMBA_DISABLE_JIT=1 all of it runs as Python.
 """
 
 from __future__ import annotations
@@ -19,9 +18,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
-from numba import njit
+from numba import config, njit
 from numba.core.caching import NullCache
-from numba.extending import overload, register_jitable
+from numba.extending import intrinsic, overload, register_jitable
 
 import dpd.numba_settings  # noqa: F401
 from dpd.digest import text_digest
@@ -67,6 +66,8 @@ def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
     """
 
     def decorate(function):
+        if config.DISABLE_JIT:
+            return function
         compiled = njit(**KERNEL)(function)
         try:
             compiled.enable_caching()
@@ -157,23 +158,31 @@ def _warn(why):
     )  # fmt: skip
 
 
-PART = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
-part = partial(register_jitable, **PART)
+INLINED = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
+inlined = partial(register_jitable, **INLINED)
 # For what two places must agree on to the last bit: rounded as written.
-exact_part = partial(part, fastmath=False)
+inlined_exactly = partial(inlined, fastmath=False)
+
+
+def intrinsic_for(in_python: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+    """Decorator of LLVM instructions, with the function that does the same in Python.
+
+    The latter takes its place where nothing is compiled.
+    """
+    return lambda code: in_python if config.DISABLE_JIT else intrinsic(code)
 
 
 def method(name: str) -> Callable[..., Any]:
     """A function that calls the method of that name of its first argument, a NamedTuple.
 
-    In a kernel the class is known when it is compiled, and the method becomes a part of it.
+    In a kernel the class is known when it is compiled, and the method is inlined.
     """
 
     def call(record, *arguments):
         return getattr(record, name)(*arguments)
 
-    # Numba's hints do not know all options of PART.
-    @overload(call, strict=False, jit_options=PART)  # type: ignore[arg-type]
+    # Numba's hints do not know all options of INLINED.
+    @overload(call, strict=False, jit_options=INLINED)  # type: ignore[arg-type]
     def of_class(record, *arguments):
         return getattr(record.instance_class, name)
 

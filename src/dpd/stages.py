@@ -44,7 +44,7 @@ TERMS = {
     "exchange": "dpd.physics.exchange",
     "langevin": "dpd.physics.langevin",
     "pressure": "dpd.physics.pressure",
-    "rescaling": "dpd.engine.rescaling",
+    "barostat": "dpd.engine.barostat",
     "walls": "dpd.physics.wall",
 }
 # Methods of `start` that only some scenes name.
@@ -154,7 +154,7 @@ def terms_of(scene: Scene) -> frozenset[str]:
         "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
         "pressure": "pressure" in scene.data,
-        "rescaling": "pressure" in scene.data,
+        "barostat": "pressure" in scene.data,
         "walls": "walls" in scene.data,
     }
     return frozenset(name for name, acts in acting.items() if acts)

@@ -119,25 +119,25 @@ def strip() -> None:
 
 def empty_parts() -> dict[str, Callable[..., Any]]:
     """Name to what takes its place: for species, bonds, core, lists, baths, virial, teams."""
-    from dpd.jit import part
+    from dpd.jit import inlined
 
-    @part()
+    @inlined()
     def nothing(*arguments):
         return None
 
-    @part()
+    @inlined()
     def no_number(*arguments):
         return 0
 
-    @part()
+    @inlined()
     def no_limit(*arguments):
         return np.inf
 
-    @part()
+    @inlined()
     def given_velocity(velocity, predicted):
         return velocity
 
-    @part()
+    @inlined()
     def one_repulsion(pairs, p, species, pair):
         return pair.repulsion[0, 0]
 

@@ -1,4 +1,4 @@
-"""Forces on single beads from outside: walls and body forces. Each thread has its own beads."""
+"""Forces on single beads: a bath, body forces and walls. Each thread has its own beads."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import uint32
 
-from dpd.engine.moves import velocity_of_friction
-from dpd.engine.threads.team import Share, meet
-from dpd.jit import part
+from dpd.engine.integrate import of_bead
+from dpd.engine.search import PAIRS_AT_ONCE
+from dpd.engine.threads import Share, barrier
+from dpd.jit import inlined
 from dpd.physics.forces import curvature, drag, energy, force, random, weight
 from dpd.physics.noise import gaussian_noise, uniform_noise
 
-# The noise of a bead at a wall is that of a pair with a partner that no bead is: another one for
-# each wall and axis. Partners above are those of a Langevin thermostat.
-FIRST_PARTNER, PER_WALL = 0xFFFFFFFF - 3, 3
+# The noise of a bead is that of a pair with a partner that no bead is: another one for each axis of
+# a bath, and for each wall and axis.
+OF_BATH, OF_WALLS, PER_WALL = 0xFFFFFFFF, 0xFFFFFFFF - 3, 3
 ENERGY, PUSH, DRAG = 0, 1, 2  # columns of what is measured of each wall, DRAG with one per axis
 DEPTH, BEAD, STEP = 0, 1, 2  # what is noted of a bead behind a wall
 
@@ -38,236 +39,248 @@ class AtWalls(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Beads within the range of a wall.
+    """Buffers of one thread for some beads within the range of a wall, or in a bath.
 
     Attributes
     ----------
-    slot, identity : (n,) uint32 arrays
-    z : (n,) array
+    slot, identity, partner : (size,) uint32 arrays
+        The bead, and whom it shares its noise with.
+    z : (size,) array
         Distance from the plane, negative behind it.
-    push : (n,) array
+    push : (size,) array
         Force of the wall along its normal into the box.
-    drag : (dimension, n) array
+    drag : (dimension, size) array
         Friction and noise.
-    partner, zeta : (n,) arrays
-        Whom the noise is shared with, and the noise.
+    zeta : (size,) array
+        The noise.
     """
 
     slot: np.ndarray
     identity: np.ndarray
+    partner: np.ndarray
     z: np.ndarray
     push: np.ndarray
     drag: np.ndarray
-    partner: np.ndarray
     zeta: np.ndarray
 
 
-@part()
-def add_external(team, plan, beads, force, mine, at_walls, now):
-    """Add body forces and the forces of walls; measure those of walls if asked.
-
-    Parameters
-    ----------
-    team : Team
-    plan : Plan
-    beads : Beads
-    force : array with a row for each bead
-    mine : Share
-        A thread's share of the beads.
-    at_walls : AtWalls or None
-    now : Evaluation
-    """
-    add_body_force(force, beads.position, beads.species, mine, plan.forces.body_force)
-    if at_walls is not None:
-        velocity, walls = velocity_of_friction(beads.velocity, beads.predicted), plan.forces.walls
-        deepest = at_walls.deepest[team.rank]
-        add_wall_forces(force, velocity, beads, mine, walls, plan.space, deepest, now)
-        if now.measure:
-            measure_walls(team, velocity, beads, walls, plan.space, at_walls.sums, now)
+def near_buffers(dimension: int) -> Near:
+    """Room for as many beads as are worked on at once."""
+    size = int(PAIRS_AT_ONCE)
+    slots = (np.empty(size, np.uint32) for _ in range(3))
+    return Near(*slots, np.empty(size), np.empty(size), np.empty((dimension, size)), np.empty(size))
 
 
-@part()
-def add_body_force(total, position, species, mine, body):
-    """Add the body force on a thread's share of the beads.
-
-    Parameters
-    ----------
-    total, position : arrays with a row for each bead
-        The force; in storage order.
-    species : (n,) uint8 array or None
-    mine : Share
-    body : None or BodyForce
-    """
-    if body is None:
-        return
-    for s in range(mine.first, mine.end):
-        strength = of_species(body.strength, species, s)
-        total[s, body.axis] += force(body, strength, position[s, body.across])
-
-
-@part()
-def of_species(values, species, s):
-    """The value for the species of bead s."""
-    if species is None:
-        return values[0]
-    return values[species[s]]
-
-
-@part()
-def add_wall_forces(total, velocity, beads, mine, walls, space, deepest, now):
-    """Add the forces of walls on a thread's share of the beads; note who is deepest behind them.
-
-    Parameters
-    ----------
-    total, velocity : arrays with a row for each bead
-        The force; the velocity that the friction sees.
-    beads : Beads
-    mine : Share
-    walls : Walls
-    space : Space
-    deepest : (3,) array
-        Of this thread, see `AtWalls`.
-    now : Evaluation
-    """
-    near = near_buffers(mine.end - mine.first, space)
-    for wall in range(len(walls.axis)):
-        n = find_near(near, beads, mine, walls, wall)
-        find_pushes(near, n, beads.species, walls)
-        find_drag(near, n, velocity, walls, wall, walls.friction, space, now.keys)
-        axis, inward = walls.axis[wall], walls.inward[wall]
-        for c in range(n):
-            s = near.slot[c]
-            total[s, axis] += inward * near.push[c]
-            add_drag(total, s, near, c, walls.friction, space)
-            if -near.z[c] > deepest[DEPTH]:
-                deepest[DEPTH], deepest[BEAD] = -near.z[c], near.identity[c]
-                deepest[STEP] = now.step
-
-
-@part()
-def measure_walls(team, velocity, beads, walls, space, sums, now):
-    """Add up what each wall does to all beads.
-
-    One thread does, so that the order of the sums, and with it their bits, is always the same.
-    The others wait for it before they change velocities.
-    """
-    if team.rank == 0:
-        everybody = Share(np.uint64(0), np.uint64(len(beads.identity)))
-        near = near_buffers(everybody.end, space)
-        for wall in range(len(walls.axis)):
-            n = find_near(near, beads, everybody, walls, wall)
-            find_pushes(near, n, beads.species, walls)
-            find_drag(near, n, velocity, walls, wall, walls.friction, space, now.keys)
-            for c in range(n):
-                a = of_species(walls.repulsion, beads.species, near.slot[c])
-                sums[wall, ENERGY] += energy(walls, a, near.z[c])
-                sums[wall, PUSH] += near.push[c]
-                for k in range(len(space.edges)):
-                    sums[wall, DRAG + k] += near.drag[k, c]
-    meet(team)
-
-
-@part()
-def near_buffers(n, space):
-    """Room for n beads."""
-    return Near(
-        np.empty(n, np.uint32), np.empty(n, np.uint32), np.empty(n), np.empty(n),
-        np.zeros((len(space.edges), n)), np.empty(n, np.uint32), np.empty(n),
-    )  # fmt: skip
-
-
-@part()
-def find_near(near, beads, mine, walls, wall):
-    """Find which of some beads are within the range of a wall; return how many."""
-    axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
-    n = np.uint64(0)
-    for s in range(mine.first, mine.end):
-        z = inward * (beads.position[s, axis] - place)
-        if z < 1.0:
-            near.slot[n] = uint32(s)
-            near.identity[n] = beads.identity[s]
-            near.z[n] = z
-            n += np.uint64(1)
-    return n
-
-
-@part()
-def find_pushes(near, n, species, walls):
-    """Fill ``near.push[:n]``."""
+@inlined()
+def draw(near, n, partner, gaussian, keys):
+    """Random numbers of the first ``n`` beads with a partner."""
     for c in range(n):
-        a = of_species(walls.repulsion, species, near.slot[c])
-        near.push[c] = force(walls, a, near.z[c])
+        near.partner[c] = uint32(partner)
+    if gaussian:
+        gaussian_noise(near.zeta, near.identity, near.partner, n, keys)
+    else:
+        uniform_noise(near.zeta, near.identity, near.partner, n, keys)
 
 
-@part()
-def find_drag(near, n, velocity, walls, wall, friction, space, keys):
-    """Fill ``near.drag[:, :n]``, if the walls have friction."""
-    if friction is None:
+@inlined()
+def add_bath(f, v, identity, species, mine, langevin, shares, near, keys, edges):
+    """Add friction and noise on a thread's share of the beads, if there is a bath.
+
+    Parameters
+    ----------
+    f, v : arrays with a row for each bead
+        The force; the velocity that the friction sees.
+    identity, species : (n,) arrays
+        The species None where there is one.
+    mine : Share
+    langevin : None or Langevin
+    shares : None or (species,) array
+        Of the bath.
+    near : Near
+    keys : Keys
+        Of the step.
+    edges : tuple of float
+    """
+    if langevin is None:
         return
-    for k in range(len(space.edges)):
+    for first in range(mine.first, mine.end, PAIRS_AT_ONCE):
+        n = min(PAIRS_AT_ONCE, mine.end - first)
         for c in range(n):
-            near.partner[c] = uint32(FIRST_PARTNER - PER_WALL * wall - k)
-        if friction.gaussian:
-            gaussian_noise(near.zeta, near.identity, near.partner, n, keys)
-        else:
-            uniform_noise(near.zeta, near.identity, near.partner, n, keys)
-        for c in range(n):
-            w = weight(walls, near.z[c])
-            relative = velocity[near.slot[c], k] - walls.velocity[wall, k]
-            near.drag[k, c] = random(friction, near.zeta[c], w) - drag(friction, relative, w)
+            near.identity[c] = identity[first + c]
+        for k in range(len(edges)):
+            draw(near, n, OF_BATH - k, langevin.gaussian, keys)
+            for c in range(n):
+                s, share = first + c, 1.0
+                if shares is not None:
+                    share = of_bead(shares, species, s)
+                noise = random(langevin, np.sqrt(share) * near.zeta[c])
+                f[s, k] += noise - drag(langevin, share * v[s, k])
 
 
-@part()
-def add_drag(total, s, near, c, friction, space):
-    """Add friction and noise on bead c of those near a wall, if the walls have friction."""
-    if friction is not None:
-        for k in range(len(space.edges)):
-            total[s, k] += near.drag[k, c]
-
-
-@part()
-def renew_wall_friction(total, beads, mine, walls, space):
+@inlined()
+def renew_bath(f, excess, species, mine, langevin, shares, edges):
     """Replace the friction in a force by that of the velocities now.
 
     Parameters
     ----------
-    total : array with a row for each bead
-        The force.
-    beads : Beads
-        With what velocities have lost since in the place of the predicted ones, see
-        `dpd.engine.second_friction`.
-    mine : Share
-    walls : None or Walls
-    space : Space
+    f, excess : arrays with a row for each bead
+        The force; see `dpd.engine.integrate.change_since`.
+    species, mine, langevin, shares, edges
+        As in `add_bath`.
     """
-    if walls is not None:
-        renew_drag(total, beads, mine, walls, walls.friction, space)
-
-
-@part()
-def renew_drag(total, beads, mine, walls, friction, space):
-    """The same of walls, if they have friction."""
-    if friction is None:
-        return
-    for wall in range(len(walls.axis)):
-        axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
+    if langevin is not None:
         for s in range(mine.first, mine.end):
-            w = weight(walls, inward * (beads.position[s, axis] - place))
-            for k in range(len(space.edges)):
-                total[s, k] += drag(friction, beads.predicted[s, k], w)
+            share = 1.0
+            if shares is not None:
+                share = of_bead(shares, species, s)
+            for k in range(len(edges)):
+                f[s, k] += drag(langevin, share * excess[s, k])
 
 
-@part()
-def add_wall_curvature(total, position, species, walls):
+@inlined()
+def add_body_force(f, x, species, mine, body):
+    """Add the body force on a thread's share of the beads, if there is one."""
+    if body is not None:
+        for s in range(mine.first, mine.end):
+            strength = of_bead(body.strength, species, s)
+            f[s, body.axis] += force(body, strength, x[s, body.across])
+
+
+@inlined()
+def add_walls(team, f, x, v, identity, species, mine, walls, friction, near, at_walls, now, edges):
+    """Add the forces of walls, if there are any; note who is deepest behind them.
+
+    Parameters
+    ----------
+    team : Team
+    f, x, v : arrays with a row for each bead
+        The force; in storage order; the velocity that the friction sees.
+    identity, species : (n,) arrays
+    mine : Share
+    walls : Walls or None
+    friction : WallFriction or None
+        Of the walls.
+    near : Near or None
+    at_walls : AtWalls or None
+    now : Evaluation
+    edges : tuple of float
+    """
+    if walls is None:
+        return
+    deepest = at_walls.deepest[team.rank]
+    for wall in range(len(walls.axis)):
+        axis, inward = walls.axis[wall], walls.inward[wall]
+        first = mine.first
+        while first < mine.end:
+            first, n = find_near(near, x, identity, first, mine.end, walls, wall)
+            find_pushes(near, n, v, species, walls, wall, friction, now.keys, edges)
+            for c in range(n):
+                s = near.slot[c]
+                f[s, axis] += inward * near.push[c]
+                if friction is not None:
+                    for k in range(len(edges)):
+                        f[s, k] += near.drag[k, c]
+                if -near.z[c] > deepest[DEPTH]:
+                    deepest[DEPTH], deepest[BEAD] = -near.z[c], near.identity[c]
+                    deepest[STEP] = now.step
+    if now.measure:
+        # One thread does, so that the order of the sums, and with it their bits, is always the
+        # same. The others wait for it before they change velocities.
+        if team.rank == 0:
+            measure_walls(
+                at_walls.sums, x, v, identity, species, walls, friction, near, now.keys, edges
+            )
+        barrier(team)
+
+
+@inlined()
+def measure_walls(sums, x, v, identity, species, walls, friction, near, keys, edges):
+    """Add up what each wall does to all beads; see `add_walls`."""
+    everybody = Share(np.uint64(0), np.uint64(len(identity)))
+    for wall in range(len(walls.axis)):
+        first = everybody.first
+        while first < everybody.end:
+            first, n = find_near(near, x, identity, first, everybody.end, walls, wall)
+            find_pushes(near, n, v, species, walls, wall, friction, keys, edges)
+            for c in range(n):
+                a = of_bead(walls.repulsion, species, near.slot[c])
+                sums[wall, ENERGY] += energy(walls, a, near.z[c])
+                sums[wall, PUSH] += near.push[c]
+                if friction is not None:
+                    for k in range(len(edges)):
+                        sums[wall, DRAG + k] += near.drag[k, c]
+
+
+@inlined()
+def find_near(near, x, identity, first, end, walls, wall):
+    """Find some beads within the range of a wall; return where to go on, and how many."""
+    axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
+    n, s = np.uint64(0), first
+    while s < end and n < PAIRS_AT_ONCE:
+        z = inward * (x[s, axis] - place)
+        if z < 1.0:
+            near.slot[n] = uint32(s)
+            near.identity[n] = identity[s]
+            near.z[n] = z
+            n += np.uint64(1)
+        s += np.uint64(1)
+    return s, n
+
+
+@inlined()
+def find_pushes(near, n, v, species, walls, wall, friction, keys, edges):
+    """Find the push on ``n`` beads near a wall, and their drag if the walls have friction."""
+    for c in range(n):
+        a = of_bead(walls.repulsion, species, near.slot[c])
+        near.push[c] = force(walls, a, near.z[c])
+    if friction is not None:
+        for k in range(len(edges)):
+            draw(near, n, OF_WALLS - PER_WALL * wall - k, friction.gaussian, keys)
+            for c in range(n):
+                w = weight(walls, near.z[c])
+                relative = v[near.slot[c], k] - walls.velocity[wall, k]
+                near.drag[k, c] = random(friction, near.zeta[c], w) - drag(friction, relative, w)
+
+
+@inlined()
+def friction_of(walls):
+    """The friction of walls; None where there are none."""
+    if walls is None:
+        return None
+    return walls.friction
+
+
+@inlined()
+def renew_wall_friction(f, excess, x, mine, walls, friction, edges):
+    """Replace the friction in a force by that of the velocities now, if walls have friction.
+
+    Parameters
+    ----------
+    f, excess, x : arrays with a row for each bead
+        The force; see `dpd.engine.integrate.change_since`; in storage order.
+    mine, walls, friction, edges
+        As in `add_walls`.
+    """
+    if friction is not None:
+        for wall in range(len(walls.axis)):
+            axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
+            for s in range(mine.first, mine.end):
+                w = weight(walls, inward * (x[s, axis] - place))
+                for k in range(len(edges)):
+                    f[s, k] += drag(friction, excess[s, k], w)
+
+
+@inlined()
+def add_wall_curvature(f, x, species, walls):
     """Add the forces of walls on all beads; return their part in the Laplacian of the potential."""
     if walls is None:
         return 0.0
     laplacian = 0.0
     for wall in range(len(walls.axis)):
         axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
-        for s in range(len(position)):
-            z = inward * (position[s, axis] - place)
-            a = of_species(walls.repulsion, species, s)
-            total[s, axis] += inward * force(walls, a, z)
+        for s in range(len(x)):
+            z = inward * (x[s, axis] - place)
+            a = of_bead(walls.repulsion, species, s)
+            f[s, axis] += inward * force(walls, a, z)
             laplacian += curvature(walls, a, z)
     return laplacian

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.bond_forces import batches, bonded_of, empty_slots
-from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls
-from dpd.engine.neighbours.cells import cell_buffers, grid
-from dpd.engine.rescaling import advance_rescaling, refuse_box
-from dpd.engine.slide import tilted
-from dpd.engine.space import space_of, unfolded, wrapped
+from dpd.engine.barostat import advance_rescaling, refuse_box
+from dpd.engine.bonded import angles_of, bonds_of, buffers_of, number_of_batches
+from dpd.engine.cells import cell_buffers, grid_of
+from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
+from dpd.engine.images import row_edges
+from dpd.engine.integrate import times_of
+from dpd.engine.lists import list_buffers
+from dpd.engine.pair import cache_buffers
+from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
+from dpd.engine.search import line_buffers, pair_buffers
+from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
-from dpd.engine.step import Plan, Shared, Span, advance
-from dpd.engine.threads.team import new_team
-from dpd.engine.vectors.arrays import axes_of, empty_rows, rows_of
+from dpd.engine.step import Own, Plan, Shared, Span, advance
+from dpd.engine.threads import new_team, started
 from dpd.errors import LostRun, UserError
 
 if TYPE_CHECKING:
@@ -128,8 +130,8 @@ class Simulation(Snapshot):
         state.position = np.ascontiguousarray(position)
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
-        self._others = _started(threads - 1) if threads > 1 else None
-        self._plan = _plan_of(system, self.box)
+        self._others = started(threads - 1) if threads > 1 else None
+        self._prepare(self.box)
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
@@ -189,16 +191,17 @@ class Simulation(Snapshot):
 
     def _call(self, steps, measure):
         system, state, dimension = self.system, self.state, self.system.dimension
+        self._put_images()
         beads = _rows_of_state(system, state)
         spare = Beads(*map(_empty_like, beads))
         reference = None
         if system.skin > 0:
             reference = rows_of(state.position if state.reference is None else state.reference)
         force = rows_of(state.force if steps else np.zeros_like(state.force))
-        plan = self._plan_now()
         shared = self._shared()
         span = Span(state.step, steps, measure)
-        beads, lost = self._all_threads(plan, beads, spare, force, reference, shared, span)
+        in_spare, lost = self._all_threads(beads, spare, force, reference, shared, span)
+        beads = spare if in_spare else beads
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
         self._refuse_behind(shared.at_walls)
@@ -218,6 +221,64 @@ class Simulation(Snapshot):
         on_walls = None if shared.at_walls is None else shared.at_walls.sums
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
 
+    def _put_images(self):
+        """Put box and images into the plan as they are now."""
+        box = self.box
+        if self._plan.edges != edges_of(box):
+            self._prepare(box)
+        if slide_of(box) is not None:
+            self._plan.slide.tilt[0] = box.tilt
+
+    def _prepare(self, box):
+        """The plan for a box, and the buffers of each thread."""
+        system, beads, dimension = self.system, self.state.identity.size, self.system.dimension
+        self._plan = plan = _plan_of(system, box)
+        self._cells = cell_buffers(plan.grid, beads, self._threads)
+        self._own = [self._buffers(plan, beads, dimension) for _ in range(self._threads)]
+
+    def _buffers(self, plan, beads, dimension):
+        """The buffers of one thread."""
+        forces, phases = plan.forces, len(plan.grid.blocks.phase) - 1
+        again, cached = forces.exchange or forces.friction, None
+        if plan.scheme.renewal is not None or forces.exchange is not None:
+            gamma, shares = (0.0, None) if again is None else (again.gamma, again.shares)
+            cached = cache_buffers(dimension, beads, phases, gamma, shares)
+        return Own(
+            wrap=row_edges(plan.edges, row_width(dimension)),
+            line=line_buffers(plan.grid),
+            pairs=pair_buffers(dimension),
+            listed=list_buffers(plan.grid, beads) if plan.skin > 0 else None,
+            cached=cached,
+            arms=buffers_of(dimension, plan.bonds, plan.angles),
+            others=buffers_of(dimension, plan.angles),
+            near=near_buffers(dimension) if forces.walls or forces.langevin else None,
+        )
+
+    def _shared(self):
+        """What the threads share during a call."""
+        plan, dimension, beads = self._plan, self.system.dimension, self.state.identity.size
+        tasks = number_of_batches(plan.bonds) + len(plan.grid.blocks.piece) - 1
+        renews = plan.scheme.renewal is not None
+        return Shared(
+            cells=self._cells,
+            slot=None if plan.bonds is None else np.empty(beads, np.uint32),
+            virial=np.zeros((tasks, 2, dimension, dimension)),
+            energy=np.zeros((tasks, 2)),
+            moved=np.zeros(self._threads),
+            lost=np.zeros((self._threads, 2)),
+            at_walls=self._at_walls(),
+            image=np.array(self.state.image.T, np.int32, order="C"),
+            excess=empty_rows(beads, row_width(dimension)) if renews else None,
+        )
+
+    def _at_walls(self):
+        """Where is noted what happens at walls, if there are any."""
+        walls = self.system.walls
+        if walls is None:
+            return None
+        sums = np.zeros((len(walls.axis), DRAG + self.system.dimension))
+        return AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
+
     def _refuse_behind(self, at_walls):
         """Refuse a bead too far behind a wall.
 
@@ -232,42 +293,15 @@ class Simulation(Snapshot):
                 int(deepest[BEAD]), int(deepest[STEP]), deepest[DEPTH], self.system.walls.reach
             )
 
-    def _plan_now(self):
-        """The plan for the box as it is now."""
-        if self._plan.space.edges != self.box:
-            space = space_of(self.box)
-            cells = grid(space, CUTOFF + self.system.skin)
-            self._plan = self._plan._replace(space=space, grid=cells)
-        return self._plan
-
-    def _shared(self):
-        """What the threads share during a call."""
-        plan, beads = self._plan, self.state.position.shape[1]
-        tasks = batches(plan.bonds) + len(plan.grid.blocks.piece) - 1
-        return Shared(
-            cell_buffers(plan.grid, beads, self._threads),
-            empty_slots(plan.bonds, beads),
-            np.zeros((tasks, 2, self.system.dimension, self.system.dimension)),
-            np.zeros((tasks, 2)),
-            np.zeros(self._threads),
-            np.zeros((self._threads, 2)),
-            self._at_walls(),
-            np.array(self.state.image.T, np.int32, order="C"),
-        )
-
-    def _at_walls(self):
-        """Where is noted what happens at walls, if there are any."""
-        walls = self.system.walls
-        if walls is None:
-            return None
-        sums = np.zeros((len(walls.axis), DRAG + self.system.dimension))
-        return AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
-
-    def _all_threads(self, *arguments):
+    def _all_threads(self, beads, spare, force, reference, shared, span):
         """What `advance` returns, run by all threads together."""
-        first, *rest = new_team(self._threads)
-        others = [self._others.submit(advance, team, *arguments) for team in rest]
-        found = advance(first, *arguments)
+
+        def take_part(team, own):
+            return advance(team, self._plan, beads, spare, force, reference, shared, own, span)
+
+        first, *rest = zip(new_team(self._threads), self._own)
+        others = [self._others.submit(take_part, *each) for each in rest]
+        found = take_part(*first)
         for other in others:
             other.result()
         return found
@@ -275,17 +309,20 @@ class Simulation(Snapshot):
 
 def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
-    space = space_of(box)
+    bonds = bonds_of(system)
     return Plan(
-        space=space,
-        grid=grid(space, CUTOFF + system.skin),
+        edges=edges_of(box),
+        slide=slide_of(box),
+        grid=grid_of(box, CUTOFF + system.skin),
         forces=system.forces,
-        bonds=bonded_of(system),
+        bonds=bonds,
+        angles=angles_of(system, bonds),
         scheme=system.scheme,
+        times=times_of(system.scheme, system.dt),
         dt=system.dt,
         skin=float(system.skin),
         seed=np.uint64(system.seed),
-        inverse_mass=None if system.masses is None else 1.0 / np.asarray(system.masses, float),
+        mass=None if system.masses is None else np.asarray(system.masses, float),
     )
 
 
@@ -310,16 +347,3 @@ def _empty_like(array):
         return None
     rows = array.ndim == 2 and array.dtype == float
     return empty_rows(*array.shape) if rows else np.empty_like(array)
-
-
-def _started(threads):
-    """Threads that are there when they are needed: the others would wait for one that is not."""
-    pool, meeting = ThreadPoolExecutor(threads), Barrier(threads + 1)
-    try:
-        for _ in range(threads):
-            pool.submit(meeting.wait)
-        meeting.wait()
-    except RuntimeError as problem:
-        meeting.abort()
-        raise UserError(f"{threads + 1} threads: {problem}; take fewer") from None
-    return pool

@@ -1,150 +1,161 @@
-"""The periodic box: its edges, its images, and the nearest image of a separation.
+"""The periodic box, whose images may slide: edges, nearest images, and the boxes that beads cross.
 
-Nobody else writes a modulo. `Space` is what kernels take; `nearest` and `wrapped` do the same in
-NumPy, for what looks at beads between steps.
+Nobody else writes a modulo. Here is what looks at beads between steps, in NumPy; `dpd.engine.images`
+does the same in kernels.
+
+Steady shear has the boundary conditions of Lees and Edwards (1972). Let x be the axis of the flow
+and y that of its gradient. The image above the box moves with the flow that is there, and the image
+below moves the other way. In a time they slide by g L_y times that time, with the rate g. At any
+moment the images form a lattice whose vector along the gradient is tilted, (s L_y, L_y). The *tilt*
+s lies between -1/2 and 1/2 of L_x / L_y, because a lattice that has slid by a whole edge is the same
+as before.
+
+A separation is brought to its nearest image in coordinates along the lattice, in which the box is
+upright: x' = x - s y. Cells are those of x' too, so that neighbours stay neighbours. Along the flow
+they are longer by sqrt(1 + s^2) at the largest tilt: two beads at a distance of 1 may differ by so
+much in x'.
+
+The slide is a whole number of 2^-64 of an edge for each step, so the tilt is an exact function of
+the number of the step: no error adds up, and a resumed run has the same bits. A run that begins
+with the end of another one begins with the slide of that.
+
+Beads are kept with positions in the upright box and velocities about the flow, which no boundary
+changes; see `dpd.physics.shear`.
 """
 
 from __future__ import annotations
 
+from fractions import Fraction
+from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.slide import Slide, add_tilt, count_box, put_inside_sliding
-from dpd.engine.vectors.arrays import row_width
-from dpd.engine.vectors.rows import entries
-from dpd.jit import part
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-STRETCH = 256  # entries of rows whose edges are written out, for a loop without a look at the axis
+    from dpd.physics.shear import Shear
+
+TURN = 2**64  # parts of an edge
 
 
-class Space(NamedTuple):
-    """A periodic box.
+class Slide(NamedTuple):
+    """How images slide.
 
     Attributes
     ----------
-    edges : tuple of float
-        One per axis, in r_c.
-    slide : Slide or None
-        How images slide under shear; None where they stay.
+    flow, gradient : int
+        Axes.
+    rate : float
+        Of the shear, in 1 / tau.
+    parts : uint64
+        Parts of an edge by which images slide in a step, 2^64 to an edge.
+    begun : uint64
+        Parts by which they had slid at step 0.
+    ratio : float
+        Edge along the flow over that along the gradient.
+    tilt : (1,) array
+        At the present step. All threads write the same number (`dpd.engine.images.slide_to`).
     """
 
-    edges: tuple
-    slide: Slide | None = None
+    flow: int
+    gradient: int
+    rate: float
+    parts: np.uint64
+    begun: np.uint64
+    ratio: float
+    tilt: np.ndarray
 
 
-def space_of(box: Sequence[float]) -> Space:
-    """The `Space` of a box that is given by its edges, or of a `dpd.engine.slide.TiltedBox`."""
-    return Space(tuple(map(float, box)), getattr(box, "slide", None))
+class TiltedBox(tuple[float, ...]):
+    """Edges of a box whose images have slid; whoever takes the edges of a box takes this too.
 
-
-@part()
-def nearest_image(apart, edge):
-    """A separation along an axis at its nearest image."""
-    return apart - edge * np.rint(apart / edge)
-
-
-@part()
-def nearest_images(apart, n, space):
-    """Put the first ``n`` separations of a (dimension, size) array at their nearest image."""
-    add_tilt(apart, n, -1.0, space.slide)
-    for k in range(len(space.edges)):
-        edge = space.edges[k]
-        for p in range(n):
-            apart[k, p] = nearest_image(apart[k, p], edge)
-    add_tilt(apart, n, 1.0, space.slide)
-
-
-@part()
-def squared_distance(one, i, other, j, space):
-    """Squared distance of row i of one array from row j of another, at nearest images.
-
-    Not under shear: whoever asks for it is refused there.
+    Attributes
+    ----------
+    slide : Slide
     """
-    r2 = 0.0
-    for k in range(len(space.edges)):
-        d = nearest_image(one[i, k] - other[j, k], space.edges[k])
-        r2 += d * d
-    return r2
+
+    slide: Slide
+
+    @property
+    def tilt(self) -> float:
+        """Displacement along the flow of an image, over that along the gradient."""
+        return float(self.slide.tilt[0])
+
+    @property
+    def slid(self) -> int:
+        """Parts of an edge by which images have slid, 2^64 to an edge."""
+        return round(Fraction(self.tilt) / Fraction(self.slide.ratio) * TURN) % TURN
 
 
-@part()
-def row_edges(space):
-    """Edges of the box and their inverses as rows have them, over and over; 1 for padding.
-
-    With room for the boxes by which entries are outside.
-    """
-    width = row_width(len(space.edges))
-    edges = np.ones((3, STRETCH))
-    for first in range(0, STRETCH, width):
-        for k in range(len(space.edges)):
-            edges[0, first + k] = space.edges[k]
-            edges[1, first + k] = 1.0 / space.edges[k]
-    return edges
+def parts_of(shear: Shear, box: Sequence[float], dt: float) -> int:
+    """Parts of an edge by which images slide in a step, 2^64 to an edge."""
+    edges = Fraction(box[shear.gradient]) / Fraction(box[shear.flow])
+    return round(Fraction(shear.rate) * Fraction(dt) * edges * TURN) % TURN
 
 
-@part()
-def put_inside(position, image, identity, mine, edges, space, slide):
-    """Move beads to their image in the box, and count the boxes by which they are moved.
+def tilted(
+    box: Sequence[float], shear: Shear | None, dt: float, step: int, begun: int = 0
+) -> tuple[float, ...]:
+    """The box with its images where they are at a step.
 
     Parameters
     ----------
-    position : array with a row for each bead
-    image : (n, dimension) int32 array
-        Of each identity.
-    identity : (n,) uint32 array
-    mine : (int, int)
-        First bead, and the one after the last.
-    edges : (3, `STRETCH`) array
-        From `row_edges`.
-    space : Space
-    slide : Slide or None
-        Of the space.
+    box : tuple of float
+        Edges in r_c.
+    shear : Shear or None
+        Without shear the box stays as it is.
+    dt : float
+    step : int
+    begun : int
+        Parts of an edge by which they had slid at step 0.
+
+    Returns
+    -------
+    tuple of float
+        A `TiltedBox` with shear.
     """
+    if shear is None:
+        return tuple(box)
+    found = TiltedBox(map(float, box))
+    parts, ratio = parts_of(shear, found, dt), found[shear.flow] / found[shear.gradient]
+    slid = (parts * step + begun) % TURN
+    tilt = float(slid - TURN if slid >= TURN // 2 else slid) / TURN * ratio
+    found.slide = Slide(
+        shear.flow, shear.gradient, float(shear.rate), np.uint64(parts), np.uint64(begun), ratio,
+        np.array([tilt]),
+    )  # fmt: skip
+    return found
+
+
+def edges_of(box: Sequence[float]) -> tuple[float, ...]:
+    """The edges alone, as kernels take them."""
+    return tuple(map(float, box))
+
+
+def slide_of(box: Sequence[float]) -> Slide | None:
+    """How the images of a box slide; None where they stay."""
+    return getattr(box, "slide", None)
+
+
+def longest_cutoffs(box: Sequence[float], cutoff: float) -> list[float]:
+    """The most that a distance of one cutoff can be along each axis of the lattice, at any tilt."""
+    cutoffs, slide = [cutoff] * len(box), slide_of(box)
     if slide is not None:
-        put_inside_sliding(position, image, identity, mine, space, slide)
-        return
-    x = position.ravel()
-    begin, end = entries(mine, position)
-    for first in range(begin, end, np.uint64(STRETCH)):
-        size = min(np.uint64(STRETCH), np.uint64(end - first))
-        outside = 0.0
-        for t in range(size):
-            edge = edges[0, t]
-            boxes = np.floor(x[first + t] * edges[1, t])
-            inside = x[first + t] - edge * boxes
-            x[first + t] = inside if inside < edge else 0.0
-            edges[2, t] = boxes if inside < edge else boxes + 1.0
-            outside += abs(edges[2, t])
-        if outside > 0.0:
-            count_boxes(image, identity, edges, first, size, space)
-
-
-@part()
-def count_boxes(image, identity, edges, first, size, space):
-    """Count the boxes by which some entries of rows were outside."""
-    width = np.uint64(row_width(len(space.edges)))
-    i = np.uint64(first // width)
-    for t in range(np.uint64(0), size, width):
-        for k in range(len(space.edges)):
-            count_box(image, identity, i, k, edges[2, t + np.uint64(k)])
-        i += np.uint64(1)
+        cutoffs[slide.flow] *= hypot(1.0, 0.5 * slide.ratio)
+    return cutoffs
 
 
 def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
-    """Separations at their nearest image, in NumPy.
+    """Separations at their nearest image.
 
     Parameters
     ----------
     apart : (dimension, ...) array
     box : tuple
-        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
+        Edges in r_c, or a `TiltedBox`.
     """
-    edges = _edges(apart, box)
-    slide = getattr(box, "slide", None)
+    edges, slide = _columns(apart, box), slide_of(box)
     if slide is None:
         return apart - edges * np.rint(apart / edges)
     far = edges * np.rint(along_axes(apart, box) / edges)  # in lattice coordinates
@@ -155,10 +166,9 @@ def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
 def wrapped(position: np.ndarray, box: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """Positions moved into the box, 0 <= x < edge, and the boxes by which they were outside.
 
-    In NumPy; `unfolded` is the way back.
+    `unfolded` is the way back.
     """
-    edges = _edges(position, box)
-    slide = getattr(box, "slide", None)
+    edges, slide = _columns(position, box), slide_of(box)
     if slide is not None:
         height, y = box[slide.gradient], position[slide.gradient]
         up = np.floor(y / height)
@@ -180,10 +190,9 @@ def unfolded(position: np.ndarray, image: np.ndarray, box: Sequence[float]) -> n
     image : (dimension, ...) array
         Boxes by which beads are further, see `dpd.engine.state.State`.
     box : tuple
-        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
+        Edges in r_c, or a `TiltedBox`.
     """
-    further = _edges(position, box) * image
-    slide = getattr(box, "slide", None)
+    further, slide = _columns(position, box) * image, slide_of(box)
     if slide is not None:
         further[slide.flow] += slide.tilt[0] * further[slide.gradient]
     return position + further
@@ -196,9 +205,9 @@ def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     ----------
     apart : (dimension, ...) array
     box : tuple
-        Edges in r_c, or a `dpd.engine.slide.TiltedBox`.
+        Edges in r_c, or a `TiltedBox`.
     """
-    slide = getattr(box, "slide", None)
+    slide = slide_of(box)
     if slide is None:
         return apart
     found = np.array(apart)
@@ -206,5 +215,6 @@ def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     return found
 
 
-def _edges(array, box):
+def _columns(array, box):
+    """Edges of the box along the first axis of an array."""
     return np.array(box).reshape(-1, *[1] * (np.ndim(array) - 1))

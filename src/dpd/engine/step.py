@@ -19,46 +19,71 @@ Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each
 its own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next.
 Blocks come in phases, so that no two threads push the same bead at the same time, and the
 order of all sums is that of one thread alone.
+
+Device functions take the arrays that they use; records go no deeper than this file, so that a scene
+with bonds needs no other drift than one without.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.bond_forces import Bonded, add_bond_forces, batches, find_slots
-from dpd.engine.external import AtWalls, add_external, renew_wall_friction
-from dpd.engine.masses import divide_by_masses, multiply_by_masses
-from dpd.engine.moves import Lost, drift, first_lost, velocity_of_friction
-from dpd.engine.neighbours.cells import Cells, Grid, count_cells, move_to_cells, share_cells
-from dpd.engine.neighbours.lists import (
-    CHUNK,
-    empty_list,
-    farthest_move,
-    listed_pairs,
-    renewed_list,
+from dpd.engine.bonded import Angles, Arms, Bonds, add_angles, add_bonds, find_slots
+from dpd.engine.cells import (
+    Cells,
+    Grid,
+    count_cells,
+    find_places,
+    move_beads,
+    share_cells,
 )
-from dpd.engine.neighbours.search import new_search, next_pairs, pair_buffers, place_of_piece
-from dpd.engine.pair_forces import add_pair_forces, measure_pairs
-from dpd.engine.second_friction import (
+from dpd.engine.external import (
+    AtWalls,
+    Near,
+    add_bath,
+    add_body_force,
+    add_walls,
+    friction_of,
+    renew_bath,
+    renew_wall_friction,
+)
+from dpd.engine.images import put_inside, slide_to
+from dpd.engine.integrate import (
+    Lost,
+    Times,
+    add_rows,
+    change_since,
+    divide_by_masses,
+    drift,
+    exchange_momentum,
+    first_lost,
+    multiply_by_masses,
+    renew_friction,
+)
+from dpd.engine.lists import Listed, farthest_move, list_pairs, listed_pairs
+from dpd.engine.pair import (
+    Cached,
+    add_pair_forces,
+    cache_pairs,
     close_phase,
     emptied,
-    empty_touching,
-    lose,
-    renew_friction,
-    with_pairs,
+    gather_friction,
+    measure_pairs,
+    shares_of,
 )
-from dpd.engine.slide import slide_to, turn_images
-from dpd.engine.space import Space, put_inside, row_edges
-from dpd.engine.state import Sums
-from dpd.engine.thermostats import (
-    add_langevin_forces,
-    exchange_momentum,
-    renew_langevin_friction,
+from dpd.engine.rows import copy_row
+from dpd.engine.search import Line, Pairs, Search, next_pairs, place_of_piece, sized
+from dpd.engine.space import Slide
+from dpd.engine.threads import (
+    BATCHES,
+    BLOCKS,
+    barrier,
+    new_round,
+    next_task,
+    share_of,
+    uncounted,
 )
-from dpd.engine.threads.borrowed import borrowed
-from dpd.engine.threads.team import BATCHES, BLOCKS, meet, new_round, next_task, share_of
-from dpd.engine.vectors.rows import add_rows
-from dpd.jit import kernel, part
+from dpd.jit import inlined, kernel
 from dpd.physics.forces import Forces
 from dpd.physics.noise import Keys, step_keys
 from dpd.physics.schemes import Scheme
@@ -69,28 +94,36 @@ class Plan(NamedTuple):
 
     Attributes
     ----------
-    space : Space
+    edges : tuple of float
+        Of the box.
+    slide : Slide or None
     grid : Grid
         Cells with edges of at least 1 + ``skin``.
     forces : Forces
-    bonds : Bonded or None
+    bonds : Bonds or None
+    angles : Angles or None
     scheme : Scheme
+    times : Times
+        Of the scheme.
     dt, skin : float
         Time step; distance beyond the cutoff within which pairs are listed.
     seed : uint64
-    inverse_mass : None or (species,) array
-        1 / m of each species; None where all masses are 1.
+    mass : None or (species,) array
+        None where all are 1.
     """
 
-    space: Space
+    edges: tuple
+    slide: Slide | None
     grid: Grid
     forces: Forces
-    bonds: Bonded | None
+    bonds: Bonds | None
+    angles: Angles | None
     scheme: Scheme
+    times: Times
     dt: float
     skin: float
     seed: int
-    inverse_mass: np.ndarray | None = None
+    mass: np.ndarray | None = None
 
 
 class Shared(NamedTuple):
@@ -106,11 +139,13 @@ class Shared(NamedTuple):
     moved : (threads,) array
         Largest squared distance from the reference among each thread's beads.
     lost : (threads, 2) array
-        `SLOT` of a bead of each thread's that moved too far, or -1; and the `DISTANCE`.
+        See `dpd.engine.integrate.drift`.
     at_walls : AtWalls or None
         None without walls.
     image : (n, dimension) int32 array
         Boxes that each identity has crossed.
+    excess : array with a row for each bead, or None
+        See `dpd.engine.integrate.change_since`; None for a scheme that takes friction once.
     """
 
     cells: Cells
@@ -121,6 +156,35 @@ class Shared(NamedTuple):
     lost: np.ndarray
     at_walls: AtWalls | None
     image: np.ndarray
+    excess: np.ndarray | None
+
+
+class Own(NamedTuple):
+    """Buffers of one thread; None for what a scene does without.
+
+    Attributes
+    ----------
+    wrap : (3, STRETCH) array
+        See `dpd.engine.images.row_edges`.
+    line : Line
+    pairs : Pairs
+    listed : Listed or None
+    cached : Cached or None
+    arms : Arms or None
+        For bonds, and for one side of angles.
+    others : Arms or None
+        For the other side.
+    near : Near or None
+    """
+
+    wrap: np.ndarray
+    line: Line
+    pairs: Pairs
+    listed: Listed | None
+    cached: Cached | None
+    arms: Arms | None
+    others: Arms | None
+    near: Near | None
 
 
 class Span(NamedTuple):
@@ -151,25 +215,21 @@ class Evaluation(NamedTuple):
         Of its noise.
     measure : bool
         Whether virial and energy are added up.
-    virial, energy : arrays
-        Where to, see `Shared`.
     """
 
     step: int
     keys: Keys
     measure: bool
-    virial: np.ndarray
-    energy: np.ndarray
 
 
 @kernel()
-def advance(team, plan, beads, spare, force, reference, shared, span):
+def advance(team, plan, beads, spare, force, reference, shared, own, span):
     """Advance by some steps, or for 0 steps evaluate the force where the beads are.
 
     Parameters
     ----------
     team : Team
-        All threads of a team call this, with the same arrays.
+        All threads of a team call this, with the same arrays but their own.
     plan : Plan
     beads, spare : Beads
         Sorting swaps the two.
@@ -180,172 +240,224 @@ def advance(team, plan, beads, spare, force, reference, shared, span):
         None to find pairs by cells in every step. With a list, where the beads were at the
         last sort, in today's order; kept up to date. 0 steps sort and list afresh.
     shared : Shared
+    own : Own
     span : Span
 
     Returns
     -------
-    Beads
-        In the order of the last sort by cell; the arrays of ``beads`` or of ``spare``.
+    bool
+        Whether the beads are in ``spare`` in the end, in the order of the last sort by cell.
     Lost
     """
-    swapped, lost = take_steps(
-        borrowed(team), borrowed(plan), borrowed(beads), borrowed(spare), borrowed(force),
-        borrowed(reference), borrowed(shared), span,
+    return take_steps(
+        uncounted(team), uncounted(plan), uncounted(beads), uncounted(spare), uncounted(force),
+        uncounted(reference), uncounted(shared), uncounted(own), span,
     )  # fmt: skip
-    if swapped:
-        return spare, lost
-    return beads, lost
 
 
-@part()
-def take_steps(team, plan, beads, spare, force, reference, shared, span):
-    """Take the steps of `advance`; return whether beads are in ``spare`` in the end, and `Lost`."""
-    swapped = False
-    mine, edges = share_of(team, len(beads.identity)), row_edges(plan.space)
-    listed = empty_list(reference, plan.grid, len(beads.identity))
-    touching = empty_touching(
-        plan.scheme.renewal, plan.forces.exchange, plan.space, len(beads.identity),
-        len(plan.grid.blocks.phase) - 1,
-    )  # fmt: skip
-    step, waiting = span.done, 0.0
+@inlined()
+def take_steps(team, plan, beads, spare, force, reference, shared, own, span):
+    """Take the steps of `advance`."""
+    edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
+    image, mine = shared.image, share_of(team, len(beads.identity))
+    line, listed, cached = own.line, own.listed, own.cached
+    step, pending, swapped = span.done, 0.0, False
     lost = Lost(np.int64(-1), step, 0.0)
     for s in range(max(span.steps, 1)):
         if span.steps > 0:
             step += 1
-        slide_to(plan.space.slide, step)
-        if span.steps > 0:
-            turn_images(shared.image, beads.identity, mine, plan.space.slide, step, plan.dt)
-            drift(beads, force, shared.image, mine, edges, plan, waiting, shared.lost[team.rank])
-            shared.moved[team.rank] = farthest_move(beads.position, listed, mine, plan.space)
-            meet(team)
-            lost = first_lost(shared, beads.identity, step)
+            slide_to(step, image, beads.identity, mine, dt, slide)
+            drift(
+                beads.position, beads.velocity, force, beads.predicted, beads.peculiar, image,
+                beads.identity, mine, own.wrap, shared.lost[team.rank], pending, times, edges,
+                slide,
+            )  # fmt: skip
+            shared.moved[team.rank] = farthest_move(beads.position, reference, mine, edges)
+            barrier(team)
+            lost = first_lost(shared.lost, beads.identity, step)
             if lost.bead >= 0:
                 break
-        sort_now = span.steps == 0 or shared.moved.max() > 0.25 * plan.skin * plan.skin
+        sort_now = span.steps == 0 or farthest(shared.moved) > 0.25 * plan.skin * plan.skin
         if sort_now:
-            sort_together(team, plan, beads, spare, mine, shared)
+            sort_together(team, beads.position, mine, shared.cells, grid, edges, slide)
+            move_beads(beads, spare, mine, shared.cells.place, edges)
+            barrier(team)
             beads, spare = spare, beads
             swapped = not swapped
+            line = sized(line, shared.cells.most, grid.base.shape[1])
         if sort_now or s == 0:
             find_slots(shared.slot, beads.identity, mine)
         listed = renewed_list(
-            team, plan, beads.position, mine, listed, shared.cells, sort_now, s == 0
-        )
-        meet(team)
-        measure = span.measure and s + 1 >= span.steps
-        now = Evaluation(step, step_keys(plan.seed, step), measure, shared.virial, shared.energy)
-        touching = add_forces(team, plan, beads, force, shared, listed, touching, now)
-        add_langevin(plan, beads, force, mine, now)
-        add_external(team, plan, beads, force, mine, shared.at_walls, now)
-        divide_by_masses(force, beads.species, mine, plan.inverse_mass)
+            team, plan, beads.position, reference, mine, listed, line, own.pairs, shared.cells,
+            sort_now, s == 0,
+        )  # fmt: skip
+        barrier(team)
+        now = Evaluation(step, step_keys(plan.seed, step), span.measure and s + 1 >= span.steps)
+        add_bonded(
+            team, plan, beads.position, force, plan.bonds, plan.angles, shared.slot, shared.virial,
+            shared.energy, own, now.measure,
+        )  # fmt: skip
+        search = Search(shared.cells, grid, line, own.pairs, edges, slide)
+        cached = add_pairs(
+            team, plan, beads, force, search, listed, emptied(cached), shared.virial,
+            shared.energy, now,
+        )  # fmt: skip
+        add_to_beads(team, plan, beads, force, mine, shared.at_walls, own.near, now)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
-            waiting = plan.scheme.correction * plan.dt
+            pending = plan.scheme.correction * dt
         elif span.steps > 0:
-            finish(team, plan, beads, force, shared.image, mine, edges, touching, now)
+            finish(
+                team, plan, beads, force, image, own, mine, shared.excess, cached, now.keys
+            )
     return swapped, lost
 
 
-@part()
-def sort_together(team, plan, source, target, mine, shared):
-    """Sort beads by cell, each thread its own."""
-    count_cells(source.position, mine, plan.space, plan.grid, shared.cells, team.rank)
-    meet(team)
+@inlined()
+def farthest(moved):
+    """The largest of what threads have found."""
+    most = moved[0]
+    for rank in range(1, moved.shape[0]):
+        most = max(most, moved[rank])
+    return most
+
+
+@inlined()
+def sort_together(team, x, mine, cells, grid, edges, slide):
+    """Find by cell where beads go, each thread for its own."""
+    start, level, cell, along, place, free, most = cells
+    count_cells(x, mine, cell, along, free[team.rank], edges, grid.shape, slide)
+    barrier(team)
     if team.rank == 0:
-        share_cells(shared.cells, plan.grid)
-    meet(team)
-    move_to_cells(source, target, mine, plan.space, shared.cells, team.rank)
-    meet(team)
+        share_cells(start, free, most, grid.shape[len(edges) - 1])
+    barrier(team)
+    find_places(place, level, mine, cell, along, free[team.rank])
 
 
-@part()
-def add_forces(team, plan, beads, force, shared, listed, touching, now):
-    """Add the forces of bonds and of pairs.
+@inlined()
+def renewed_list(team, plan, x, reference, mine, listed, line, pairs, cells, sorted_now, first):
+    """The list after a sort, or for the first step of a call; else as it was.
 
-    Returns
-    -------
-    Touching or None
-        The pairs, where the scheme needs them again.
+    After a sort, the reference is where the beads are. A call begins with the list that was
+    made at the reference it was given.
     """
-    add_bonds(team, plan, beads, force, shared.slot, now)
-    if listed is None:
-        touching = add_searched(team, plan, beads, force, shared, emptied(touching), now)
-    else:
-        touching = add_listed(team, plan, beads, force, shared, listed, emptied(touching), now)
-    meet(team)
-    new_round(team)
-    return touching
+    if reference is None:
+        return None
+    if sorted_now:
+        for i in range(mine.first, mine.end):
+            copy_row(reference, i, x, i, plan.edges)
+    elif first:  # beads are in the order of the sort then: each goes to its own place
+        sort_together(team, reference, mine, cells, plan.grid, plan.edges, plan.slide)
+    if sorted_now or first:
+        barrier(team)
+        roomy = sized(line, cells.most, plan.grid.base.shape[1])
+        search = Search(cells, plan.grid, roomy, pairs, plan.edges, plan.slide)
+        return list_pairs(team, reference, search, 1.0 + plan.skin, listed)
+    return listed
 
 
-@part()
-def add_bonds(team, plan, beads, force, slot, now):
-    """Add the forces of bonds and of the angles between them, batch by batch."""
-    tasks = batches(plan.bonds)
-    task = next_task(team, BATCHES, 0, tasks)
-    while task < tasks:
-        sums = Sums(now.virial[task], now.energy[task])
-        add_bond_forces(
-            force, beads.position, slot, plan.bonds, task, plan.space, sums, now.measure
-        )
-        task = next_task(team, BATCHES, 0, tasks)
+@inlined()
+def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, measure):
+    """Add the forces of bonds and of the angles between them, batch by batch, if there are any."""
+    if bonds is None:
+        return
+    batches = len(bonds.batch) - 1
+    task = next_task(team, BATCHES, 0, batches)
+    while task < batches:
+        add_bonds(
+            force, x, slot, bonds.law, bonds.members, bonds.batch[task], bonds.batch[task + 1],
+            own.arms, virial[task], energy[task], measure, plan.edges, plan.slide,
+        )  # fmt: skip
+        if angles is not None:
+            add_angles(
+                force, x, slot, angles.law, angles.members, angles.batch[task],
+                angles.batch[task + 1], own.arms, own.others, virial[task], energy[task], measure,
+                plan.edges, plan.slide,
+            )  # fmt: skip
+        task = next_task(team, BATCHES, 0, batches)
 
 
-@part()
-def add_searched(team, plan, beads, force, shared, touching, now):
-    """Add the forces of pairs that are found by cells, block by block."""
-    first_task, blocks = batches(plan.bonds), plan.grid.blocks
-    search = new_search(shared.cells, plan.space, plan.grid)
-    for phase in range(len(blocks.phase) - 1):
-        meet(team)
-        first, last = blocks.phase[phase], blocks.phase[phase + 1]
-        block = next_task(team, BLOCKS + phase, first, last)
-        while block < last:
-            task = first_task + block
-            for piece in range(blocks.piece[block], blocks.piece[block + 1]):
-                at, end = place_of_piece(piece, shared.cells, plan.grid)
-                while at.slot < end:
-                    at, n = next_pairs(at, end, beads.position, search, 1.0)
-                    touching = add_some(plan, beads, force, search.pairs, n, task, touching, now)
+@inlined()
+def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, now):
+    """Add the forces of pairs, block by block; return the pairs if the scheme needs them again.
+
+    They are found by cells, or come from a list. Pairs in the skin have w = 0 and feel no force.
+    """
+    x, first_task = beads.position, virial.shape[0] - (len(plan.grid.blocks.piece) - 1)
+    rows, piece, phases = plan.grid.blocks
+    start, levels = search.cells.start, plan.grid.shape[len(plan.edges) - 1]
+    for phase in range(len(phases) - 1):
+        barrier(team)
+        if listed is None:
+            first, last = phases[phase], phases[phase + 1]
             block = next_task(team, BLOCKS + phase, first, last)
-        close_phase(touching, phase)
-    return touching
+            while block < last:
+                task = first_task + block
+                for q in range(piece[block], piece[block + 1]):
+                    at, end = place_of_piece(q, rows, start, levels)
+                    while at.slot < end:
+                        at, n = next_pairs(at, end, x, search, 1.0)
+                        cached = add_some(
+                            plan, beads, force, search.pairs, n, virial[task], energy[task],
+                            cached, now,
+                        )  # fmt: skip
+                block = next_task(team, BLOCKS + phase, first, last)
+        else:
+            for q in range(listed.phase[phase], listed.phase[phase + 1]):
+                task, first, end = first_task + listed.block[q], listed.end[q], listed.end[q + 1]
+                while first < end:
+                    n = listed_pairs(
+                        first, end, x, listed.pairs, search.pairs, plan.edges, plan.slide
+                    )
+                    cached = add_some(
+                        plan, beads, force, search.pairs, n, virial[task], energy[task], cached, now
+                    )
+                    first += np.int64(n)
+        close_phase(cached, phase)
+    barrier(team)
+    new_round(team)
+    return cached
 
 
-@part()
-def add_listed(team, plan, beads, force, shared, listed, touching, now):
-    """Add the forces of pairs from a list. Pairs in the skin have w = 0 and feel no force."""
-    first_task = batches(plan.bonds)
-    pairs = pair_buffers(len(plan.space.edges), CHUNK)
-    for phase in range(len(plan.grid.blocks.phase) - 1):
-        meet(team)
-        for q in range(listed.phase[phase], listed.phase[phase + 1]):
-            task, end = first_task + listed.block[q], listed.end[q + 1]
-            for first in range(listed.end[q], end, CHUNK):
-                n = listed_pairs(first, end, beads.position, listed, plan.space, pairs)
-                touching = add_some(plan, beads, force, pairs, n, task, touching, now)
-        close_phase(touching, phase)
-    return touching
-
-
-@part()
-def add_some(plan, beads, force, pairs, n, task, touching, now):
+@inlined()
+def add_some(plan, beads, force, pairs, n, virial, energy, cached, now):
     """Add the forces of ``n`` pairs; measure them if asked, keep them if needed again."""
-    velocity = velocity_of_friction(beads.velocity, beads.predicted)
-    add_pair_forces(force, pairs, n, velocity, beads, plan, now.keys)
+    pair, friction, edges, species = plan.forces.pair, plan.forces.friction, plan.edges, beads.species
+    gather_friction(
+        pairs, n, velocity_of_friction(beads.velocity, beads.predicted), beads.identity, species,
+        friction, shares_of(friction), edges, plan.slide, now.keys,
+    )  # fmt: skip
+    add_pair_forces(force, pairs, n, species, pair, friction, edges)
     if now.measure:
-        sums = Sums(now.virial[task], now.energy[task])
-        measure_pairs(sums, pairs, n, beads.species, plan.forces.pair, plan.space)
-    return with_pairs(touching, pairs, n, beads.species, plan.forces, plan.space)
+        measure_pairs(virial, energy, pairs, n, species, pair, edges)
+    return cache_pairs(cached, pairs, n, species, shares_of(cached), edges)
 
 
-@part()
-def add_langevin(plan, beads, force, mine, now):
-    """Add the forces of a thermostat that acts on each bead on its own."""
-    velocity = velocity_of_friction(beads.velocity, beads.predicted)
-    langevin = plan.forces.langevin
-    add_langevin_forces(force, velocity, beads, mine, langevin, plan.space, now.keys)
+@inlined()
+def velocity_of_friction(velocity, predicted):
+    """The velocity that the friction sees."""
+    if predicted is None:
+        return velocity
+    return predicted
 
 
-@part()
+@inlined()
+def add_to_beads(team, plan, beads, force, mine, at_walls, near, now):
+    """Add forces on single beads, and divide all by masses."""
+    x, v = beads.position, velocity_of_friction(beads.velocity, beads.predicted)
+    identity, species, edges, forces = beads.identity, beads.species, plan.edges, plan.forces
+    add_bath(
+        force, v, identity, species, mine, forces.langevin, shares_of(forces.langevin), near,
+        now.keys, edges,
+    )  # fmt: skip
+    add_body_force(force, x, species, mine, forces.body_force)
+    add_walls(
+        team, force, x, v, identity, species, mine, forces.walls, friction_of(forces.walls), near,
+        at_walls, now, edges,
+    )  # fmt: skip
+    divide_by_masses(force, species, mine, plan.mass)
+
+
+@inlined()
 def kick_can_wait(scheme, exchange):
     """Whether the kick may wait for the next drift, which has beads and force at hand.
 
@@ -354,33 +466,41 @@ def kick_can_wait(scheme, exchange):
     return scheme.renewal is None and scheme.middle is None and exchange is None
 
 
-@part()
-def finish(team, plan, beads, force, image, mine, edges, touching, now):
+@inlined()
+def finish(team, plan, beads, force, image, own, mine, excess, cached, keys):
     """What a step does after the force: kick, friction again, exchange of momentum."""
-    scheme, exchange, dt = plan.scheme, plan.forces.exchange, plan.dt
-    if scheme.middle is None:
-        if scheme.correction > 0.0:
-            add_rows(beads.velocity, force, scheme.correction * dt, mine)
-            take_friction_again(team, plan, beads, force, mine, touching, scheme.renewal)
-        exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
-    else:
-        add_rows(beads.velocity, force, 0.5 * dt, mine)
-        exchange_momentum(beads, touching, exchange, plan.inverse_mass, dt, now.keys, plan.space)
-        add_rows(beads.velocity, force, 0.5 * dt, mine)
-        add_rows(beads.position, beads.velocity, 0.5 * dt, mine)
-        put_inside(beads.position, image, beads.identity, mine, edges, plan.space, plan.space.slide)
+    scheme, dt, edges = plan.scheme, plan.dt, plan.edges
+    x, v, exchange = beads.position, beads.velocity, plan.forces.exchange
+    kick = 0.5 * dt if scheme.middle is not None else scheme.correction * dt
+    add_rows(v, force, kick, mine)
+    take_friction_again(team, plan, beads, force, mine, cached, excess, kick)
+    exchange_momentum(
+        v, cached, exchange, shares_of(exchange), plan.mass, beads.identity, beads.species,
+        own.pairs, dt, keys, edges,
+    )  # fmt: skip
+    if scheme.middle is not None:
+        add_rows(v, force, kick, mine)
+        add_rows(x, v, 0.5 * dt, mine)
+        put_inside(x, image, beads.identity, mine, own.wrap, edges, plan.slide)
 
 
-@part()
-def take_friction_again(team, plan, beads, force, mine, touching, renewal):
+@inlined()
+def take_friction_again(team, plan, beads, force, mine, cached, excess, kick):
     """Replace the friction in the force by that of the velocities now, where the scheme does."""
-    if renewal is not None:
-        multiply_by_masses(force, beads.species, mine, plan.inverse_mass)
-        lose(beads.predicted, beads.velocity, mine)
-        for phase in range(len(touching.phase) - 1):
-            meet(team)
-            renew_friction(force, touching, phase, beads.predicted, plan.space)
-        meet(team)
-        renew_langevin_friction(force, beads.predicted, beads.species, mine, plan.forces.langevin)
-        renew_wall_friction(force, beads, mine, plan.forces.walls, plan.space)
-        divide_by_masses(force, beads.species, mine, plan.inverse_mass)
+    if excess is None:
+        return
+    species, edges, forces = beads.species, plan.edges, plan.forces
+    change_since(excess, force, mine, kick)
+    multiply_by_masses(force, species, mine, plan.mass)
+    for phase in range(len(cached.phase) - 1):
+        barrier(team)
+        renew_friction(
+            force, excess, cached.ends, cached.drag, cached.phase[phase], cached.phase[phase + 1],
+            edges,
+        )  # fmt: skip
+    barrier(team)
+    renew_bath(force, excess, species, mine, forces.langevin, shares_of(forces.langevin), edges)
+    renew_wall_friction(
+        force, excess, beads.position, mine, forces.walls, friction_of(forces.walls), edges
+    )
+    divide_by_masses(force, species, mine, plan.mass)

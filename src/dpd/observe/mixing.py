@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.neighbours import neighbour_pairs
+from dpd.engine.queries.pairs import neighbour_pairs
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation

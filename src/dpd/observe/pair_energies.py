@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.energies import soft_energies
+from dpd.engine.queries.pairs import soft_energies
 from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ class Particles(NamedTuple):
     ----------
     box : tuple of float
         Edges in r_c, two or three. The box goes from 0 to its edges; under shear it is a
-        `dpd.engine.slide.TiltedBox`, whose images have slid.
+        `dpd.engine.space.TiltedBox`, whose images have slid.
     position : (dimension, n) array
         In r_c, inside the box.
     image : (dimension, n) int32 array

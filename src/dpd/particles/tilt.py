@@ -1,4 +1,4 @@
-"""Tilted boxes in files: what a shear (`dpd.engine.slide`) leaves of a box in right angles.
+"""Tilted boxes in files: what a shear (`dpd.engine.space`) leaves of a box in right angles.
 
 Other programs have them as tilt factors xy, xz, yz: how far the second or third vector of the box
 goes along the first or second axis, over its edge. Here positions stay in the upright box, whose
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.slide import TURN, tilted
+from dpd.engine.space import TURN, tilted
 from dpd.engine.space import along_axes
 from dpd.errors import UserError
 from dpd.physics.shear import Shear

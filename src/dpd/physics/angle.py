@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.jit import method, part
+from dpd.jit import method, inlined
 
 # What a kernel calls with a law or a table of laws.
 force, energy, curvature = map(method, ("force", "energy", "curvature"))
@@ -73,7 +73,7 @@ class AngleTable(NamedTuple):
         return curvature(law_of(self, place), theta)
 
 
-@part()
+@inlined()
 def law_of(table, place):
     """The law of an angle in a table."""
     number = table.number[place]

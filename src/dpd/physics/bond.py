@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.jit import method, part
+from dpd.jit import method, inlined
 
 # What a kernel calls with a law or a table of laws.
 force_over_r, energy, curvature = map(method, ("force_over_r", "energy", "curvature"))
@@ -70,7 +70,7 @@ class BondTable(NamedTuple):
         return curvature(law_of(self, bond), r)
 
 
-@part()
+@inlined()
 def law_of(table, bond):
     """The law of a bond in a table."""
     number = table.number[bond]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.jit import part
+from dpd.jit import inlined
 
 
 class Core(NamedTuple):
@@ -47,7 +47,7 @@ class Core(NamedTuple):
         return energy_beyond(self, a, r, w, self.width)
 
 
-@part()
+@inlined()
 def force_beyond(core, a, r, w, width):
     """The force from the diameter on."""
     if width is None:
@@ -57,7 +57,7 @@ def force_beyond(core, a, r, w, width):
     return core.push + slope * (r - core.diameter) if r < core.diameter + width else a * w
 
 
-@part()
+@inlined()
 def energy_beyond(core, a, r, w, width):
     """The energy from the diameter on."""
     if width is None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.jit import part
+from dpd.jit import inlined
 
 UNIFORM_WIDTH = np.sqrt(3.0)  # U(-sqrt 3, sqrt 3) has unit variance
 PER_WORD = 1.0 / 2**31  # a signed 32-bit word to (-1, 1)
@@ -32,7 +32,7 @@ class Keys(NamedTuple):
     second: int
 
 
-@part()
+@inlined()
 def mix32(h):
     """Mix 32 bits so that each input bit flips half of the output bits.
 
@@ -45,7 +45,7 @@ def mix32(h):
     return uint32(h ^ (h >> uint32(16)))
 
 
-@part()
+@inlined()
 def step_keys(seed, step):
     """Keys of a step: one SplitMix64 output for the pair (seed, step)."""
     z = uint64(uint64(seed) * uint64(0xD1342543DE82EF95) + uint64(step))
@@ -56,13 +56,13 @@ def step_keys(seed, step):
     return Keys(uint32(z & uint64(0xFFFFFFFF)), uint32(z >> uint64(32)))
 
 
-@part()
+@inlined()
 def pair_word(low, high, keys):
     """32 random bits of the pair (low < high) under a step's keys."""
     return mix32(uint32(uint32(mix32(uint32(low ^ keys.first)) + high) ^ keys.second))
 
 
-@part()
+@inlined()
 def uniform_noise(theta, low, high, n, keys):
     """Fill ``theta[:n]`` with uniform noise of zero mean and unit variance."""
     for p in range(n):
@@ -70,7 +70,7 @@ def uniform_noise(theta, low, high, n, keys):
         theta[p] = UNIFORM_WIDTH * ((np.int32(word) + 0.5) * PER_WORD)
 
 
-@part()
+@inlined()
 def gaussian_noise(theta, low, high, n, keys):
     """Fill ``theta[:n]`` with normal noise of zero mean and unit variance (Box-Muller)."""
     for p in range(n):
@@ -79,7 +79,7 @@ def gaussian_noise(theta, low, high, n, keys):
         theta[p] = np.sqrt(2.0 * minus_log(word)) * cos_pi(np.int32(angle) * PER_WORD)
 
 
-@part()
+@inlined()
 def minus_log(word):
     """-log u of the middle u = (word + 1/2) / 2^32 of one of 2^32 intervals from 0 to 1.
 
@@ -96,7 +96,7 @@ def minus_log(word):
     return (32 - power) * LOG_2 - 2.0 * s * series
 
 
-@part()
+@inlined()
 def cos_pi(x):
     """cos(pi x) = 1 - 2 sin^2(pi x / 2) for x from -1 to 1."""
     t = 0.5 * np.pi * x

@@ -82,6 +82,6 @@ def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
         For a name that is not in the table.
     """
     chosen = SCHEMES[name](prediction)
-    if chosen.prediction == 1.0 - chosen.correction and not chosen.renewal:
+    if chosen.prediction == 1.0 - chosen.correction:
         return chosen._replace(prediction=None)
     return chosen

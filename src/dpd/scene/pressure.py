@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 TRIALS = 5  # in a relaxation time, unless the scene says how many steps lie between them
-MOST_TIMES = 10  # by which the volume may grow, as dpd.engine.rescaling has it
+MOST_TIMES = 10  # by which the volume may grow, as dpd.engine.barostat has it
 # Excess pressure over a rho^2 of beads that do not see each other, g(r) = 1: the integral of
 # r F(r) over the soft repulsion. In three dimensions Groot and Warren (1997) measured 0.101.
 MEAN_FIELD = {2: math.pi / 24, 3: math.pi / 30}

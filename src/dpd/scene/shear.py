@@ -1,4 +1,4 @@
-"""What a scene may ask for under shear (`dpd.physics.shear`, `dpd.engine.slide`)."""
+"""What a scene may ask for under shear (`dpd.physics.shear`, `dpd.engine.space`)."""
 
 from __future__ import annotations
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.space import nearest_image
-from dpd.jit import kernel, part
+from dpd.engine.images import nearest_image
+from dpd.jit import kernel, inlined
 
 FREE = -1  # of a monomer that belongs to no chain
 TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts
@@ -38,23 +38,23 @@ def segments_meet(ax, ay, bx, by, cx, cy, dx, dy):
     return not (max(ay, by) < min(cy, dy) or max(cy, dy) < min(ay, by))
 
 
-@part()
-def cell_at(x, y, space, shape):
+@inlined()
+def cell_at(x, y, edges, shape):
     """Column and row of the cell of a point inside the box."""
-    a = min(int(x * (shape[0] / space.edges[0])), shape[0] - 1)
-    return a, min(int(y * (shape[1] / space.edges[1])), shape[1] - 1)
+    a = min(int(x * (shape[0] / edges[0])), shape[0] - 1)
+    return a, min(int(y * (shape[1] / edges[1])), shape[1] - 1)
 
 
-@part()
-def cell_of_image(x, y, space, shape):
+@inlined()
+def cell_of_image(x, y, edges, shape):
     """The same for a point anywhere."""
-    width, height = space.edges
+    width, height = edges
     x -= width * np.floor(x / width)
     y -= height * np.floor(y / height)
-    return cell_at(x, y, space, shape)
+    return cell_at(x, y, edges, shape)
 
 
-@part()
+@inlined()
 def around(along, cells):
     """First and last offset to the neighbours of a cell, each cell once."""
     if cells >= 3:
@@ -118,28 +118,28 @@ class BondCells(NamedTuple):
     ends: np.ndarray
 
 
-@part()
-def insert_bond(b, first, second, position, space, bonds):
+@inlined()
+def insert_bond(b, first, second, position, edges, bonds):
     """Put a bond into the cell of its middle."""
     x, y = position[0, first], position[1, first]
-    x += 0.5 * nearest_image(position[0, second] - x, space.edges[0])
-    y += 0.5 * nearest_image(position[1, second] - y, space.edges[1])
-    a, c = cell_of_image(x, y, space, bonds.head.shape)
+    x += 0.5 * nearest_image(position[0, second] - x, edges[0])
+    y += 0.5 * nearest_image(position[1, second] - y, edges[1])
+    a, c = cell_of_image(x, y, edges, bonds.head.shape)
     bonds.ends[0, b], bonds.ends[1, b] = first, second
     bonds.following[b] = bonds.head[a, c]
     bonds.head[a, c] = b
 
 
-@part()
-def crosses_some(end, monomer, position, space, bonds):
+@inlined()
+def crosses_some(end, monomer, position, edges, bonds):
     """Whether a bond between two beads would meet an existing one."""
-    width, height = space.edges
+    width, height = edges
     shape = bonds.head.shape
     ax, ay = position[0, end], position[1, end]
     bx = ax + nearest_image(position[0, monomer] - ax, width)
     by = ay + nearest_image(position[1, monomer] - ay, height)
     x, y = 0.5 * (ax + bx), 0.5 * (ay + by)
-    a, c = cell_of_image(x, y, space, shape)
+    a, c = cell_of_image(x, y, edges, shape)
     low_a, high_a = around(a, shape[0])
     low_c, high_c = around(c, shape[1])
     for i in range(low_a, high_a):
@@ -161,14 +161,14 @@ def crosses_some(end, monomer, position, space, bonds):
 
 
 @kernel()
-def grow(position, space, shape, rule, chains, active, rng):
+def grow(position, edges, shape, rule, chains, active, rng):
     """Let every active end try to take up one monomer.
 
     Parameters
     ----------
     position : (2, n) array
         In the order of identities, inside the box.
-    space : Space
+    edges : tuple of float
     shape : tuple
         Cells, whose edges are at least the radius, and at least half the sum of the radius and
         the longest bond.
@@ -190,21 +190,21 @@ def grow(position, space, shape, rule, chains, active, rng):
     following = np.empty(n, np.int64)
     for i in range(n):
         if chain[i] == FREE:
-            a, c = cell_at(position[0, i], position[1, i], space, shape)
+            a, c = cell_at(position[0, i], position[1, i], edges, shape)
             following[i] = head[a, c]
             head[a, c] = i
     bonds = BondCells(np.full(shape, -1), np.empty(n, np.int64), np.empty((2, n), np.int64))
     made = 0
     for c in range(len(length)):
         for k in range(length[c] - 1):
-            insert_bond(made, beads[c, k], beads[c, k + 1], position, space, bonds)
+            insert_bond(made, beads[c, k], beads[c, k + 1], position, edges, bonds)
             made += 1
     near = np.empty(n, np.int64)
     order = np.empty(n)
     for c in active:
         end = beads[c, length[c] - 1]
         x, y = position[0, end], position[1, end]
-        a, b = cell_at(x, y, space, shape)
+        a, b = cell_at(x, y, edges, shape)
         low_a, high_a = around(a, shape[0])
         low_b, high_b = around(b, shape[1])
         found = 0
@@ -214,8 +214,8 @@ def grow(position, space, shape, rule, chains, active, rng):
                 while monomer >= 0:
                     wanted = rule.species[monomer] == rule.wanted[c, length[c]]
                     if chain[monomer] == FREE and wanted:
-                        dx = nearest_image(position[0, monomer] - x, space.edges[0])
-                        dy = nearest_image(position[1, monomer] - y, space.edges[1])
+                        dx = nearest_image(position[0, monomer] - x, edges[0])
+                        dy = nearest_image(position[1, monomer] - y, edges[1])
                         counts[TRIED] += 1
                         if dx * dx + dy * dy > rule.radius * rule.radius:
                             counts[FAR] += 1
@@ -232,10 +232,10 @@ def grow(position, space, shape, rule, chains, active, rng):
             monomer = near[best]
             found -= 1
             near[best], order[best] = near[found], order[found]
-            if crosses_some(end, monomer, position, space, bonds):
+            if crosses_some(end, monomer, position, edges, bonds):
                 counts[CROSSED] += 1
                 continue
-            insert_bond(made, end, monomer, position, space, bonds)
+            insert_bond(made, end, monomer, position, edges, bonds)
             made += 1
             beads[c, length[c]] = monomer
             length[c] += 1

@@ -18,7 +18,7 @@ import numpy as np
 from dpd.engine.loop import advance_looking
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
-from dpd.engine.space import Space, nearest
+from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.physics.bond import Bond
@@ -128,7 +128,7 @@ class Growth:
         shape = _cells(position, self.bonds().members, box, radius)
         rule = Rule(radius, nearest, self.species, self.wanted)
         chains = Chains(self.chain, self.beads, self.length)
-        counts = grow(position, Space(box), shape, rule, chains, active, rng)
+        counts = grow(position, edges_of(box), shape, rule, chains, active, rng)
         taken = np.flatnonzero(self.length > before)
         self.born[taken, before[taken]] = now
         return counts

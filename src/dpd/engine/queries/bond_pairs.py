@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.vectors.arrays import columns
+from dpd.engine.rows import columns
 from dpd.errors import UserError
-from dpd.jit import part
+from dpd.jit import inlined
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
+ROOM = 16  # pairs found, at first
 
 
 def longest_bond(bond: np.ndarray, box: Sequence[float], what: str) -> float:
@@ -41,7 +42,7 @@ def longest_bond(bond: np.ndarray, box: Sequence[float], what: str) -> float:
     return longest
 
 
-@part()
+@inlined()
 def share_a_bead(members, a, b):
     """Whether two bonds have an end in common."""
     first, second = members[a, 0], members[a, 1]
@@ -50,7 +51,7 @@ def share_a_bead(members, a, b):
     return second == members[b, 0] or second == members[b, 1]
 
 
-@part()
+@inlined()
 def with_pair(found, total, a, b):
     """The (2, n) pairs found with one more, after ``total`` others; larger if it is full."""
     if total == found.shape[1]:

@@ -6,25 +6,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.bond_forces import (
-    add_bond_forces,
-    batches,
+from dpd.engine.bonded import (
+    add_angles,
+    add_bonds,
+    angle_curvature,
+    angles_of,
     bond_curvature,
-    bonded_of,
-    empty_slots,
+    bonds_of,
+    buffers_of,
     find_slots,
 )
 from dpd.engine.external import add_wall_curvature
-from dpd.engine.neighbours.cells import grid
-from dpd.engine.neighbours.search import first_place, next_pairs
-from dpd.engine.pair_forces import CLOSEST, gather_repulsion, repulsion_of
-from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import space_of
-from dpd.engine.state import Beads, Sums
-from dpd.engine.threads.team import Share
-from dpd.engine.vectors.arrays import rows_of
-from dpd.engine.vectors.rows import push_apart
-from dpd.jit import kernel
+from dpd.engine.pair import CLOSEST, of_pair
+from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.rows import push_apart
+from dpd.engine.search import first_place, next_pairs
+from dpd.engine.threads import Share
+from dpd.jit import inlined, kernel
 from dpd.physics.forces import curvature, force
 
 if TYPE_CHECKING:
@@ -47,41 +45,58 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
     (2,) array
         In (kT / r_c)^2 and kT / r_c^2.
     """
-    rows = rows_of(state.position)
-    beads = Beads(rows, rows, None, state.identity, state.species, None)
-    space = space_of(system.box)
-    return _sums(
-        beads, system.forces.pair, bonded_of(system), system.walls, space, grid(space, 1.0)
-    )
+    beads = unsorted(state.position, system.box, 1.0)
+    total, bonds, d = np.zeros_like(beads.x), bonds_of(system), system.dimension
+    angles = angles_of(system, bonds)
+    arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
+    slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
+    laplacian = _laplacian(
+        total, beads, state.identity, state.species, system.forces.pair, bonds, angles, slot,
+        *arms, system.walls, np.zeros((2, d, d)), np.zeros(2),
+    )  # fmt: skip
+    return np.array([(total * total).sum(), laplacian])
 
 
 @kernel()
-def _sums(beads, pair, bonds, walls, space, grid):
-    dimension, n_beads = len(space.edges), len(beads.identity)
-    ordered, search = sorted_beads(beads, space, grid)
-    pairs, species = search.pairs, ordered.species
-    total = np.zeros_like(beads.position)
+def _laplacian(
+    total, beads, identity, species, pair, bonds, angles, slot, arms, others, walls, virial, sums
+):
+    """Add up all forces, by the number of the bead; return the Laplacian of the potential."""
+    search = sort(beads)
+    pairs, edges, n_beads = search.pairs, search.edges, np.uint64(len(beads.bead))
     laplacian = 0.0
     at = first_place()
     while at.slot < n_beads:
-        at, n = next_pairs(at, n_beads, ordered.position, search, 1.0)
-        gather_repulsion(pairs, n, species, pair)
+        at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
         for p in range(n):
+            i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             r2 = CLOSEST
-            for k in range(dimension):
+            for k in range(len(edges)):
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
             w = max(0.0, 1.0 - r)
-            a = repulsion_of(pairs, p, species, pair)
+            a = of_pair(pair.repulsion, species, i, j)
             over_r = force(pair, a, r, w) / r
             # u'' + (d - 1) u' / r, for both beads of the pair
-            laplacian += 2.0 * (curvature(pair, a, r, w) - (dimension - 1) * over_r)
-            push_apart(total, pairs.i[p], pairs.j[p], over_r, pairs.separation, p, space)
-    slot = empty_slots(bonds, n_beads)
-    find_slots(slot, ordered.identity, Share(np.uint64(0), np.uint64(n_beads)))
-    sums = Sums(np.zeros((2, dimension, dimension)), np.zeros(2))
-    for batch in range(batches(bonds)):
-        add_bond_forces(total, ordered.position, slot, bonds, batch, space, sums, False)
-    laplacian += bond_curvature(ordered.position, slot, bonds, space)
-    laplacian += add_wall_curvature(total, ordered.position, species, walls)
-    return np.array([(total * total).sum(), laplacian])
+            laplacian += 2.0 * (curvature(pair, a, r, w) - (len(edges) - 1) * over_r)
+            push_apart(total, i, j, over_r, pairs.separation, p, edges)
+    find_slots(slot, identity, Share(np.uint64(0), n_beads))
+    add_bonded(total, beads.x, slot, bonds, angles, arms, others, virial, sums, edges)
+    laplacian += bond_curvature(beads.x, slot, bonds, arms, edges)
+    laplacian += angle_curvature(beads.x, slot, angles, arms, others, edges)
+    return laplacian + add_wall_curvature(total, beads.x, species, walls)
+
+
+@inlined()
+def add_bonded(total, x, slot, bonds, angles, arms, others, virial, sums, edges):
+    """Add the forces of all bonds and angles, if there are any."""
+    if bonds is not None:
+        add_bonds(
+            total, x, slot, bonds.law, bonds.members, 0, len(bonds.members), arms, virial, sums,
+            False, edges, None,
+        )  # fmt: skip
+        if angles is not None:
+            add_angles(
+                total, x, slot, angles.law, angles.members, 0, len(angles.members), arms, others,
+                virial, sums, False, edges, None,
+            )  # fmt: skip

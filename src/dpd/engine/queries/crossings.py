@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.neighbours.cells import grid
-from dpd.engine.neighbours.search import first_place, next_pairs
-from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
-from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import nearest, space_of, wrapped
-from dpd.engine.state import Beads
-from dpd.engine.vectors.arrays import columns, rows_of
+from dpd.engine.queries.bond_pairs import ROOM, SMALLEST_CELL, longest_bond, share_a_bead, with_pair
+from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.rows import columns, rows_of
+from dpd.engine.search import first_place, next_pairs
+from dpd.engine.space import nearest, wrapped
 from dpd.jit import kernel
 
 if TYPE_CHECKING:
@@ -51,25 +49,20 @@ def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[floa
     half = 0.5 * bond
     middle, _ = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
-    space = space_of(box)
-    cells = grid(space, max(reach, SMALLEST_CELL))
-    return _crossing(rows_of(middle), rows_of(half), members, space, cells, reach)
+    middles = unsorted(middle, box, max(reach, SMALLEST_CELL))
+    return _crossing(np.empty((2, ROOM), np.uint32), middles, rows_of(half), members, reach)
 
 
 @kernel()
-def _crossing(middle, half, members, space, grid, reach):
+def _crossing(found, middles, halves, members, reach):
     """Two segments meet unless a line along one of them has the other on one side."""
-    bonds = len(middle)
-    beads = Beads(middle, half, None, np.arange(bonds).astype(np.uint32), None, None)
-    ordered, search = sorted_beads(beads, space, grid)
-    halves, numbers, pairs = ordered.velocity, ordered.identity, search.pairs
-    found = np.empty((2, 16), np.uint32)
-    total = 0
+    search = sort(middles)
+    pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
     at = first_place()
     while at.slot < bonds:
-        at, n = next_pairs(at, bonds, ordered.position, search, reach)
+        at, n = next_pairs(at, bonds, middles.ordered, search, reach)
         for p in range(n):
-            i, j = pairs.i[p], pairs.j[p]
+            i, j = number[pairs.i[p]], number[pairs.j[p]]
             x, y = pairs.separation[0, p], pairs.separation[1, p]
             ix, iy, jx, jy = halves[i, 0], halves[i, 1], halves[j, 0], halves[j, 1]
             turn = abs(ix * jy - iy * jx)
@@ -79,8 +72,7 @@ def _crossing(middle, half, members, space, grid, reach):
             # On one line, or a bond of no length: apart along an axis, they are apart.
             if turn == 0.0 and (abs(x) > abs(ix) + abs(jx) or abs(y) > abs(iy) + abs(jy)):
                 continue
-            a, b = numbers[i], numbers[j]
-            if not share_a_bead(members, a, b):
-                found = with_pair(found, total, a, b)
+            if not share_a_bead(members, i, j):
+                found = with_pair(found, total, i, j)
                 total += 1
     return columns(found, total, total)

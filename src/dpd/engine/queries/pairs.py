@@ -6,18 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.neighbours.cells import grid
-from dpd.engine.neighbours.search import first_place, next_pairs
-from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import space_of
-from dpd.engine.state import Beads
-from dpd.engine.vectors.arrays import rows_of
+from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
+CUTOFF = 1.0
 
 
 def pair_histogram(
@@ -41,24 +38,96 @@ def pair_histogram(
     (bins,) array
         Pairs at their nearest images, each counted once.
     """
-    space = space_of(box)
-    cells = grid(space, max(farthest, SMALLEST_CELL))
-    return _histogram(rows_of(position), space, cells, farthest, bins)
+    counts = np.zeros(bins)
+    _histogram(counts, unsorted(position, box, max(farthest, SMALLEST_CELL)), farthest)
+    return counts
 
 
 @kernel()
-def _histogram(position, space, grid, farthest, bins):
-    beads = Beads(position, position, None, np.empty(len(position), np.uint32), None, None)
-    ordered, search = sorted_beads(beads, space, grid)
-    separation = search.pairs.separation
-    counts = np.zeros(bins)
+def _histogram(counts, beads, farthest):
+    search = sort(beads)
+    separation, bins = search.pairs.separation, len(counts)
     scale = bins / farthest
     at = first_place()
-    while at.slot < len(position):
-        at, n = next_pairs(at, len(position), ordered.position, search, farthest)
+    while at.slot < len(beads.bead):
+        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
         for p in range(n):
             r2 = 0.0
-            for k in range(len(space.edges)):
+            for k in range(len(search.edges)):
                 r2 += separation[k, p] * separation[k, p]
             counts[min(int(np.sqrt(r2) * scale), bins - 1)] += 1.0
-    return counts
+
+
+def neighbour_pairs(
+    position: np.ndarray, species: np.ndarray, box: Sequence[float], farthest: float, count: int
+) -> np.ndarray:
+    """Count pairs of beads that are near each other, by their species.
+
+    Parameters
+    ----------
+    position : (dimension, n) array
+        Inside the box.
+    species : (n,) uint8 array
+    box : tuple
+        Edges in r_c.
+    farthest : float
+        Largest distance, at most half the smallest edge.
+    count : int
+        Number of species.
+
+    Returns
+    -------
+    (count, count) array
+        Pairs at their nearest images: symmetric, each counted once on the diagonal and once on
+        either side of it.
+    """
+    sums = np.zeros((2, count, count))
+    _by_species(sums, unsorted(position, box, farthest), species, farthest)
+    return _symmetric(sums[0])
+
+
+def soft_energies(
+    position: np.ndarray, species: np.ndarray, box: Sequence[float], repulsion: np.ndarray
+) -> np.ndarray:
+    """Energy of the soft repulsion (`dpd.physics.soft`) of all pairs of two species.
+
+    Parameters
+    ----------
+    position : (dimension, n) array
+        Inside the box.
+    species : (n,) uint8 array
+    box : tuple
+        Edges in r_c.
+    repulsion : (species, species) array
+        a_ij.
+
+    Returns
+    -------
+    (species, species) array
+        In kT; symmetric, the energy of unlike beads stands on either side of the diagonal.
+    """
+    sums = np.zeros((2, *repulsion.shape))
+    _by_species(sums, unsorted(position, box, CUTOFF), species, CUTOFF)
+    return 0.5 * repulsion * _symmetric(sums[1])
+
+
+def _symmetric(sums):
+    return sums + sums.T - np.diag(np.diag(sums))
+
+
+@kernel()
+def _by_species(sums, beads, species, farthest):
+    """Count pairs by species, and add up (1 - r)^2 of them."""
+    search = sort(beads)
+    pairs, separation = search.pairs, search.pairs.separation
+    at = first_place()
+    while at.slot < len(beads.bead):
+        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
+        for p in range(n):
+            r2 = 0.0
+            for k in range(len(search.edges)):
+                r2 += separation[k, p] * separation[k, p]
+            w = 1.0 - np.sqrt(r2)
+            one, other = species[beads.bead[pairs.i[p]]], species[beads.bead[pairs.j[p]]]
+            sums[0, one, other] += 1.0
+            sums[1, one, other] += w * w

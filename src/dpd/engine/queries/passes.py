@@ -6,14 +6,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.neighbours.cells import grid
-from dpd.engine.neighbours.search import first_place, next_pairs
-from dpd.engine.queries.bond_pairs import SMALLEST_CELL, longest_bond, share_a_bead, with_pair
-from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import nearest, space_of, wrapped
-from dpd.engine.state import Beads
-from dpd.engine.vectors.arrays import columns, rows_of
-from dpd.jit import kernel, part
+from dpd.engine.queries.bond_pairs import (
+    ROOM,
+    SMALLEST_CELL,
+    longest_bond,
+    share_a_bead,
+    with_pair,
+)
+from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.rows import columns
+from dpd.engine.search import first_place, next_pairs
+from dpd.engine.space import nearest, wrapped
+from dpd.jit import inlined, kernel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,11 +85,8 @@ def passed_bonds(
     # A bond reaches no further from its middle than its ends do, at either time.
     radius = np.sqrt(np.maximum(_squares(ends), _squares(ends + move)))
     reach = min(2 * float(radius.max()), 0.5 * min(box))
-    space = space_of(box)
-    cells = grid(space, max(reach, SMALLEST_CELL))
-    return _passed(
-        rows_of(wrapped(middle, box)[0]), radius, ends, move, members, space, cells, reach
-    )
+    middles = unsorted(wrapped(middle, box)[0], box, max(reach, SMALLEST_CELL))
+    return _passed(np.empty((2, ROOM), np.uint32), middles, radius, ends, move, members, reach)
 
 
 def _squares(ends):
@@ -93,11 +94,11 @@ def _squares(ends):
     return (ends**2).sum(axis=1).max(axis=0)
 
 
-@part()
+@inlined()
 def line_up(x, one, other, ends, move, t):
     """`Met` of two bonds at time t.
 
-    ``x`` is the vector from the middle of the other bond to that of the first.
+    The three numbers ``x`` lead from the middle of the other bond to that of the first.
     """
     u0, u1, u2 = (
         _axis(0, one, ends, move, t),
@@ -123,28 +124,22 @@ def line_up(x, one, other, ends, move, t):
     return Met(triple, p, q)
 
 
-@part()
+@inlined()
 def _axis(k, bond, ends, move, t):
     """A component of a bond at time t."""
     return ends[1, k, bond] - ends[0, k, bond] + t * (move[1, k, bond] - move[0, k, bond])
 
 
 @kernel()
-def _passed(middle, radius, ends, move, members, space, grid, reach):
-    bonds = len(middle)
-    beads = Beads(middle, middle, None, np.arange(bonds).astype(np.uint32), None, None)
-    ordered, search = sorted_beads(beads, space, grid)
-    numbers, pairs = ordered.identity, search.pairs
-    found = np.empty((2, 16), np.uint32)
-    total = 0
-    x = np.empty(3)
+def _passed(found, middles, radius, ends, move, members, reach):
+    search = sort(middles)
+    pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
     at = first_place()
     while at.slot < bonds:
-        at, n = next_pairs(at, bonds, ordered.position, search, reach)
+        at, n = next_pairs(at, bonds, middles.ordered, search, reach)
         for s in range(n):
-            one, other = numbers[pairs.i[s]], numbers[pairs.j[s]]
-            for k in range(3):
-                x[k] = pairs.separation[k, s]
+            one, other = number[pairs.i[s]], number[pairs.j[s]]
+            x = pairs.separation[0, s], pairs.separation[1, s], pairs.separation[2, s]
             # The search takes all bonds for as long as the longest one.
             both = radius[one] + radius[other]
             if x[0] * x[0] + x[1] * x[1] + x[2] * x[2] > both * both:

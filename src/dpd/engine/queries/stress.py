@@ -6,18 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.angle_forces import Opening, gather_angles, opening
-from dpd.engine.bond_forces import bonded_of, empty_slots, find_slots
-from dpd.engine.external import of_species
-from dpd.engine.neighbours.cells import grid
-from dpd.engine.neighbours.search import first_place, next_pairs
-from dpd.engine.pair_forces import CLOSEST, gather_repulsion, repulsion_of
-from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import nearest_images, space_of
-from dpd.engine.state import Beads
-from dpd.engine.threads.team import Share
-from dpd.engine.vectors.arrays import rows_of
-from dpd.jit import kernel, part
+from dpd.engine.bonded import angles_of, bonds_of, buffers_of, find_slots, gather, length, opening
+from dpd.engine.integrate import of_bead
+from dpd.engine.pair import CLOSEST, of_pair
+from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.rows import rows_of
+from dpd.engine.search import first_place, next_pairs
+from dpd.engine.threads import Share
+from dpd.jit import inlined, kernel
 from dpd.physics.forces import force, force_over_r
 
 if TYPE_CHECKING:
@@ -66,103 +62,91 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
         In kT: the `NORMAL` element of the virial, and the `TANGENTIAL` one, which is the mean over
         the other axes. Summed over slices they are those of the whole virial.
     """
-    rows = rows_of(state.position)
-    beads = Beads(rows, rows, None, state.identity, state.species, None)
-    space = space_of(system.box)
-    pair, bonds = system.forces.pair, bonded_of(system)
-    virial = _virial(beads, pair, bonds, space, grid(space, 1.0), slices)
-    virial[TANGENTIAL] /= system.dimension - 1
+    beads, virial = unsorted(state.position, system.box, 1.0), np.zeros((2, slices.number))
+    bonds, d = bonds_of(system), system.dimension
+    angles = angles_of(system, bonds)
+    arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
+    slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
+    _add_virial(
+        virial, beads, state.identity, state.species, system.forces.pair, bonds, angles, slot,
+        *arms, slices,
+    )  # fmt: skip
+    virial[TANGENTIAL] /= d - 1
     return virial
 
 
 @kernel()
-def _virial(beads, pair, bonds, space, grid, slices):
-    n_beads = len(beads.identity)
-    ordered, search = sorted_beads(beads, space, grid)
-    virial = np.zeros((2, slices.number))
-    add_pairs(virial, ordered, search, pair, slices)
-    slot = empty_slots(bonds, n_beads)
-    find_slots(slot, ordered.identity, Share(np.uint64(0), np.uint64(n_beads)))
-    add_bonds(virial, ordered.position, slot, bonds, space, slices)
-    return virial
-
-
-@part()
-def add_pairs(virial, beads, search, pair, slices):
-    """Add what the soft forces between all pairs do."""
-    pairs, dimension, n_beads = search.pairs, len(search.space.edges), len(beads.identity)
+def _add_virial(
+    virial, beads, identity, species, pair, bonds, angles, slot, arms, others, slices
+):
+    search = sort(beads)
+    pairs, edges, n_beads = search.pairs, search.edges, len(beads.bead)
     at = first_place()
     while at.slot < n_beads:
-        at, n = next_pairs(at, n_beads, beads.position, search, 1.0)
-        gather_repulsion(pairs, n, beads.species, pair)
+        at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
         for p in range(n):
+            i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             r2 = CLOSEST
-            for k in range(dimension):
+            for k in range(len(edges)):
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
             w = max(0.0, 1.0 - r)
-            a = repulsion_of(pairs, p, beads.species, pair)
+            over_r = force(pair, of_pair(pair.repulsion, species, i, j), r, w) / r
             along = pairs.separation[slices.axis, p]
-            normal = force(pair, a, r, w) / r * along * along
-            every = force(pair, a, r, w) / r * r2
-            begin = beads.position[pairs.i[p], slices.axis]
-            add_line(virial, begin, begin - along, normal, every - normal, slices)
+            normal = over_r * along * along
+            begin = beads.x[i, slices.axis]
+            add_line(virial, begin, begin - along, normal, over_r * r2 - normal, slices)
+    find_slots(slot, identity, Share(np.uint64(0), np.uint64(n_beads)))
+    add_bonds(virial, beads.x, slot, bonds, arms, edges, slices)
+    add_angles(virial, beads.x, slot, angles, arms, others, edges, slices)
 
 
-@part()
-def add_bonds(virial, position, slot, bonds, space, slices):
-    """Add what bonds and the angles between them do, if there are any."""
+@inlined()
+def add_bonds(virial, x, slot, bonds, arms, edges, slices):
+    """Add what bonds do, if there are any."""
     if bonds is None:
         return
-    dimension, n = len(space.edges), np.uint64(len(bonds.members))
-    apart = np.empty((dimension, n))
+    n = np.uint64(len(bonds.members))
+    gather(arms, n, x, slot, bonds.members, np.uint64(0), 0, 1, edges, None)
     for b in range(n):
-        i, j = slot[bonds.members[b, 0]], slot[bonds.members[b, 1]]
-        for k in range(dimension):
-            apart[k, b] = position[i, k] - position[j, k]
-    nearest_images(apart, n, space)
-    for b in range(n):
-        r2 = CLOSEST
-        for k in range(dimension):
-            r2 += apart[k, b] * apart[k, b]
-        over_r = force_over_r(bonds.law, np.sqrt(r2), b)
-        along = apart[slices.axis, b]
+        r, along = length(arms.apart, b, edges), arms.apart[slices.axis, b]
+        over_r = force_over_r(bonds.law, r, b)
         normal = over_r * along * along
-        begin = position[slot[bonds.members[b, 0]], slices.axis]
-        add_line(virial, begin, begin - along, normal, over_r * r2 - normal, slices)
-    add_angles(virial, position, slot, bonds.angles, space, slices)
+        begin = x[arms.i[b], slices.axis]
+        add_line(virial, begin, begin - along, normal, over_r * r * r - normal, slices)
 
 
-@part()
-def add_angles(virial, position, slot, angles, space, slices):
-    """Add what angles do, along both bonds of each; see `add_angle_forces` for their forces."""
+@inlined()
+def add_angles(virial, x, slot, angles, arms, others, edges, slices):
+    """Add what angles do, along both bonds of each; `dpd.engine.bonded` has their forces."""
     if angles is None:
         return
-    dimension, n = len(space.edges), np.uint64(len(angles.members))
-    slots = np.empty((3, n), np.uint32)
-    to_i, to_k = np.empty((dimension, n)), np.empty((dimension, n))
-    gather_angles(to_i, to_k, slots, position, slot, angles, np.uint64(0), space)
+    n = np.uint64(len(angles.members))
+    gather(arms, n, x, slot, angles.members, np.uint64(0), 0, 1, edges, None)
+    gather(others, n, x, slot, angles.members, np.uint64(0), 2, 1, edges, None)
     for a in range(n):
-        at = opening(to_i, to_k, a, dimension)
+        at = opening(arms.apart, others.apart, a, edges)
         across = -force(angles.law, at.theta, a) * at.sine / (at.sine * at.sine + CLOSEST)
-        add_arm(virial, position[slots[0, a], slices.axis], to_i, to_k, a, across, at, slices)
-        turned = Opening(at.theta, at.cosine, at.sine, at.over_k, at.over_i)
-        add_arm(virial, position[slots[2, a], slices.axis], to_k, to_i, a, across, turned, slices)
+        add_arm(virial, x, arms, others, a, across, at.cosine, at.over_i, at.over_k, edges, slices)
+        add_arm(virial, x, others, arms, a, across, at.cosine, at.over_k, at.over_i, edges, slices)
 
 
-@part()
-def add_arm(virial, begin, arm, other, a, across, at, slices):
-    """Add what an angle does along one of its bonds, from the outer bead at ``begin``."""
+@inlined()
+def add_arm(virial, x, arm, other, a, across, cosine, over_arm, over_other, edges, slices):
+    """Add what an angle does along one of its bonds, from the outer bead to the middle one."""
     normal, every = 0.0, 0.0
-    for k in range(len(arm)):
-        push = across * at.over_i * (other[k, a] * at.over_k - at.cosine * arm[k, a] * at.over_i)
-        every += arm[k, a] * push
+    for k in range(len(edges)):
+        aside = other.apart[k, a] * over_other - cosine * arm.apart[k, a] * over_arm
+        push = across * over_arm * aside
+        every += arm.apart[k, a] * push
         if k == slices.axis:
-            normal += arm[k, a] * push
-    add_line(virial, begin, begin - arm[slices.axis, a], normal, every - normal, slices)
+            normal += arm.apart[k, a] * push
+    begin = x[arm.i[a], slices.axis]
+    end = begin - arm.apart[slices.axis, a]
+    add_line(virial, begin, end, normal, every - normal, slices)
 
 
-@part()
+@inlined()
 def add_line(virial, begin, end, normal, tangential, slices):
     """Spread a virial evenly along a line over the slices that it crosses.
 
@@ -189,7 +173,7 @@ def add_line(virial, begin, end, normal, tangential, slices):
     add_share(virial, last, (high - last) * over, normal, tangential, slices)
 
 
-@part()
+@inlined()
 def add_share(virial, place, share, normal, tangential, slices):
     """Add a share to the slice at a place, which may lie in the next image of the box."""
     if place < 0:
@@ -232,7 +216,7 @@ def _add_walls(virial, position, species, walls, slices):
             end = slices.low if inward > 0.0 else slices.high
             for s in range(len(position)):
                 z = inward * (position[s, slices.axis] - place)
-                push = force(walls, of_species(walls.repulsion, species, s), z)
+                push = force(walls, of_bead(walls.repulsion, species, s), z)
                 if push > 0.0:
                     begin = position[s, slices.axis]
                     add_line(virial, begin, end, push * abs(begin - end), 0.0, slices)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.jit import kernel, part
+from dpd.jit import kernel, inlined
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,7 +65,7 @@ def _waves(share, begins, numbers, most):
     return found
 
 
-@part()
+@inlined()
 def _waves_along_axes(share, first, n, cosine, sine):
     """cos and sin of 2 pi m x / L of some beads, for each axis and each m from 0 on."""
     for k in range(len(share)):
@@ -77,7 +77,7 @@ def _waves_along_axes(share, first, n, cosine, sine):
                 cosine[k, m, p], sine[k, m, p] = np.cos(angle), np.sin(angle)
 
 
-@part()
+@inlined()
 def _head_differs(numbers, wave):
     """Whether a wave differs from the one before it in another axis than the last."""
     differs = False
@@ -86,7 +86,7 @@ def _head_differs(numbers, wave):
     return differs
 
 
-@part()
+@inlined()
 def _put_head(head, number, n, cosine, sine):
     """The product of the waves along all axes but the last."""
     for p in range(n):

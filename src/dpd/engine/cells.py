@@ -1,0 +1,257 @@
+"""Cells: sort beads so that neighbours in space are neighbours in memory.
+
+Cells are numbered with the last axis fastest, so a row of cells along that axis is one
+stretch of memory. The place of a cell in its row is called its level.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import int64, uint32
+
+from dpd.engine.images import along_lattice
+from dpd.engine.rows import copy_row, rows_of
+from dpd.engine.space import longest_cutoffs
+from dpd.jit import inlined, inlined_exactly
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
+PHASES = 6  # of blocks, at most; threads count the tasks of each
+FEWEST = 4  # rows in a piece of a layer, if it is not a whole one
+ENOUGH_BLOCKS = 64  # for threads to share; with more to come, blocks get deeper instead
+IN_CELL, IN_ROW = 0, 1
+
+
+class Blocks(NamedTuple):
+    """Blocks of the rows of a grid, in the order in which they are worked on.
+
+    Attributes
+    ----------
+    rows : (pieces, 2) int64 array
+        First row of each piece of a layer and the one after its last.
+    piece : (blocks + 1,) int64 array
+        Where the pieces of each block begin, and those of the last end.
+    phase : (phases + 1,) int64 array
+        Where each phase begins, and the last ends. No two blocks of a phase push the same bead.
+    """
+
+    rows: np.ndarray
+    piece: np.ndarray
+    phase: np.ndarray
+
+
+class Grid(NamedTuple):
+    """Cells of a box, and which rows touch which.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Cells along each axis.
+    base : (rows, ahead) int64 array
+        First cell of each row itself and of half of those around it, the ones ahead: one in
+        two dimensions, four in three.
+    shift : (rows * ahead, width) array
+        What brings beads of that row to the near side of a periodic boundary.
+    blocks : Blocks
+        Of rows, for threads to share.
+    """
+
+    shape: tuple
+    base: np.ndarray
+    shift: np.ndarray
+    blocks: Blocks
+
+
+class Cells(NamedTuple):
+    """Where beads lie, before and after a sort.
+
+    Attributes
+    ----------
+    start : (cells + 1 + `SPARE`,) uint32 array
+        First slot of each cell, and the end of the last; what follows may be read, not used.
+    level : (n,) uint32 array
+        Level of each bead, sorted.
+    cell, along, place : (n,) uint32 arrays
+        Of each bead before the sort: its cell, its level, and the slot that it goes to.
+    free : (threads, cells) uint32 array
+        Where each thread puts its next bead of a cell.
+    most : (2,) int64 array
+        Most beads `IN_CELL` and `IN_ROW`.
+    """
+
+    start: np.ndarray
+    level: np.ndarray
+    cell: np.ndarray
+    along: np.ndarray
+    place: np.ndarray
+    free: np.ndarray
+    most: np.ndarray
+
+
+def grid_of(box: Sequence[float], cutoff: float) -> Grid:
+    """The `Grid` with as many cells as fit with edges not below the cutoff."""
+    cutoffs = longest_cutoffs(box, cutoff)
+    shape = tuple(max(1, int(edge / longest)) for edge, longest in zip(box, cutoffs))
+    across, edges = np.array(shape[:-1]), np.array(box[:-1])
+    here = np.array(list(product(*map(range, across))))
+    around = list(product((-1, 0, 1), repeat=len(across)))
+    there = here[:, None] + np.array([offset for offset in around if offset >= (0,) * len(across)])
+    shift = np.zeros((*there.shape[:2], len(box)))
+    shift[..., :-1] = edges * np.floor_divide(there, across)
+    row = np.ravel_multi_index(tuple(np.moveaxis(there % across, -1, 0)), tuple(across))
+    blocks = make_blocks(shape[0], len(row) // shape[0])
+    shift = rows_of(shift.reshape(-1, len(box)).T)
+    return Grid(shape, row.astype(np.int64) * shape[-1], shift, blocks)
+
+
+def make_blocks(layers: int, rows: int) -> Blocks:
+    """`Blocks` of so many layers of cells along the first axis, with so many rows in each.
+
+    Pairs of a row push beads of that row and the next in its layer, and of those and the one
+    before in the next layer. So blocks touch only neighbours in their layers and in the layers
+    on both sides. A phase takes every second slab of layers, and of a slab every second block; of
+    an odd number of slabs the last, which touches the first, comes alone in the end.
+
+    A layer is cut into as many as four pieces, for threads to have about as much to do whatever
+    the number of layers; not into more, as the neighbours of a piece are fetched along with it.
+    A slab is one layer until there are blocks enough. Of a large system it is more, and a bead
+    that comes as a neighbour comes as one of the next layer while it is still in cache.
+    """
+    pieces = 4 if rows >= 4 * FEWEST else 2 if rows >= 2 * FEWEST else 1
+    deep = max(1, layers * pieces // ENOUGH_BLOCKS)
+    slabs = layers if deep == 1 else layers // deep // 2 * 2
+    across, along = (n * np.arange(m + 1) // m for n, m in ((layers, slabs), (rows, pieces)))
+    paired = slabs // 2 * 2
+    found, piece, phase = [], [0], [0]
+    for turn in (range(0, paired, 2), range(1, paired, 2), range(paired, slabs)):
+        for side in (0, 1):
+            for slab, p in product(turn, range(side, pieces, 2)):
+                found += [z * rows + along[p : p + 2] for z in range(*across[slab : slab + 2])]
+                piece.append(len(found))
+            if len(piece) - 1 > phase[-1]:
+                phase.append(len(piece) - 1)
+    return Blocks(*(np.array(numbers, np.int64) for numbers in (found, piece, phase)))
+
+
+def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
+    """`Cells` to be filled by a sort."""
+    cells = int(np.prod(grid.shape))
+    return Cells(
+        np.empty(cells + 1 + SPARE, np.uint32),
+        *(np.empty(beads, np.uint32) for _ in range(4)),
+        np.empty((threads, cells), np.uint32),
+        np.empty(2, np.int64),
+    )
+
+
+@inlined_exactly()
+def cell_of(x, i, edges, shape, slide):
+    """Number of the cell that holds bead i, and its level.
+
+    Sorting asks, and a resumed list asks again, so it is rounded as written: left free, two
+    copies of the code put a bead on a boundary in two cells.
+    """
+    cell, along = 0, 0
+    for k in range(len(edges)):
+        if slide is None:  # asked here, else the compiler does not unroll the loop
+            place = x[i, k]
+        else:
+            place = along_lattice(x, i, k, edges, slide)
+        along = min(int(place * (shape[k] / edges[k])), shape[k] - 1)
+        cell = cell * shape[k] + along
+    return cell, along
+
+
+@inlined()
+def count_cells(x, mine, cell, along, count, edges, shape, slide):
+    """Find the cells of a thread's share of the beads, and count them.
+
+    Parameters
+    ----------
+    x : array with a row for each bead
+    mine : Share
+    cell, along : (n,) uint32 arrays
+        See `Cells`.
+    count : (cells,) uint32 array
+        Of this thread.
+    edges : tuple of float
+    shape : tuple of int
+        Of the grid.
+    slide : Slide or None
+    """
+    for c in range(count.shape[0]):
+        count[c] = uint32(0)
+    for i in range(mine.first, mine.end):
+        number, level = cell_of(x, i, edges, shape, slide)
+        cell[i] = uint32(number)
+        along[i] = uint32(level)
+    for i in range(mine.first, mine.end):
+        count[cell[i]] += uint32(1)
+
+
+@inlined()
+def share_cells(start, free, most, levels):
+    """Turn each thread's counts into where its beads go: after those of threads before it.
+
+    Rows have so many ``levels``.
+    """
+    total, before, in_cell, in_row = uint32(0), uint32(0), uint32(0), uint32(0)
+    for c in range(free.shape[1]):
+        if c % levels == 0:
+            before = total
+        start[c] = total
+        for rank in range(free.shape[0]):
+            count = free[rank, c]
+            free[rank, c] = total
+            total = uint32(total + count)
+        in_cell = max(in_cell, uint32(total - start[c]))
+        in_row = max(in_row, uint32(total - before))
+    start[free.shape[1]] = total
+    most[IN_CELL] = int64(in_cell)
+    most[IN_ROW] = int64(in_row)
+
+
+@inlined()
+def find_places(place, level, mine, cell, along, free):
+    """Find where each of a thread's beads goes, and note the level of what is there then.
+
+    The sort is stable, so the order of storage follows from the state alone, and a resumed run
+    adds up its forces in the same order as an uninterrupted one.
+    """
+    for i in range(mine.first, mine.end):
+        s = free[cell[i]]
+        free[cell[i]] = uint32(s + uint32(1))
+        place[i] = s
+        level[s] = along[i]
+
+
+@inlined()
+def move_beads(source, target, mine, place, edges):
+    """Copy a thread's share of the beads, two `Beads`, to their places."""
+    move_rows(source.position, target.position, mine, place, edges)
+    move_rows(source.velocity, target.velocity, mine, place, edges)
+    move_rows(source.predicted, target.predicted, mine, place, edges)
+    move_numbers(source.identity, target.identity, mine, place)
+    move_numbers(source.species, target.species, mine, place)
+    move_numbers(source.peculiar, target.peculiar, mine, place)
+
+
+@inlined()
+def move_rows(source, target, mine, place, edges):
+    """Copy rows to their places, if there are any."""
+    if source is not None:
+        for i in range(mine.first, mine.end):
+            copy_row(target, place[i], source, i, edges)
+
+
+@inlined()
+def move_numbers(source, target, mine, place):
+    """Copy numbers to their places, if there are any."""
+    if source is not None:
+        for i in range(mine.first, mine.end):
+            target[place[i]] = source[i]

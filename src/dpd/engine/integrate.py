@@ -1,0 +1,284 @@
+"""How beads move once forces are known: drifts, kicks, masses, friction again, exchange of momentum.
+
+Each thread moves beads of its own. Kernels move them by the array of forces as if all masses were
+1: in a scene with masses each row of that array is divided by the mass of its bead once all forces
+are added up, and from then on holds accelerations.
+
+Friction depends on velocities that it changes itself. The DPD-VV scheme (Besold, Vattulainen,
+Karttunen and Polson 2000) takes it with the predicted velocities during the step and replaces it by
+that of the final ones before the next, while conservative and random forces stay.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dpd.engine.images import drift_with_flow, put_inside
+from dpd.engine.pair import of_pair
+from dpd.engine.rows import difference_along, flat, push_apart
+from dpd.engine.search import PAIRS_AT_ONCE
+from dpd.engine.threads import Share
+from dpd.jit import inlined
+from dpd.physics.exchange import SHARDLOW
+from dpd.physics.forces import change
+from dpd.physics.noise import Keys, gaussian_noise, pair_word, uniform_noise
+from dpd.physics.schemes import Scheme
+
+IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
+FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
+SLOT, DISTANCE = 0, 1  # what is noted of such a bead
+PER_WORD = 1.0 / 2**32  # a 32-bit word to [0, 1)
+
+
+class Lost(NamedTuple):
+    """A bead that moved too far: its identity, or -1; the step; how far along an axis."""
+
+    bead: int
+    step: int
+    distance: float
+
+
+class Times(NamedTuple):
+    """What a drift multiplies with.
+
+    Attributes
+    ----------
+    drift, half_square : float
+        Of velocity and force in the way: dt and c dt^2. A scheme with its force in the middle of a
+        step drifts for half of it.
+    prediction : float
+        lambda dt.
+    half_kick : float
+        The part of a step's kick that comes with the force at its beginning: (1 - b) dt.
+    """
+
+    drift: float
+    half_square: float
+    prediction: float
+    half_kick: float
+
+
+def times_of(scheme: Scheme, dt: float) -> Times:
+    """Those of a scheme."""
+    return Times(
+        0.5 * dt if scheme.middle else dt, scheme.acceleration * dt * dt,
+        (scheme.prediction or 0.0) * dt, (1.0 - scheme.correction) * dt,
+    )  # fmt: skip
+
+
+@inlined()
+def add_rows(target, source, times, mine):
+    """Add so many times one array's rows to those of another, for a thread's share of the beads."""
+    to, more, width = flat(target), flat(source), np.uint64(target.shape[1])
+    for q in range(mine.first * width, mine.end * width):
+        to[q] += times * more[q]
+
+
+@inlined()
+def drift(x, v, f, predicted, peculiar, image, identity, mine, wrap, lost, kick, times, edges, slide):
+    """Move a thread's share of the beads, predict velocities; note one that moved too far.
+
+    Parameters
+    ----------
+    x, v, f : arrays with a row for each bead
+        On return ``v`` holds v + dt (1 - b) f, and ``f`` is zero, for the next to be added up.
+    predicted : array with a row for each bead or None
+        On return v + lambda dt f; None where that is the velocity itself.
+    peculiar : (n,) array or None
+    image : (n, dimension) int32 array
+    identity : (n,) uint32 array
+    mine : Share
+    wrap : (3, STRETCH) array
+        See `dpd.engine.images.row_edges`.
+    lost : (2,) array
+        `SLOT` of the bead or -1, and its `DISTANCE`.
+    kick : float
+        The part of the last step's kick that this begins with: b dt, or 0 if it was done.
+    times : Times
+    edges : tuple of float
+    slide : Slide or None
+    """
+    lost[SLOT] = -1.0
+    for first in range(mine.first, mine.end, IN_CACHE):
+        some = Share(first, min(mine.end, first + IN_CACHE))
+        if kick > 0.0:
+            add_rows(v, f, kick, some)
+        drift_with_flow(x, v, f, peculiar, some, times.drift, times.half_square, slide)
+        if move_too_far(v, f, some, times):
+            find_lost(v, f, some, times, edges, lost)
+        predict(predicted, v, f, some, times.prediction)
+        move(x, v, f, some, times)
+        put_inside(x, image, identity, some, wrap, edges, slide)
+
+
+@inlined()
+def move_too_far(v, f, mine, times):
+    """Whether a bead would move further than `FARTHEST`, or to no number."""
+    velocity, force, width, far = flat(v), flat(f), np.uint64(v.shape[1]), 0
+    for q in range(mine.first * width, mine.end * width):
+        far += not abs(times.drift * velocity[q] + times.half_square * force[q]) <= FARTHEST
+    return far > 0
+
+
+@inlined()
+def find_lost(v, f, mine, times, edges, lost):
+    """Note the first bead that moves too far, and how far along the first such axis."""
+    for i in range(mine.first, mine.end):
+        for k in range(len(edges)):
+            way = abs(times.drift * v[i, k] + times.half_square * f[i, k])
+            if not way <= FARTHEST and lost[SLOT] < 0.0:
+                lost[SLOT], lost[DISTANCE] = i, way
+
+
+@inlined()
+def predict(predicted, v, f, mine, prediction):
+    """Predict velocities, where the prediction is not the velocity itself."""
+    if predicted is not None:
+        to, velocity, force, width = flat(predicted), flat(v), flat(f), np.uint64(v.shape[1])
+        for q in range(mine.first * width, mine.end * width):
+            to[q] = velocity[q] + prediction * force[q]
+
+
+@inlined()
+def move(x, v, f, mine, times):
+    """Drift and half a kick."""
+    place, velocity, force, width = flat(x), flat(v), flat(f), np.uint64(v.shape[1])
+    for q in range(mine.first * width, mine.end * width):
+        place[q] += times.drift * velocity[q] + times.half_square * force[q]
+        velocity[q] += times.half_kick * force[q]
+        force[q] = 0.0
+
+
+@inlined()
+def first_lost(lost, identity, step):
+    """The first bead that moved too far, if one did."""
+    for rank in range(lost.shape[0]):
+        slot = np.int64(lost[rank, SLOT])
+        if slot >= 0:
+            return Lost(np.int64(identity[slot]), step, lost[rank, DISTANCE])
+    return Lost(np.int64(-1), step, 0.0)
+
+
+@inlined()
+def of_bead(values, species, s):
+    """The value for the species of the bead in slot s; without species there is one."""
+    if species is None:
+        return values[0]
+    return values[species[s]]
+
+
+@inlined()
+def divide_by_masses(f, species, mine, mass):
+    """Turn the forces on a thread's share of the beads into accelerations, if there are masses.
+
+    Parameters
+    ----------
+    f : array with a row for each bead
+    species : None or (n,) array
+    mine : Share
+    mass : None or (species,) array
+    """
+    if mass is not None:
+        for i in range(mine.first, mine.end):
+            inverse = 1.0 / of_bead(mass, species, i)
+            for k in range(f.shape[1]):
+                f[i, k] *= inverse
+
+
+@inlined()
+def multiply_by_masses(f, species, mine, mass):
+    """Turn the accelerations back into forces, so that more forces can be added."""
+    if mass is not None:
+        for i in range(mine.first, mine.end):
+            for k in range(f.shape[1]):
+                f[i, k] *= of_bead(mass, species, i)
+
+
+@inlined()
+def change_since(excess, f, mine, time):
+    """By how much the velocity that friction has seen exceeds that after a kick of that time."""
+    to, force, width = flat(excess), flat(f), np.uint64(f.shape[1])
+    for q in range(mine.first * width, mine.end * width):
+        to[q] = -time * force[q]
+
+
+@inlined()
+def renew_friction(f, excess, ends, drag, first, end, edges):
+    """Replace the friction in a force by that of the velocities now, for some cached pairs.
+
+    Parameters
+    ----------
+    f, excess : arrays with a row for each bead
+        The force; from `change_since`.
+    ends, drag : arrays
+        See `dpd.engine.pair.Cached`.
+    first, end : int
+        The pairs.
+    edges : tuple of float
+    """
+    for p in range(np.uint64(first), np.uint64(end)):
+        i, j = ends[0, p], ends[1, p]
+        pull = difference_along(excess, i, j, drag, p, edges)
+        push_apart(f, i, j, pull, drag, p, edges)
+
+
+@inlined()
+def exchange_momentum(v, cached, exchange, shares, mass, identity, species, pairs, dt, keys, edges):
+    """Let pairs exchange momentum, one after the other, in the order in which they were found.
+
+    Each sees the velocities that the pairs before it have left.
+
+    Parameters
+    ----------
+    v : array with a row for each bead
+    cached : Cached
+    exchange : None or Exchange
+    shares : None or (species, species) array
+        Of the exchange.
+    mass : None or (species,) array
+    identity, species : (n,) arrays
+        The species None where there is one.
+    pairs : Pairs
+        Buffers.
+    dt : float
+    keys : Keys
+        Of the step.
+    edges : tuple of float
+    """
+    if exchange is None:
+        return
+    drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
+    swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn
+    for first in range(np.uint64(0), np.uint64(cached.count), PAIRS_AT_ONCE):
+        n = min(PAIRS_AT_ONCE, np.uint64(cached.count) - first)
+        for p in range(n):
+            a, b = identity[cached.ends[0, first + p]], identity[cached.ends[1, first + p]]
+            low[p], high[p] = min(a, b), max(a, b)
+        if exchange.gaussian or exchange.kind != SHARDLOW:
+            gaussian_noise(theta, low, high, n, keys)
+        else:
+            uniform_noise(theta, low, high, n, keys)
+        for p in range(n):
+            q = first + p
+            i, j = cached.ends[0, q], cached.ends[1, q]
+            square, u = 0.0, difference_along(v, i, j, drag, q, edges)
+            for k in range(len(edges)):
+                square += drag[k, q] * drag[k, q]
+            if square == 0.0:  # two beads at the same point have no line between them
+                continue
+            root, rate = np.sqrt(square), exchange.gamma
+            if shares is not None:
+                rate *= of_pair(shares, species, i, j)
+            drawn = PER_WORD * pair_word(low[p], high[p], swapped) < rate * dt
+            if mass is None:
+                kick = 0.5 * change(exchange, u / root, square * dt, theta[p], drawn) / root
+                push_apart(v, i, j, kick, drag, q, edges)
+            else:
+                a, b = 1.0 / of_bead(mass, species, i), 1.0 / of_bead(mass, species, j)
+                mean = 0.5 * (a + b)  # 1 / (2 mu), with the reduced mass mu
+                scale = np.sqrt(mean)
+                gained = change(exchange, u / (root * scale), square * dt * mean, theta[p], drawn)
+                momentum = 0.5 * gained * scale / (mean * root)
+                for k in range(len(edges)):
+                    v[i, k] += a * momentum * drag[k, q]
+                    v[j, k] -= b * momentum * drag[k, q]

@@ -1,0 +1,275 @@
+"""Arrays with a row for each bead, and what kernels do with a row or eight distances at once.
+
+Numba leaves out the pass of LLVM that joins the entries of a row into a vector, so what loads and
+stores a row at once is written out in LLVM's own instructions. Beside each such function stands
+what it does in Python, which is what runs with NUMBA_DISABLE_JIT=1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.np.arrayobj import populate_array
+
+from dpd.jit import inlined, intrinsic_for
+
+CACHE_LINE = 64  # bytes
+LANES = 8  # distances that `near` compares at a time
+
+
+def rows_of(array: np.ndarray) -> np.ndarray:
+    """A (dimension, n) array as kernels take it: a row for each bead.
+
+    Pairs push beads that lie anywhere in memory. A row, padded with zeros to a width that
+    processors load and store at once, is one access, where three arrays would be three.
+    """
+    dimension, beads = array.shape
+    rows = empty_rows(beads, row_width(dimension))
+    for k in range(dimension):  # twice as fast as all at once
+        rows[:, k] = array[k]
+    rows[:, dimension:] = 0.0
+    return rows
+
+
+def empty_rows(beads: int, width: int) -> np.ndarray:
+    """An array of rows that begins where a line of the cache does: no row lies in two."""
+    memory = np.empty(beads * width + CACHE_LINE // 8)
+    first = -memory.ctypes.data % CACHE_LINE // 8
+    return memory[first : first + beads * width].reshape(beads, width)
+
+
+def axes_of(rows: np.ndarray, dimension: int) -> np.ndarray:
+    """The (dimension, n) view of what `rows_of` made."""
+    return rows[:, :dimension].T
+
+
+def row_width(dimension: int) -> int:
+    """Numbers in a row: a power of two."""
+    return 2 if dimension < 3 else 4
+
+
+@inlined()
+def columns(array, count, size):
+    """The first ``count`` columns of a (rows, n) array, in one with room for ``size``.
+
+    Loops on purpose: what Numba makes of an assignment to a slice takes seconds to compile,
+    for the sake of an error message.
+    """
+    larger = np.empty((array.shape[0], size), array.dtype)
+    for k in range(array.shape[0]):
+        for p in range(count):
+            larger[k, p] = array[k, p]
+    return larger
+
+
+def _row_vector(edges):
+    return ir.VectorType(ir.DoubleType(), row_width(len(edges)))
+
+
+def _row(context, builder, array_type, array, i, vector):
+    """Pointer to row i as a vector."""
+    rows = context.make_array(array_type)(context, builder, array)
+    i = builder.zext(i, ir.IntType(64)) if i.type.width < 64 else i
+    return builder.gep(builder.bitcast(rows.data, vector.as_pointer()), [i])
+
+
+def _column(context, builder, array_type, array, p, dimension):
+    """Pointers to the entries of column p."""
+    columns = context.make_array(array_type)(context, builder, array)
+    places = ([ir.Constant(p.type, k), p] for k in range(dimension))
+    return [
+        cgutils.get_item_pointer(context, builder, array_type, columns, place) for place in places
+    ]
+
+
+def _lane(k):
+    return ir.Constant(ir.IntType(32), k)
+
+
+def _flat(rows):
+    return rows.reshape(-1)
+
+
+@intrinsic_for(_flat)
+def flat(typing, rows):
+    """All entries of an array of rows, one after the other."""
+    one_axis = types.Array(rows.dtype, 1, "C")
+
+    def code(context, builder, signature, arguments):
+        given = context.make_array(rows)(context, builder, arguments[0])
+        made = context.make_array(one_axis)(context, builder)
+        populate_array(
+            made, given.data, [given.nitems], [given.itemsize], given.itemsize, given.meminfo
+        )
+        context.nrt.incref(builder, one_axis, made._getvalue())
+        return made._getvalue()
+
+    return one_axis(rows), code
+
+
+def _copy_row(target, s, source, i, edges):
+    target[s] = source[i]
+
+
+@intrinsic_for(_copy_row)
+def copy_row(typing, target, s, source, i, edges):
+    """Copy row i to row s."""
+    vector = _row_vector(edges)
+
+    def code(context, builder, signature, arguments):
+        target_array, s, source_array, i, _ = arguments
+        to = _row(context, builder, target, target_array, s, vector)
+        at = _row(context, builder, source, source_array, i, vector)
+        builder.store(builder.load(at, align=8), to, align=8)
+        return context.get_dummy_value()
+
+    return types.none(target, s, source, i, edges), code
+
+
+def _sum_to_column(target, p, source, i, shift, m, edges):
+    for k in range(len(edges)):
+        target[k, p] = source[i, k] + shift[m, k]
+
+
+@intrinsic_for(_sum_to_column)
+def sum_to_column(typing, target, p, source, i, shift, m, edges):
+    """Make row i of one array plus row m of another column p of a (dimension, n) array."""
+    vector = _row_vector(edges)
+
+    def code(context, builder, signature, arguments):
+        target_array, p, source_array, i, shift_array, m, _ = arguments
+        row = builder.load(_row(context, builder, source, source_array, i, vector), align=8)
+        by = builder.load(_row(context, builder, shift, shift_array, m, vector), align=8)
+        total = builder.fadd(row, by)
+        column = _column(context, builder, target, target_array, p, len(edges))
+        for k, entry in enumerate(column):
+            builder.store(builder.extract_element(total, _lane(k)), entry)
+        return context.get_dummy_value()
+
+    return types.none(target, p, source, i, shift, m, edges), code
+
+
+def _difference_along(rows, i, j, along, p, edges):
+    total = 0.0
+    for k in range(len(edges)):
+        total += (rows[i, k] - rows[j, k]) * along[k, p]
+    return total
+
+
+@intrinsic_for(_difference_along)
+def difference_along(typing, rows, i, j, along, p, edges):
+    """Scalar product of row i minus row j and column p of ``along``."""
+    vector = _row_vector(edges)
+
+    def code(context, builder, signature, arguments):
+        array, i, j, along_array, p, _ = arguments
+        ours = builder.load(_row(context, builder, rows, array, i, vector), align=8)
+        theirs = builder.load(_row(context, builder, rows, array, j, vector), align=8)
+        apart = builder.fsub(ours, theirs)
+        total = ir.Constant(ir.DoubleType(), 0.0)
+        column = _column(context, builder, along, along_array, p, len(edges))
+        for k, entry in enumerate(column):
+            component = builder.extract_element(apart, _lane(k))
+            product = builder.fmul(component, builder.load(entry), flags=["contract"])
+            total = builder.fadd(total, product, flags=["contract", "nsz"])
+        return total
+
+    return types.float64(rows, i, j, along, p, edges), code
+
+
+def _push_apart(force, i, j, scale, along, p, edges):
+    for k in range(len(edges)):
+        force[i, k] += scale * along[k, p]
+        force[j, k] -= scale * along[k, p]
+
+
+@intrinsic_for(_push_apart)
+def push_apart(typing, force, i, j, scale, along, p, edges):
+    """Add scale times column p of ``along`` to row i, and take the same off row j."""
+    vector = _row_vector(edges)
+
+    def code(context, builder, signature, arguments):
+        array, i, j, scale, along_array, p, _ = arguments
+        push = ir.Constant(vector, [0.0] * vector.count)
+        column = _column(context, builder, along, along_array, p, len(edges))
+        for k, entry in enumerate(column):
+            component = builder.fmul(scale, builder.load(entry))
+            push = builder.insert_element(push, component, _lane(k))
+        for place, change in ((i, builder.fadd), (j, builder.fsub)):
+            row = _row(context, builder, force, array, place, vector)
+            builder.store(change(builder.load(row, align=8), push), row, align=8)
+        return context.get_dummy_value()
+
+    return types.none(force, i, j, scale, along, p, edges), code
+
+
+def _popcount(word):
+    return np.uint64(int(word).bit_count())
+
+
+@intrinsic_for(_popcount)
+def popcount(typing, word):
+    """Number of bits that are set."""
+
+    def code(context, builder, signature, arguments):
+        return builder.ctpop(arguments[0])
+
+    return word(word), code
+
+
+def _lowest(word):
+    return np.uint64((int(word) & -int(word)).bit_length() - 1 if word else 64)
+
+
+@intrinsic_for(_lowest)
+def lowest(typing, word):
+    """Place of the lowest bit that is set; 64 if none is."""
+
+    def code(context, builder, signature, arguments):
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
+
+    return word(word), code
+
+
+def _near(position, edges, place, first, limit):
+    first = int(first)
+    apart = position[:, int(place), None] - position[:, first : first + LANES]
+    nearer = (apart * apart).sum(axis=0) < limit
+    return np.uint64(sum(1 << t for t in np.flatnonzero(nearer)))
+
+
+@intrinsic_for(_near)
+def near(typing, position, edges, place, first, limit):
+    """Which of `LANES` places from ``first`` on lie nearer than sqrt(limit) to ``place``.
+
+    Written out as vectors because no loop with this few turns is made into them.
+    """
+    dimension = len(edges)
+
+    def code(context, builder, signature, arguments):
+        array, _, place, first, limit = arguments
+        array = context.make_array(position)(context, builder, array)
+        vector = ir.VectorType(ir.DoubleType(), LANES)
+        lanes = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+
+        def all_lanes(value):
+            one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, _lane(0))
+            return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), lanes)
+
+        def pointer(k, at):
+            index = [ir.Constant(at.type, k), at]
+            return cgutils.get_item_pointer(context, builder, position, array, index)
+
+        square = ir.Constant(vector, [0.0] * LANES)
+        for k in range(dimension):
+            ours = all_lanes(builder.load(pointer(k, place)))
+            theirs = builder.bitcast(pointer(k, first), vector.as_pointer())
+            apart = builder.fsub(ours, builder.load(theirs, align=8))
+            squared = builder.fmul(apart, apart, flags=["contract"])
+            square = builder.fadd(square, squared, flags=["contract"])
+        hit = builder.fcmp_ordered("<", square, all_lanes(limit))
+        return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
+
+    return types.uint64(position, edges, place, first, limit), code

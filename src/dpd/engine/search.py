@@ -1,0 +1,336 @@
+"""Pairs of beads closer than a cutoff, found row by row of cells.
+
+A row of cells and the rows ahead of it are merged into one line of memory, level by level,
+the row's own beads first in each level. The partners of a bead are then in one stretch, from
+the level before its own to the one after. One long loop over distances and one over hits
+take the place of many short ones with lengths that no processor can foresee.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import int64, uint32, uint64
+
+from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid, cell_buffers
+from dpd.engine.images import boxes_beside
+from dpd.engine.rows import LANES, lowest, near, popcount, sum_to_column
+from dpd.engine.space import Slide
+from dpd.jit import inlined
+
+U0, U1, U2, U3 = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3)
+PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
+WORD = np.uint64(64)  # candidates that leave their bits in one word
+AT_ONCE = np.uint64(4)  # bits that are read off without a look whether there are more
+FAR = 1e6  # r_c; where the fillers at the end of a line are
+HALF, LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
+
+
+class Pairs(NamedTuple):
+    """Buffers for some pairs of beads.
+
+    They are arrays of their own, and not rows of one: the compiler would take rows to overlap, and
+    would not vectorise.
+
+    Attributes
+    ----------
+    i, j : (size,) uint32 arrays
+        Slots of the two beads.
+    separation : (dimension, size) array
+        r_i - r_j at the nearest image.
+    repulsion, approach, theta : (size,) arrays
+        What the forces need of each pair: a_ij, r_ij . v_ij and a random number.
+    force_over_r, weight_over_r : (size,) arrays
+        What the forces find: F / r, and w / r.
+    low, high : (size,) uint32 arrays
+        The smaller and the larger of the two identities.
+    """
+
+    i: np.ndarray
+    j: np.ndarray
+    separation: np.ndarray
+    repulsion: np.ndarray
+    approach: np.ndarray
+    theta: np.ndarray
+    force_over_r: np.ndarray
+    weight_over_r: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class Line(NamedTuple):
+    """A row of cells merged with those ahead of it.
+
+    Attributes
+    ----------
+    position : (dimension, size) array
+    slot : (1, size) uint32 array
+        Where each bead is stored.
+    first : (lanes + 3,) int64 array, where lanes are levels rounded up to whole vectors
+        Place of the first bead of each level, from -1 (the last one, a box before) to the
+        number of levels (the first one, a box further); and where that ends.
+    ahead : (levels + 1,) int64 array
+        Place of the first bead that is not the row's own, from level -1 on.
+    to : (rows, lanes) int64 array
+        What leads from slots to places, for each of the rows and each level.
+    hit : (`PAIRS_AT_ONCE` + `WORD` + `AT_ONCE`,) uint64 array
+        Places of both beads of each pair found, in one word.
+    """
+
+    position: np.ndarray
+    slot: np.ndarray
+    first: np.ndarray
+    ahead: np.ndarray
+    to: np.ndarray
+    hit: np.ndarray
+
+
+class Place(NamedTuple):
+    """How far a search has come: the next bead's slot, its row of cells, its next candidate."""
+
+    slot: int
+    row: int
+    candidate: int
+
+
+class Search(NamedTuple):
+    """What a search for pairs works with.
+
+    Attributes
+    ----------
+    cells : Cells
+        Filled by a sort.
+    grid : Grid
+        With edges not below the cutoff of the search.
+    line : Line
+        Left alone between calls of `next_pairs`.
+    pairs : Pairs
+        Those found last.
+    edges : tuple of float
+    slide : Slide or None
+    """
+
+    cells: Cells
+    grid: Grid
+    line: Line
+    pairs: Pairs
+    edges: tuple
+    slide: Slide | None = None
+
+
+def pair_buffers(dimension: int) -> Pairs:
+    """Buffers for all pairs that are found at once."""
+    size = int(PAIRS_AT_ONCE + WORD)
+    numbers = [np.empty(size) for _ in range(5)]
+    slots = [np.empty(size, np.uint32) for _ in range(4)]
+    return Pairs(*slots[:2], np.empty((dimension, size)), *numbers, *slots[2:])
+
+
+def line_buffers(grid: Grid) -> Line:
+    """A line yet without room for beads, see `sized`."""
+    dimension, levels, rows = len(grid.shape), grid.shape[-1], grid.base.shape[1]
+    lanes = (levels + SPARE - 1) // SPARE * SPARE
+    return Line(
+        np.empty((dimension, 0)),
+        np.empty((1, 0), np.uint32),
+        np.empty(lanes + 3, np.int64),
+        np.empty(levels + 1, np.int64),
+        np.empty((rows, lanes), np.int64),
+        np.empty(int(PAIRS_AT_ONCE + WORD + AT_ONCE), np.uint64),
+    )
+
+
+def new_search(grid: Grid, beads: int, edges: tuple[float, ...]) -> Search:
+    """A search through so many beads that are yet to be sorted, by one thread."""
+    return Search(
+        cell_buffers(grid, beads, 1), grid, line_buffers(grid), pair_buffers(len(edges)), edges
+    )
+
+
+@inlined()
+def sized(line, most, rows):
+    """A line with room for the fullest of so many rows together."""
+    size = rows * (most[IN_ROW] + 2 * most[IN_CELL]) + LANES
+    position, slot = line.position, line.slot
+    if size > position.shape[1]:
+        position = np.empty((position.shape[0], size))
+        slot = np.empty((1, size), np.uint32)
+    return Line(position, slot, line.first, line.ahead, line.to, line.hit)
+
+
+@inlined()
+def make_room(row, start, base, first, ahead, to):
+    """Find where levels begin on a line, and where beads of each row go; arrays of `Line`."""
+    levels, rows = ahead.shape[0] - 1, base.shape[1]
+    for z in range(to.shape[1]):
+        first[z + 2] = 0
+    for r in range(rows):
+        cell = uint64(base[row, r])
+        for z in range(uint64(to.shape[1])):
+            begin, end = int64(start[cell + z]), int64(start[cell + z + U1])
+            to[r, z] = first[z + U2] - begin
+            first[z + U2] += end - begin
+    first[1] = first[levels + 1]  # room for the last level, a box before
+    for z in range(levels):
+        first[z + 2] += first[z + 1]
+    for r in range(rows):
+        for z in range(to.shape[1]):
+            to[r, z] += first[z + 1]
+    cell = uint64(base[row, 0])
+    for z in range(uint64(levels)):
+        begin, end = int64(start[cell + z]), int64(start[cell + z + U1])
+        ahead[z + U1] = first[z + U1] + end - begin
+
+
+@inlined()
+def merge_rows(row, x, start, level, base, shift, line, edges, slide):
+    """Fill the line with the beads of a row and of those ahead of it."""
+    position, slot, first, ahead, to, _ = line
+    make_room(row, start, base, first, ahead, to)
+    levels, rows = ahead.shape[0] - 1, base.shape[1]
+    for r in range(rows):
+        cell, move = base[row, r], row * rows + r
+        for s in range(uint64(start[cell]), uint64(start[cell + levels])):
+            place = uint64(to[r, level[s]]) + s
+            sum_to_column(position, place, x, s, shift, move, edges)
+            if slide is not None:  # the row of ``shift`` counts in whole edges
+                beside = edges[slide.flow] * boxes_beside(x, s, edges, slide)
+                position[slide.flow, place] += slide.tilt[0] * shift[move, slide.gradient] - beside
+            slot[0, place] = uint32(s)
+    # The last level once more before the first, the first after the last, and fillers.
+    first[0] = 0
+    ahead[0] = ahead[levels] - first[levels]
+    first[levels + 2] = first[levels + 1] + first[2] - first[1]
+    copy_level(position, slot, first[levels], first[levels + 1], 0, -1.0, edges, slide)
+    copy_level(position, slot, first[1], first[2], first[levels + 1], 1.0, edges, slide)
+    end = uint64(first[levels + 2])
+    for k in range(len(edges)):
+        for t in range(uint64(LANES)):
+            position[k, end + t] = FAR
+
+
+@inlined()
+def copy_level(position, slot, first, end, to, boxes, edges, slide):
+    """Copy places ``first`` to ``end`` of a line, moved by so many boxes along the row."""
+    last, n = len(edges) - 1, uint64(end - first)
+    source, target = uint64(first), uint64(to)
+    move = boxes * edges[last]
+    for k in range(last):
+        for t in range(n):
+            position[k, target + t] = position[k, source + t]
+    for t in range(n):
+        position[last, target + t] = position[last, source + t] + move
+        slot[0, target + t] = slot[0, source + t]
+    if slide is not None:
+        beside = slide.tilt[0] * move if last == slide.gradient else 0.0
+        for t in range(n):
+            position[slide.flow, target + t] += beside
+
+
+@inlined()
+def find_partners(bead, begin, same, end, limit, position, hit, hits, edges):
+    """Append pairs of the row's own bead at place ``bead`` with a word of candidates.
+
+    Candidates are from ``begin`` on. Own beads of the level before have found this one, and so have
+    those before it in its own level, which begins at ``same``. The length is rounded up: what lies
+    beyond ``end`` is two levels away, further than the cutoff. Each candidate leaves one bit. Bits
+    are read off some at a time, whether there are as many or not: one branch for each would often
+    be foreseen wrongly.
+    """
+    bits = U0
+    for t in range(U0, min(WORD, uint64(end - begin)), uint64(LANES)):
+        bits |= near(position, edges, bead, begin + t, limit) << t
+    bits &= ~uint64(ones(bead + U1, begin) & ~ones(same, begin))
+    at, count = hits, popcount(bits)
+    while bits != U0:
+        for t in range(AT_ONCE):
+            hit[at + t] = uint64(bead << HALF) | uint64(begin + lowest(bits))
+            bits &= uint64(bits - U1)
+        at += AT_ONCE
+    return hits + count
+
+
+@inlined()
+def ones(end, begin):
+    """A word with a bit for each place before ``end`` from ``begin`` on."""
+    if end <= begin:
+        return U0
+    n = uint64(end - begin)
+    return ~U0 if n >= WORD else uint64((U1 << n) - U1)
+
+
+@inlined()
+def first_place():
+    """Where a search through all beads begins."""
+    return Place(int64(0), int64(-1), U0)
+
+
+@inlined()
+def place_of_piece(piece, pieces, start, levels):
+    """Where a search through one piece of a block begins, and the slot at which it ends."""
+    first, end = pieces[piece, 0], pieces[piece, 1]
+    return Place(int64(start[first * levels]), first - 1, U0), int64(start[end * levels])
+
+
+@inlined()
+def next_pairs(at, end, x, search, cutoff):
+    """Find some more pairs closer than the cutoff.
+
+    Parameters
+    ----------
+    at : Place
+        Where to go on.
+    end : int
+        Slot to stop at: the number of beads, or the end of a row.
+    x : array with a row for each bead
+        Positions sorted by cell, inside the box.
+    search : Search
+        Its pairs are filled from 0.
+    cutoff : float
+
+    Returns
+    -------
+    at : Place
+        All pairs are found when its slot is ``end``.
+    n : uint64
+        How many pairs were found: `PAIRS_AT_ONCE` or a few more, or all that were left.
+    """
+    start, level, grid, line, edges = (
+        search.cells.start, search.cells.level, search.grid, search.line, search.edges,
+    )  # fmt: skip
+    position, slot, first, ahead, to, hit = line
+    i, j, separation = search.pairs.i, search.pairs.j, search.pairs.separation
+    levels, limit = ahead.shape[0] - 1, cutoff * cutoff
+    s, row, candidate = at
+    n = U0
+    while n < PAIRS_AT_ONCE and s < end:
+        stop = int64(start[(row + 1) * levels])  # of the row; for row -1, 0
+        if s == stop:
+            while s == stop:
+                row += 1
+                stop = int64(start[(row + 1) * levels])
+            merge_rows(row, x, start, level, grid.base, grid.shift, line, edges, search.slide)
+        hits = U0
+        while s < stop and n + hits < PAIRS_AT_ONCE:
+            own = uint64(level[s])
+            bead = uint64(to[0, own] + s)
+            candidate = max(candidate, uint64(ahead[own]))
+            last = uint64(first[own + U3])
+            if candidate < last:
+                same = uint64(first[own + U1])
+                hits = find_partners(
+                    bead, candidate, same, last, limit, position, hit, hits, edges
+                )
+            candidate += WORD
+            if candidate >= last:
+                s += 1
+                candidate = U0
+        for h in range(hits):
+            a, b = hit[h] >> HALF, hit[h] & LOW
+            for k in range(len(edges)):
+                separation[k, n + h] = position[k, a] - position[k, b]
+            i[n + h] = slot[0, a]
+            j[n + h] = slot[0, b]
+        n = uint64(n + hits)
+    return Place(s, row, candidate), n

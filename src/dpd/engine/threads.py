@@ -1,0 +1,173 @@
+"""Threads that advance one system together.
+
+Each runs the same compiled loop, over beads and blocks of cells of its own, and waits for the
+others where it needs what they have done. (Numba's parallel loops are compiled apart from
+serial ones and round differently. Here one thread and many run the same code, and what is
+added up is added in an order that does not depend on who does it: the bits are the same.)
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.core.imputils import impl_ret_new_ref
+
+from dpd.errors import UserError
+from dpd.jit import inlined, intrinsic_for
+
+PATIENCE = 2000  # looks before a waiting thread offers its core to others
+ARRIVED, PASSED = 0, 1  # counters of the barrier: threads at it, and how often it was passed
+LINE = 8  # counters that fill a cache line: what one thread writes, others need not fetch again
+BATCHES, BLOCKS = 0, 1  # kinds of tasks; blocks of each phase are a kind of their own
+
+_yield_core = types.ExternalFunction("sched_yield", types.int32())
+
+
+class Team(NamedTuple):
+    """A thread and its team: ``rank`` of ``size``, and the ``counters`` that all share."""
+
+    rank: int
+    size: int
+    counters: np.ndarray
+
+
+class Share(NamedTuple):
+    """Things from ``first`` up to ``end``, without it.
+
+    Unsigned: of a signed index every loop would ask whether it counts from the end.
+    """
+
+    first: int
+    end: int
+
+
+def new_team(size: int) -> list[Team]:
+    """One `Team` per thread."""
+    counters = np.zeros((1 + size) * LINE, np.int64)
+    return [Team(rank, size, counters) for rank in range(size)]
+
+
+def started(threads: int) -> ThreadPoolExecutor:
+    """Threads that are there when they are needed: the others would wait for one that is not."""
+    pool, all_there = ThreadPoolExecutor(threads), Barrier(threads + 1)
+    try:
+        for _ in range(threads):
+            pool.submit(all_there.wait)
+        all_there.wait()
+    except RuntimeError as problem:
+        all_there.abort()
+        raise UserError(f"{threads + 1} threads: {problem}; take fewer") from None
+    return pool
+
+
+def _fetch_add(counters, place, more):
+    before = int(counters[place])
+    counters[place] += more
+    return before
+
+
+@intrinsic_for(_fetch_add)
+def fetch_add(typing, counters, place, more):
+    """Add to a counter that others may add to meanwhile; return what it was."""
+
+    def code(context, builder, signature, arguments):
+        counters_type, *_ = signature.args
+        array, place, more = arguments
+        array = context.make_array(counters_type)(context, builder, array)
+        pointer = cgutils.get_item_pointer(context, builder, counters_type, array, [place])
+        return builder.atomic_rmw("add", pointer, more, "seq_cst")
+
+    return types.int64(counters, types.int64, types.int64), code
+
+
+@inlined()
+def barrier(team):
+    """Wait until all threads are here."""
+    if team.size == 1:
+        return
+    before = fetch_add(team.counters, PASSED, 0)
+    if fetch_add(team.counters, ARRIVED, 1) == team.size - 1:
+        fetch_add(team.counters, ARRIVED, -team.size)
+        fetch_add(team.counters, PASSED, 1)
+        return
+    looks = 0
+    while fetch_add(team.counters, PASSED, 0) == before:
+        looks += 1
+        if looks > PATIENCE:
+            _yield_core()
+
+
+@inlined()
+def next_task(team, kind, first, end):
+    """One of the tasks from ``first`` to ``end`` that nobody has taken; ``end`` if all are.
+
+    A thread has a part of them that it begins with, the same in every step, so that what it
+    works on is in its own cache; then it helps the others with theirs.
+
+    Parameters
+    ----------
+    team : Team
+    kind : int
+        `BATCHES`, or `BLOCKS` plus the phase.
+    first, end : int
+    """
+    for step in range(team.size):
+        owner = (team.rank + step) % team.size
+        taken = fetch_add(team.counters, (1 + owner) * LINE + kind, 1)
+        task = first + (end - first) * owner // team.size + taken
+        if task < first + (end - first) * (owner + 1) // team.size:
+            return task
+    return end
+
+
+@inlined()
+def new_round(team):
+    """Begin all tasks anew; between the barrier after the last task and that before the next."""
+    for kind in range(LINE):
+        team.counters[(1 + team.rank) * LINE + kind] = 0
+
+
+@inlined()
+def share_of(team, n):
+    """The `Share` of a thread in n things."""
+    return Share(np.uint64(n * team.rank // team.size), np.uint64(n * (team.rank + 1) // team.size))
+
+
+def _uncounted(record):
+    return record
+
+
+@intrinsic_for(_uncounted)
+def uncounted(typing, record):
+    """The same record or array, whose holders are not counted. Never to be returned to Python.
+
+    Wherever compiled code passes on a record with arrays, or takes a field out of it, it counts
+    the new holder of each array with an atomic operation, 5 % of the time of a step. What Python
+    passes to a kernel lives until the kernel returns, so inside nothing needs to be counted.
+    """
+
+    def code(context, builder, signature, arguments):
+        value = _without_owner(context, builder, signature.args[0], arguments[0])
+        return impl_ret_new_ref(context, builder, signature.return_type, value)
+
+    return record(record), code
+
+
+def _without_owner(context, builder, kind, value):
+    """A record or an array as above; anything else as it is."""
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        for place, of_place in enumerate(kind.types):
+            item = builder.extract_value(value, place)
+            item = _without_owner(context, builder, of_place, item)
+            value = builder.insert_value(value, item, place)
+    return value

@@ -1,1 +1,0 @@
-"""Threads that advance one system together, and the blocks of cells that they share."""
