@@ -21,7 +21,6 @@ ORDER = (
     ("stages",),
     ("scene", "engine"),
     ("physics",),
-    ("engine.vectors",),  # the hand-written LLVM, which terms of the physics are made of
     ("jit",),
     ("compiling", "lazy_parts"),
     ("numba_settings",),

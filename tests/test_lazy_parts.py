@@ -6,7 +6,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from dpd import lazy_parts
-from dpd.jit import OPTIONS, PART
+from dpd.jit import INLINED, OPTIONS
 
 
 def test_numba_has_what_parts_are_linked_with():
@@ -25,7 +25,8 @@ def test_another_numba_compiles_as_it_does(monkeypatch):
 def test_parts_of_parts(ours):
     """A part that two others call, and the kernel too: linked once, the same numbers either way."""
     of_kernels, of_parts = lazy_parts.compilers() if ours else ({}, {})
-    options = {name: value for name, value in PART.items() if name != "pipeline_class"} | of_parts
+    of_numba = {key: INLINED[key] for key in INLINED if key not in ("pipeline_class", "_nrt")}
+    options = of_numba | of_parts
 
     @register_jitable(**options)
     def square(x):

@@ -49,7 +49,7 @@ SIZES = {
     },
     "schemes": {"scenes": {name: SMALL[name] for name in ("W1", "W2")}, "turns": 2},
     "features": {
-        "scene": FLUID, "steps": 10, "turns": 2, "pairs_of_engines": 3, "bouts": 2,
+        "scene": FLUID, "steps": 10, "turns": 2,
         "watched": {
             "g(r)": {"rdf": {"every": 10, "range": 2}},
             "displacement": {"displacement": {"every": 5}},
@@ -243,14 +243,10 @@ def test_a_scheme_that_blows_up_is_left_out():
     assert "Left out" in data.description and "euler on W1" in data.description
 
 
-def test_features_and_their_absence(results):
-    """Each has a cost; without their code the engine is smaller and ends in the same bits."""
+def test_features_have_a_cost(results):
     data = made(results, "features")
     assert {"bonds (dimers)", "rigid core", "virial every step", "g(r)"} <= set(data.feature.values)
     assert (data.cost > 0).all() and (data.bare_cost > 0).all()
-    assert data.engine_seconds.shape == (2, 3, 2) and (data.engine_seconds > 0).all()
-    assert int(data.same_bits) == 1
-    assert float(data.code_size.sel(engine="stripped")) < float(data.code_size.sel(engine="whole"))
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -269,13 +265,12 @@ def test_figures_are_made(results, name):
 
 
 def test_numbers_of_figures_follow_from_turns(results):
-    """The fastest turn of each process, and the mean over pairs; no verdict."""
+    """Medians over turns; no verdict."""
     module = load_module("benchmark", "features")
-    numbers = module.compute({"features": made(results, "features")})
-    whole, stripped = made(results, "features").engine_seconds.values.min(axis=-1)
-    ratio = whole / stripped
-    assert float(numbers.absent) == pytest.approx(ratio.mean())
-    assert float(numbers.absent_error) == pytest.approx(ratio.std(ddof=1) / np.sqrt(3))
+    measured = made(results, "features")
+    numbers = module.compute({"features": measured})
+    ratio = np.median(measured.cost / measured.bare_cost, axis=1)
+    np.testing.assert_allclose(numbers.ratio, ratio)
     assert module.measured(numbers) == {}
 
 

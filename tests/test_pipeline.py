@@ -245,7 +245,7 @@ def edited(path, more):
 
 
 SOURCES = (
-    "src/dpd/engine/neighbours/search.py",
+    "src/dpd/engine/search.py",
     "src/dpd/observe/rdf.py",
     "src/dpd/analysis/statistics.py",
     "src/dpd/report/page.py",

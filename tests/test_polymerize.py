@@ -7,7 +7,6 @@ import pytest
 
 from dpd import files
 from dpd.engine.queries.crossings import crossing_bonds
-from dpd.engine.space import Space
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
@@ -270,7 +269,9 @@ def one_round(points, chains, move=(0.0, 0.0), radius=1.0, nearest=True, box=BOX
     rng = np.random.default_rng(values.pop("seed", 0))
     rule = Rule(radius, nearest, values["species"], values["wanted"])
     chains = Chains(chain, beads, length)
-    counts = grow(position, Space(box), values["shape"], rule, chains, values["active"], rng)
+    counts = grow(
+        position, tuple(map(float, box)), values["shape"], rule, chains, values["active"], rng
+    )
     after = [beads[c, :n].tolist() for c, n in enumerate(length)]
     for c, along in enumerate(after):
         assert (chain[along] == c).all()
@@ -402,7 +403,9 @@ def test_ends_stop_only_where_every_monomer_is_behind_a_bond(box, seed):
     while counts is None or counts[MADE]:
         rule = Rule(radius, False, np.zeros(n, np.uint8), wanted)
         chains = Chains(chain, beads, length)
-        counts = grow(position, Space(box), shape, rule, chains, rng.permutation(ends), rng)
+        counts = grow(
+            position, tuple(map(float, box)), shape, rule, chains, rng.permutation(ends), rng
+        )
         made += counts[MADE]
         crossed += counts[CROSSED]
         assert made == length.sum() - ends

@@ -9,7 +9,7 @@ from dpd.analysis.shear import heating, viscosities, viscosity
 from dpd.digest import ROOT
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
-from dpd.engine.slide import TURN, tilted
+from dpd.engine.space import TURN, tilted
 from dpd.errors import UserError
 from dpd.observe import OBSERVABLES
 from dpd.particles.formats import read, write

@@ -123,8 +123,7 @@ def test_all_that_a_stage_imports_is_found(stage):
     found = {str(path) for path in reachable(STAGES[stage])}
     imported = set(json.loads(done.stdout))
     assert imported <= found
-    if stage != "measure":  # the stripped engine imports when it begins
-        assert found - imported <= LATE
+    assert found - imported <= LATE
 
 
 def test_modules_that_decide_nothing_are_there():
@@ -243,13 +242,13 @@ def of_kind(names, *kinds):
 
 def test_comments_change_nothing(changed):
     """In a kernel; and nothing does in what only words messages."""
-    assert changed("src/dpd/engine/neighbours/search.py", "# edited\n") == set()
+    assert changed("src/dpd/engine/search.py", "# edited\n") == set()
     assert changed("src/dpd/scene/schema.py") == set()
 
 
 def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
     """Of all scenes."""
-    names = changed("src/dpd/engine/neighbours/search.py")
+    names = changed("src/dpd/engine/search.py")
     assert of_kind(names, "run") == runs(lambda scene: True)
     assert len(of_kind(names, "start")) == len(of_kind(names, "run"))
     assert "kernels" in names and not of_kind(names, "figure") - {FIGURE_OF_CHAINS}

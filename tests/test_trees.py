@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpd.engine.simulation import Snapshot
-from dpd.engine.slide import TURN, tilted
-from dpd.engine.space import unfolded, wrapped
+from dpd.engine.space import TURN, tilted, unfolded, wrapped
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.observe.chains import ends_square, in_one_piece, sizes, unwrapped

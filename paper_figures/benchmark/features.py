@@ -1,4 +1,4 @@
-"""What features cost that a scene names, and what it pays for those that it does not."""
+"""What features cost that a scene names."""
 
 import numpy as np
 import pandas as pd
@@ -6,47 +6,33 @@ import xarray as xr
 
 from dpd.analysis.statistics import middle_and_range
 from dpd.report.style import BLACK, BLUE, panels
-from dpd.report.text import with_error
 from paper_figures.benchmark.shared import ranged
 
 TITLE = "What each feature adds to the cost of a bead and step."
 PAPER_SHOWS = (
     "Each feature against the bare fluid in the same turn. Some features change the fluid itself, "
     "as bonds do, which draw beads together: their whole change counts. The Langevin bath takes "
-    "the place of friction and noise between pairs. Table: the same with the ratio. Its last row "
-    "is what a scene pays for what it does not name: the engine against one whose code for all "
-    "these features was cut out before it was compiled, both on the bare fluid. There each pair of "
-    "processes counts with the fastest turn of either, as processes that run the same machine code "
-    "differ by up to two percent."
+    "the place of friction and noise between pairs. Table: the same with the ratio."
 )
-ERRORS = (
-    "Points: medians, beside them the ratio. Bars: from the cheapest turn to the dearest. The "
-    "error of the last row is a standard error over pairs."
-)
+ERRORS = "Points: medians, beside them the ratio. Bars: from the cheapest turn to the dearest."
 NANO = 1e9
 ROOM = 0.3  # for the ratios, of the width
 
 
 def compute(data):
-    """Medians and ranges of cost, of cost added, of the ratio; and the stripped engine's."""
+    """Medians and ranges of cost, of cost added, and of the ratio."""
     source = data["features"]
     cost, bare = source.cost.values, source.bare_cost.values
-    whole, stripped = source.engine_seconds.min("engine_turn").values
     parts = {
         "cost": ("feature", NANO * cost, "ns", "cost of a bead and step with the feature"),
         "added": ("feature", NANO * (cost - bare), "ns", "what the feature adds"),
         "ratio": ("feature", cost / bare, "1", "cost with the feature over that without"),
         "bare": ((), NANO * bare.ravel(), "ns", "cost of a bead and step of the bare fluid"),
     }
-    numbers = xr.Dataset(coords={"feature": source.feature, "engine": source.engine})
+    numbers = xr.Dataset(coords={"feature": source.feature})
     for name, (dims, turns, units, long_name) in parts.items():
         for end, part in zip(("", "_low", "_high"), middle_and_range(turns)):
             numbers[name + end] = (dims, part, {"units": units, "long_name": long_name})
-    text = {"units": "1", "long_name": "time of the whole engine over that of the stripped one"}
-    ratio = whole / stripped
-    numbers["absent"] = ((), ratio.mean(), text)
-    numbers["absent_error"] = ((), ratio.std(ddof=1) / np.sqrt(len(ratio)), text)
-    numbers["code_size"], numbers["same_bits"] = source.code_size, source.same_bits
     return numbers
 
 
@@ -55,24 +41,12 @@ def measured(data):
     return {}
 
 
-def warnings(data):
-    """Where the two engines do not compute the same."""
-    if int(data.same_bits):
-        return []
-    return ["The stripped engine did not end in the same state as the whole one."]
-
-
 def table(data):
-    """Costs with ranges, and the stripped engine."""
+    """Costs with ranges."""
     rows = [("bare fluid", ranged(data, "bare"), "–", "–")]
     for name in data.feature.values:
         at = data.sel(feature=name)
         rows.append((str(name), *(ranged(at, part) for part in ("cost", "added", "ratio"))))
-    whole, stripped = data.code_size.values
-    size = f"machine code {whole / 1024:.0f} and {stripped / 1024:.0f} KiB"
-    bits = "the same bits" if int(data.same_bits) else "other results"
-    ratio = with_error(float(data.absent), float(data.absent_error))
-    rows.append(("whole over stripped engine", f"{size}, {bits}", "–", ratio))
     return pd.DataFrame(rows, columns=["feature", "ns per bead and step", "added / ns", "ratio"])
 
 

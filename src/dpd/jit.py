@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
-from numba import config, njit
+from numba import njit
 from numba.core.caching import NullCache
 from numba.extending import intrinsic, overload, register_jitable
 
@@ -51,24 +51,31 @@ def _without_blas():
 
 _without_blas()
 
+COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it at run time
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 OF_KERNELS, OF_PARTS = compilers()
 KERNEL = {"nogil": True} | OF_KERNELS | OPTIONS
+ALLOCATES = {"_nrt": True} if "_nrt" in OF_KERNELS else {}
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 
-def kernel() -> Callable[[Callable[..., Any]], Dispatcher]:
+def kernel(allocates: bool = False) -> Callable[[Callable[..., Any]], Dispatcher]:
     """Decorator of what Python calls: compiled at its first call, and kept on the disk.
 
     A disk that is full or may not be written is no reason not to run.
+
+    Parameters
+    ----------
+    allocates : bool
+        Whether it makes arrays itself, or takes a random generator.
     """
 
     def decorate(function):
-        if config.DISABLE_JIT:
+        if not COMPILES:
             return function
-        compiled = njit(**KERNEL)(function)
+        compiled = njit(**KERNEL | (ALLOCATES if allocates else {}))(function)
         try:
             compiled.enable_caching()
             kept = compiled._cache
@@ -169,7 +176,7 @@ def intrinsic_for(in_python: Callable[..., Any]) -> Callable[[Callable[..., Any]
 
     The latter takes its place where nothing is compiled.
     """
-    return lambda code: in_python if config.DISABLE_JIT else intrinsic(code)
+    return lambda code: intrinsic(code) if COMPILES else in_python
 
 
 def method(name: str) -> Callable[..., Any]:

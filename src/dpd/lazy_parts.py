@@ -5,9 +5,13 @@ all that, and emits machine code. Parts are never called but inlined, so nothing
 them. Here a part is lowered and simplified, function by
 function; a kernel links in each part below it once, and is optimised and emitted as a whole.
 
-All that is private in Numba stands here: ``state.library`` of its compiler, and what `RELIED_ON`
-names of a code library. Where a version of Numba has something else, `compilers` gives none, and
-kernels are compiled as Numba does it: to other last bits, and more slowly.
+Nor do they count who holds an array. What Python passes to a kernel lives until the kernel returns,
+and kernels make no arrays; to count cost 5 % of the time of a step, and a fifth of that to compile.
+
+All that is private in Numba stands here: the option ``_nrt``, ``state.library`` of its compiler,
+and what `RELIED_ON` names of a code library. Where a version of Numba has something else,
+`compilers` gives none, and kernels are compiled as Numba does it: to other last bits, and more
+slowly.
 """
 
 from __future__ import annotations
@@ -18,6 +22,7 @@ from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.options import DefaultOptions
 
 # What the methods of a code library use of it, by the method.
 RELIED_ON = {
@@ -35,6 +40,7 @@ def lacking() -> list[str]:
     """What this version of Numba has not that is needed here; empty if all is there."""
     found = [f"numba.core.compiler.{name}" for name in ("define_pipelines", "compile_extra")
              if not hasattr(Compiler, name)]  # fmt: skip
+    found += [] if hasattr(DefaultOptions, "_nrt") else ["numba.core.options.DefaultOptions._nrt"]
     for method, names in RELIED_ON.items():
         source = inspect.getsource(getattr(JITCodeLibrary, method, lacking))
         found += [f"{name} in numba.core.codegen.JITCodeLibrary.{method}"
@@ -46,7 +52,10 @@ def compilers() -> tuple[dict[str, Any], dict[str, Any]]:
     """Options of ``njit`` for kernels and for parts; none where `lacking` names anything."""
     if lacking():
         return {}, {}
-    return {"pipeline_class": KernelCompiler}, {"pipeline_class": PartCompiler}
+    of_kernels, of_parts = (
+        {"pipeline_class": each, "_nrt": False} for each in (KernelCompiler, PartCompiler)
+    )
+    return of_kernels, of_parts
 
 
 class _Parts(JITCodeLibrary):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.bond_forces import bonded_of
+from dpd.engine.bonded import angles_of, bonds_of
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.queries.configurational import force_and_curvature
@@ -174,8 +174,8 @@ def test_batches_keep_molecules_with_their_angles_together():
     system = make_system(
         BOX_3D, bond=bond, members=members, angle=angle, angle_members=triples[shuffled]
     )
-    bonds = bonded_of(system)
-    angles = bonds.angles
+    bonds = bonds_of(system)
+    angles = angles_of(system, bonds)
     assert len(bonds.batch) == len(angles.batch) > 2
     assert angles.batch[0] == 0
     assert angles.batch[-1] == len(triples)
@@ -216,7 +216,7 @@ def test_any_number_of_threads_makes_the_same_bits():
     """With tables and angles, in several batches."""
     scene = Scene(SCENE | {"pairs": {"search": "list"}})
     system, start = system_of(scene), make_start(scene)
-    assert len(bonded_of(system).batch) > 2
+    assert len(bonds_of(system).batch) > 2
     found = []
     for threads in (1, 2, 4):
         simulation = make_simulation(

@@ -139,7 +139,7 @@ def test_seeds_are_independent(noise, seed, step):
     assert_independent(draw(noise, seed=1, step=5), draw(noise, seed=seed, step=step), noise[2])
 
 
-@kernel()
+@kernel(allocates=True)
 def sums_of_steps(low, high, seed, steps, gaussian):
     """Noise summed over all pairs, and over the pairs of bead 0, for each step."""
     total, of_bead = np.zeros(steps), np.zeros(steps)

@@ -7,36 +7,35 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
-from dpd.engine.neighbours.cells import grid
-from dpd.engine.neighbours.search import first_place, next_pairs
 from dpd.engine.queries.pairs import pair_histogram
-from dpd.engine.queries.sorted_beads import sorted_beads
-from dpd.engine.space import Space
-from dpd.engine.state import Beads
-from dpd.engine.vectors.arrays import rows_of
+from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
 from tests.engine.build import BOX_3D, make_simulation, make_system, random_beads
 
 DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side
 
 
-@kernel()
-def pairs_by_cells(position, space, grid, cutoff):
+def pairs_by_cells(position, box, cutoff):
     """Identities and separations of all pairs, by the engine's sort and search."""
-    beads = len(position)
-    identity = np.arange(beads).astype(np.uint32)
-    ordered, search = sorted_beads(
-        Beads(position, position, None, identity, None, None), space, grid
-    )
-    number, pairs = ordered.identity, search.pairs
-    found = [(number[0], number[0], position[0]) for _ in range(0)]
+    beads, most = sorted_beads(position, box, cutoff), position.shape[1] ** 2
+    one, other, apart = np.empty(most, int), np.empty(most, int), np.empty((most, len(box)))
+    n = fill_pairs(one, other, apart, beads, cutoff)
+    return list(zip(one[:n], other[:n], apart[:n]))
+
+
+@kernel()
+def fill_pairs(one, other, apart, beads, cutoff):
+    total, pairs = 0, beads.search.pairs
     at = first_place()
-    while at.slot < beads:
-        at, n = next_pairs(at, beads, ordered.position, search, cutoff)
+    while at.slot < len(beads.bead):
+        at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, cutoff)
         for p in range(n):
-            apart = pairs.separation[:, p].copy()
-            found.append((number[pairs.i[p]], number[pairs.j[p]], apart))
-    return found
+            one[total], other[total] = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
+            for k in range(len(beads.search.edges)):
+                apart[total, k] = pairs.separation[k, p]
+            total += 1
+    return total
 
 
 def pairs_by_looking(position, box):
@@ -73,7 +72,7 @@ def boxes_of_beads(draw, most=60):
 def test_cells_find_every_pair_once(case):
     """The pairs within the cutoff, each once, with r_i - r_j at the nearest image."""
     position, box, cutoff = case
-    found = pairs_by_cells(rows_of(position), Space(box), grid(Space(box), cutoff), cutoff)
+    found = pairs_by_cells(position, box, cutoff)
     i, j, apart, distance = pairs_by_looking(position, box)
     expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
     sure = {pair for pair, r in zip(zip(i, j), distance) if r < cutoff - DOUBTFUL}

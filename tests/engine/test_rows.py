@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numba import njit
 
-from dpd.engine.space import Space, put_inside, row_edges
-from dpd.engine.threads.team import Share
-from dpd.engine.vectors import rows
-from dpd.engine.vectors.arrays import CACHE_LINE, axes_of, rows_of
+from dpd.engine import rows
+from dpd.engine.images import put_inside, row_edges
+from dpd.engine.rows import CACHE_LINE, axes_of, rows_of
+from dpd.engine.threads import Share
 from dpd.jit import KERNEL
 
 BEADS, PAIRS = 50, 200
@@ -51,36 +51,36 @@ def test_rows_of_few(box, count):
 
 def test_copies(beads, box):
     @njit(**KERNEL)
-    def reverse(target, source, space):
+    def reverse(target, source, edges):
         for i in range(len(source)):
-            rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), space)
+            rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), edges)
 
     target = rows_of(np.full_like(beads, np.nan))
-    reverse(target, rows_of(beads), Space(box))
+    reverse(target, rows_of(beads), box)
     np.testing.assert_array_equal(target, rows_of(beads[:, ::-1]))
 
 
 def test_sums(beads, box):
     @njit(**KERNEL)
-    def lay_out(target, source, shift, space):
+    def lay_out(target, source, shift, edges):
         for i in range(len(source)):
-            rows.sum_to_column(target, i, source, i, shift, i % len(shift), space)
+            rows.sum_to_column(target, i, source, i, shift, i % len(shift), edges)
 
     shift = np.arange(2.0 * len(box)).reshape(len(box), 2)
     target = np.empty_like(beads)
-    lay_out(target, rows_of(beads), rows_of(shift), Space(box))
+    lay_out(target, rows_of(beads), rows_of(shift), box)
     np.testing.assert_array_equal(target, beads + shift[:, np.arange(BEADS) % 2])
 
 
 def test_differences(beads, pairs, box):
     @njit(**KERNEL)
-    def differences(found, array, i, j, along, space):
+    def differences(found, array, i, j, along, edges):
         for p in range(len(i)):
-            found[p] = rows.difference_along(array, i[p], j[p], along, p, space)
+            found[p] = rows.difference_along(array, i[p], j[p], along, p, edges)
 
     i, j, along, _ = pairs
     found = np.empty(PAIRS)
-    differences(found, rows_of(beads), i, j, along, Space(box))
+    differences(found, rows_of(beads), i, j, along, box)
     expected = ((beads[:, i] - beads[:, j]) * along).sum(axis=0)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
 
@@ -89,13 +89,13 @@ def test_pushes(beads, pairs, box):
     """Equal and opposite, bit by bit."""
 
     @njit(**KERNEL)
-    def push(force, i, j, scale, along, space):
+    def push(force, i, j, scale, along, edges):
         for p in range(len(i)):
-            rows.push_apart(force, i[p], j[p], scale[p], along, p, space)
+            rows.push_apart(force, i[p], j[p], scale[p], along, p, edges)
 
     i, j, along, scale = pairs
     force, expected = rows_of(beads), beads.copy()
-    push(force, i, j, scale, along, Space(box))
+    push(force, i, j, scale, along, box)
     for a, b, change in zip(i, j, (scale * along).T, strict=True):
         expected[:, a] += change
         expected[:, b] -= change
@@ -110,7 +110,9 @@ def test_images(beads, box, share):
     identity = np.random.default_rng(1).permutation(len(position)).astype(np.uint32)
     first, end = (10 * slot for slot in share)
     share = Share(np.uint64(first), np.uint64(end))
-    njit(**KERNEL)(put_all_inside)(inside, image, identity, share, Space(box))
+    njit(**KERNEL)(put_all_inside)(
+        inside, image, identity, share, row_edges(box, position.shape[1]), box
+    )
     moved = axes_of(inside, len(box))[:, first:end]
     edges = np.array(box)[:, None]
     assert (moved >= 0).all() and (moved < edges).all()
@@ -123,5 +125,5 @@ def test_images(beads, box, share):
     assert not image[untouched].any()
 
 
-def put_all_inside(position, image, identity, share, space):
-    put_inside(position, image, identity, share, row_edges(space), space, space.slide)
+def put_all_inside(position, image, identity, share, wrap, edges):
+    put_inside(position, image, identity, share, wrap, edges, None)

@@ -9,20 +9,21 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from dpd.engine.neighbours.cells import grid
+from dpd.engine import images
+from dpd.engine.images import nearest_images, put_inside
 from dpd.engine.queries.pairs import pair_histogram
-from dpd.engine.slide import TURN, slide_to, tilted
+from dpd.engine.rows import axes_of, rows_of
 from dpd.engine.space import (
+    TURN,
     along_axes,
+    edges_of,
     nearest,
-    nearest_images,
-    put_inside,
-    space_of,
+    slide_of,
+    tilted,
     unfolded,
     wrapped,
 )
-from dpd.engine.threads.team import Share
-from dpd.engine.vectors.arrays import axes_of, rows_of
+from dpd.engine.threads import Share
 from dpd.jit import kernel
 from dpd.physics.shear import Shear
 from tests.engine.test_pairs import pairs_by_cells
@@ -34,20 +35,18 @@ AXES = {2: [(0, 1)], 3: [(0, 1), (0, 2), (1, 2)]}
 @kernel()
 def tilt_at(slide, step):
     """The tilt that a kernel sees."""
-    slide_to(slide, step)
-    return slide.tilt[0]
+    return images.tilt_at(slide, step)
 
 
 @kernel()
-def nearest_in_kernel(apart, space):
-    nearest_images(apart, apart.shape[1], space)
+def nearest_in_kernel(apart, edges, slide):
+    nearest_images(apart, apart.shape[1], edges, slide)
 
 
 @kernel()
-def inside_in_kernel(position, image, space):
+def inside_in_kernel(position, image, identity, wrap, edges, slide):
     mine = Share(np.uint64(0), np.uint64(len(position)))
-    identity = np.arange(len(position)).astype(np.uint32)
-    put_inside(position, image, identity, mine, np.zeros((2, 1)), space, space.slide)
+    put_inside(position, image, identity, mine, wrap, edges, slide)
 
 
 def box_with(edges, shear, turns):
@@ -107,8 +106,7 @@ def pairs_by_looking(position, box, cutoff):
 def test_cells_find_every_pair_once(case):
     """The pairs within the cutoff among all images, each once, with its separation."""
     position, box = case
-    space = space_of(box)
-    found = pairs_by_cells(rows_of(position), space, grid(space, 1.0), 1.0)
+    found = pairs_by_cells(position, box, 1.0)
     i, j, apart, distance = pairs_by_looking(position, box, 1.0)
     expected = {(a, b): s for a, b, s in zip(i, j, apart.T)}
     sure = {pair for pair, r in zip(zip(i, j), distance) if r < 1.0 - DOUBTFUL}
@@ -130,14 +128,14 @@ def test_images_are_images(case, more, less):
     """NumPy and kernels: what is wrapped lies in the box, an image away; what is nearest too, at
     the nearest of all images if that is within the cutoff."""
     position, box = case
-    space, edges = space_of(box), np.array(box)[:, None]
+    edges = np.array(box)[:, None]
     away = position + edges * np.array([more, less, more][: len(box)])[:, None]
-    for function in (lambda x: wrapped(x, box), lambda x: inside_by_kernel(x, space)):
+    for function in (lambda x: wrapped(x, box), lambda x: inside_by_kernel(x, box)):
         inside, image = function(away)
         assert (inside >= 0).all() and (inside < edges).all()
         np.testing.assert_allclose(unfolded(inside, image, box), away, rtol=0, atol=1e-11)
     apart = away[:, :1] - away
-    for function in (lambda x: nearest(x, box), lambda x: nearest_by_kernel(x, space)):
+    for function in (lambda x: nearest(x, box), lambda x: nearest_by_kernel(x, box)):
         found = function(apart)
         assert_images(apart - found, box)
         others = np.sqrt(((found[:, :, None] + lattice(box).T[:, None, :]) ** 2).sum(axis=0))
@@ -146,15 +144,16 @@ def test_images_are_images(case, more, less):
         np.testing.assert_allclose(length[within], least[within], rtol=0, atol=1e-12)
 
 
-def inside_by_kernel(position, space):
+def inside_by_kernel(position, box):
     rows, image = rows_of(position), np.zeros(position.T.shape, np.int32)
-    inside_in_kernel(rows, image, space)
+    identity = np.arange(len(rows)).astype(np.uint32)
+    inside_in_kernel(rows, image, identity, np.zeros((2, 1)), edges_of(box), slide_of(box))
     return axes_of(rows, len(position)), image.T
 
 
-def nearest_by_kernel(apart, space):
+def nearest_by_kernel(apart, box):
     found = np.ascontiguousarray(apart)
-    nearest_in_kernel(found, space)
+    nearest_in_kernel(found, edges_of(box), slide_of(box))
     return found
 
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dpd.engine.bond_forces import in_batches
-from dpd.engine.threads.blocks import PHASES, make_blocks
-from dpd.engine.threads.team import BLOCKS, LINE
+from dpd.engine.bonded import in_batches
+from dpd.engine.cells import PHASES, make_blocks
+from dpd.engine.threads import BLOCKS, LINE
 from dpd.errors import UserError
 from dpd.physics.bond import Bond
 from tests.engine.build import (

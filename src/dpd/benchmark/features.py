@@ -1,15 +1,11 @@
-"""What each feature of a scene costs, and that one which is not named costs nothing."""
+"""What each feature of a scene costs."""
 
 from __future__ import annotations
 
-from contextlib import ExitStack, closing, contextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.benchmark.stripped import Engine
 from dpd.benchmark.timing import TURNS, in_turns, labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import workload
 from dpd.engine.loop import run
@@ -22,9 +18,8 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from dpd.benchmark.timing import Advance, Variables
+    from dpd.benchmark.timing import Advance
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import State
 
 BARE = "bare fluid"
 DIMERS = {
@@ -51,18 +46,13 @@ WATCHED = {
 }
 VIRIAL = "virial every step"
 STEPS = 60  # in a turn
-# One process is up to two percent faster than the next with the same machine code.
-PAIRS = 8
-BOUTS = 30  # turns of a pair: the best of many is that of a machine left alone for a moment
-ENGINES = ("whole", "stripped")
 
 
 def features(
     scene: Scene | None = None, steps: int = STEPS, turns: int = TURNS,
-    pairs_of_engines: int = PAIRS, bouts: int = BOUTS,
     watched: Mapping[str, dict[str, Any]] | None = None, say: Callable[[str], None] = print,
 ) -> xr.Dataset:  # fmt: skip
-    """Cost of features, each in turns with the bare fluid; then the engine stripped of all.
+    """Cost of features, each in turns with the bare fluid.
 
     Parameters
     ----------
@@ -71,8 +61,6 @@ def features(
     steps : int
         In a turn, a multiple of `EVERY`.
     turns : int
-    pairs_of_engines, bouts : int
-        Processes of the whole engine, and of the stripped one; and turns of each pair.
     watched : dict or None
         Observables, `WATCHED` if not given.
     say : callable
@@ -109,16 +97,11 @@ def features(
         "cost": (along, costs, per, "seconds per bead and step with the feature"),
         "bare_cost": (along, reference, per, "seconds per bead and step without, in turn"),
     }
-    variables |= beside_stripped(bare, starts[BARE], steps, bouts, pairs_of_engines, say)
-    return labelled(variables, _description(bare, turns, bouts, pairs_of_engines))
-
-
-def _description(bare, turns, bouts, pairs):
-    return (
+    description = (
         f"{bare.beads} beads, rho {bare.density:.3g}, a 25, one thread, {turns} turns of feature "
-        f"and bare fluid; {bouts} of the whole and the stripped engine in each of {pairs} pairs of "
-        "processes."
+        "and bare fluid."
     )
+    return labelled(variables, description)
 
 
 def _length(turns, steps):
@@ -144,51 +127,3 @@ def watching(simulation: Simulation, scene: Scene) -> Advance:
         run(simulation, (0, simulation.state.step + steps), observers)
 
     return advance
-
-
-def beside_stripped(
-    scene: Scene, start: State, steps: int, turns: int, pairs: int, say: Callable[[str], None]
-) -> Variables:
-    """Times of the whole engine and of one stripped of every feature, in turns.
-
-    Returns
-    -------
-    dict
-        Variables: ``engine_seconds`` (engine, pair, engine_turn), ``code_size`` (engine), and
-        ``same_bits``.
-    """
-    seconds = np.empty((len(ENGINES), pairs, turns))
-    with TemporaryDirectory() as folder:
-        say("compiling the engine, whole and without its features")
-        with _engines(scene, start, folder) as engines:
-            for engine in engines:
-                engine.advance(steps)
-            sizes = [engine.code_size() for engine in engines]
-        for pair in range(pairs):
-            say(f"whole and stripped engine in turns, pair {pair + 1} of {pairs}")
-            with _engines(scene, start, folder) as engines:
-                for engine in engines:
-                    engine.advance(steps)
-                for turn in range(turns):
-                    seconds[:, pair, turn] = [engine.advance(steps) for engine in engines]
-                states = [engine.state() for engine in engines]
-    same = all(np.array_equal(a, b) for a, b in zip(*states))
-    along, text = ("engine", "pair", "engine_turn"), "wall clock of a turn"
-    return {
-        "engine": (("engine",), list(ENGINES), "1", "engine"),
-        "engine_seconds": (along, seconds, "s", text),
-        "code_size": (("engine",), sizes, "B", "machine code of the loop over steps"),
-        "same_bits": ((), int(same), "1", "whether both end in the same state, to the last bit"),
-    }
-
-
-@contextmanager
-def _engines(scene, start, folder):
-    """An engine of either kind, each with kernels from a folder of its own."""
-    with ExitStack() as stack:
-        yield [
-            stack.enter_context(
-                closing(Engine(scene, start, kind == "stripped", Path(folder) / kind))
-            )
-            for kind in ENGINES
-        ]

@@ -141,12 +141,13 @@ def make_blocks(layers: int, rows: int) -> Blocks:
 def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
     """`Cells` to be filled by a sort."""
     cells = int(np.prod(grid.shape))
+    level, cell, along, place = (np.empty(beads, np.uint32) for _ in range(4))
     return Cells(
         np.empty(cells + 1 + SPARE, np.uint32),
-        *(np.empty(beads, np.uint32) for _ in range(4)),
+        level, cell, along, place,
         np.empty((threads, cells), np.uint32),
         np.empty(2, np.int64),
-    )
+    )  # fmt: skip
 
 
 @inlined_exactly()

@@ -67,8 +67,9 @@ class Near(NamedTuple):
 def near_buffers(dimension: int) -> Near:
     """Room for as many beads as are worked on at once."""
     size = int(PAIRS_AT_ONCE)
-    slots = (np.empty(size, np.uint32) for _ in range(3))
-    return Near(*slots, np.empty(size), np.empty(size), np.empty((dimension, size)), np.empty(size))
+    slot, identity, partner = (np.empty(size, np.uint32) for _ in range(3))
+    z, push, zeta = (np.empty(size) for _ in range(3))
+    return Near(slot, identity, partner, z, push, np.zeros((dimension, size)), zeta)
 
 
 @inlined()
@@ -83,7 +84,15 @@ def draw(near, n, partner, gaussian, keys):
 
 
 @inlined()
-def add_bath(f, v, identity, species, mine, langevin, shares, near, keys, edges):
+def share_of_bead(shares, species, s):
+    """The share of a bead in a friction; 1 where all have the same."""
+    if shares is None:
+        return 1.0
+    return of_bead(shares, species, s)
+
+
+@inlined()
+def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
     """Add friction and noise on a thread's share of the beads, if there is a bath.
 
     Parameters
@@ -94,8 +103,6 @@ def add_bath(f, v, identity, species, mine, langevin, shares, near, keys, edges)
         The species None where there is one.
     mine : Share
     langevin : None or Langevin
-    shares : None or (species,) array
-        Of the bath.
     near : Near
     keys : Keys
         Of the step.
@@ -110,29 +117,26 @@ def add_bath(f, v, identity, species, mine, langevin, shares, near, keys, edges)
         for k in range(len(edges)):
             draw(near, n, OF_BATH - k, langevin.gaussian, keys)
             for c in range(n):
-                s, share = first + c, 1.0
-                if shares is not None:
-                    share = of_bead(shares, species, s)
+                s = first + c
+                share = share_of_bead(langevin.shares, species, s)
                 noise = random(langevin, np.sqrt(share) * near.zeta[c])
                 f[s, k] += noise - drag(langevin, share * v[s, k])
 
 
 @inlined()
-def renew_bath(f, excess, species, mine, langevin, shares, edges):
+def renew_bath(f, excess, species, mine, langevin, edges):
     """Replace the friction in a force by that of the velocities now.
 
     Parameters
     ----------
     f, excess : arrays with a row for each bead
         The force; see `dpd.engine.integrate.change_since`.
-    species, mine, langevin, shares, edges
+    species, mine, langevin, edges
         As in `add_bath`.
     """
     if langevin is not None:
         for s in range(mine.first, mine.end):
-            share = 1.0
-            if shares is not None:
-                share = of_bead(shares, species, s)
+            share = share_of_bead(langevin.shares, species, s)
             for k in range(len(edges)):
                 f[s, k] += drag(langevin, share * excess[s, k])
 
@@ -147,7 +151,7 @@ def add_body_force(f, x, species, mine, body):
 
 
 @inlined()
-def add_walls(team, f, x, v, identity, species, mine, walls, friction, near, at_walls, now, edges):
+def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now, edges):
     """Add the forces of walls, if there are any; note who is deepest behind them.
 
     Parameters
@@ -158,8 +162,6 @@ def add_walls(team, f, x, v, identity, species, mine, walls, friction, near, at_
     identity, species : (n,) arrays
     mine : Share
     walls : Walls or None
-    friction : WallFriction or None
-        Of the walls.
     near : Near or None
     at_walls : AtWalls or None
     now : Evaluation
@@ -173,13 +175,13 @@ def add_walls(team, f, x, v, identity, species, mine, walls, friction, near, at_
         first = mine.first
         while first < mine.end:
             first, n = find_near(near, x, identity, first, mine.end, walls, wall)
-            find_pushes(near, n, v, species, walls, wall, friction, now.keys, edges)
+            find_pushes(near, n, species, walls)
+            find_drag(near, n, v, walls, wall, walls.friction, now.keys, edges)
             for c in range(n):
                 s = near.slot[c]
                 f[s, axis] += inward * near.push[c]
-                if friction is not None:
-                    for k in range(len(edges)):
-                        f[s, k] += near.drag[k, c]
+                for k in range(len(edges)):
+                    f[s, k] += near.drag[k, c]
                 if -near.z[c] > deepest[DEPTH]:
                     deepest[DEPTH], deepest[BEAD] = -near.z[c], near.identity[c]
                     deepest[STEP] = now.step
@@ -187,28 +189,26 @@ def add_walls(team, f, x, v, identity, species, mine, walls, friction, near, at_
         # One thread does, so that the order of the sums, and with it their bits, is always the
         # same. The others wait for it before they change velocities.
         if team.rank == 0:
-            measure_walls(
-                at_walls.sums, x, v, identity, species, walls, friction, near, now.keys, edges
-            )
+            measure_walls(at_walls.sums, x, v, identity, species, walls, near, now.keys, edges)
         barrier(team)
 
 
 @inlined()
-def measure_walls(sums, x, v, identity, species, walls, friction, near, keys, edges):
+def measure_walls(sums, x, v, identity, species, walls, near, keys, edges):
     """Add up what each wall does to all beads; see `add_walls`."""
     everybody = Share(np.uint64(0), np.uint64(len(identity)))
     for wall in range(len(walls.axis)):
         first = everybody.first
         while first < everybody.end:
             first, n = find_near(near, x, identity, first, everybody.end, walls, wall)
-            find_pushes(near, n, v, species, walls, wall, friction, keys, edges)
+            find_pushes(near, n, species, walls)
+            find_drag(near, n, v, walls, wall, walls.friction, keys, edges)
             for c in range(n):
                 a = of_bead(walls.repulsion, species, near.slot[c])
                 sums[wall, ENERGY] += energy(walls, a, near.z[c])
                 sums[wall, PUSH] += near.push[c]
-                if friction is not None:
-                    for k in range(len(edges)):
-                        sums[wall, DRAG + k] += near.drag[k, c]
+                for k in range(len(edges)):
+                    sums[wall, DRAG + k] += near.drag[k, c]
 
 
 @inlined()
@@ -228,11 +228,16 @@ def find_near(near, x, identity, first, end, walls, wall):
 
 
 @inlined()
-def find_pushes(near, n, v, species, walls, wall, friction, keys, edges):
-    """Find the push on ``n`` beads near a wall, and their drag if the walls have friction."""
+def find_pushes(near, n, species, walls):
+    """Find the push on ``n`` beads near a wall."""
     for c in range(n):
         a = of_bead(walls.repulsion, species, near.slot[c])
         near.push[c] = force(walls, a, near.z[c])
+
+
+@inlined()
+def find_drag(near, n, v, walls, wall, friction, keys, edges):
+    """Find the drag on ``n`` beads near a wall, if it has friction; else it stays zero."""
     if friction is not None:
         for k in range(len(edges)):
             draw(near, n, OF_WALLS - PER_WALL * wall - k, friction.gaussian, keys)
@@ -243,24 +248,23 @@ def find_pushes(near, n, v, species, walls, wall, friction, keys, edges):
 
 
 @inlined()
-def friction_of(walls):
-    """The friction of walls; None where there are none."""
-    if walls is None:
-        return None
-    return walls.friction
-
-
-@inlined()
-def renew_wall_friction(f, excess, x, mine, walls, friction, edges):
+def renew_wall_friction(f, excess, x, mine, walls, edges):
     """Replace the friction in a force by that of the velocities now, if walls have friction.
 
     Parameters
     ----------
     f, excess, x : arrays with a row for each bead
         The force; see `dpd.engine.integrate.change_since`; in storage order.
-    mine, walls, friction, edges
+    mine, walls, edges
         As in `add_walls`.
     """
+    if walls is not None:
+        renew_drag(f, excess, x, mine, walls, walls.friction, edges)
+
+
+@inlined()
+def renew_drag(f, excess, x, mine, walls, friction, edges):
+    """The same of walls."""
     if friction is not None:
         for wall in range(len(walls.axis)):
             axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]

@@ -1,4 +1,4 @@
-"""How beads move once forces are known: drifts, kicks, masses, friction again, exchange of momentum.
+"""How beads move once forces are known: drifts, kicks, friction again, exchange of momentum.
 
 Each thread moves beads of its own. Kernels move them by the array of forces as if all masses were
 1: in a scene with masses each row of that array is divided by the mass of its bead once all forces
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.images import drift_with_flow, put_inside
-from dpd.engine.pair import of_pair
+from dpd.engine.pair import share_of_pair
 from dpd.engine.rows import difference_along, flat, push_apart
 from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.threads import Share
@@ -75,7 +75,9 @@ def add_rows(target, source, times, mine):
 
 
 @inlined()
-def drift(x, v, f, predicted, peculiar, image, identity, mine, wrap, lost, kick, times, edges, slide):
+def drift(
+    x, v, f, predicted, peculiar, image, identity, mine, wrap, lost, kick, times, edges, slide
+):
     """Move a thread's share of the beads, predict velocities; note one that moved too far.
 
     Parameters
@@ -223,7 +225,7 @@ def renew_friction(f, excess, ends, drag, first, end, edges):
 
 
 @inlined()
-def exchange_momentum(v, cached, exchange, shares, mass, identity, species, pairs, dt, keys, edges):
+def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, keys, edges):
     """Let pairs exchange momentum, one after the other, in the order in which they were found.
 
     Each sees the velocities that the pairs before it have left.
@@ -233,8 +235,6 @@ def exchange_momentum(v, cached, exchange, shares, mass, identity, species, pair
     v : array with a row for each bead
     cached : Cached
     exchange : None or Exchange
-    shares : None or (species, species) array
-        Of the exchange.
     mass : None or (species,) array
     identity, species : (n,) arrays
         The species None where there is one.
@@ -249,8 +249,9 @@ def exchange_momentum(v, cached, exchange, shares, mass, identity, species, pair
         return
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn
-    for first in range(np.uint64(0), np.uint64(cached.count), PAIRS_AT_ONCE):
-        n = min(PAIRS_AT_ONCE, np.uint64(cached.count) - first)
+    count = np.uint64(cached.phase[len(cached.phase) - 1])
+    for first in range(np.uint64(0), count, PAIRS_AT_ONCE):
+        n = min(PAIRS_AT_ONCE, count - first)
         for p in range(n):
             a, b = identity[cached.ends[0, first + p]], identity[cached.ends[1, first + p]]
             low[p], high[p] = min(a, b), max(a, b)
@@ -266,9 +267,8 @@ def exchange_momentum(v, cached, exchange, shares, mass, identity, species, pair
                 square += drag[k, q] * drag[k, q]
             if square == 0.0:  # two beads at the same point have no line between them
                 continue
-            root, rate = np.sqrt(square), exchange.gamma
-            if shares is not None:
-                rate *= of_pair(shares, species, i, j)
+            root = np.sqrt(square)
+            rate = exchange.gamma * share_of_pair(exchange.shares, species, i, j)
             drawn = PER_WORD * pair_word(low[p], high[p], swapped) < rate * dt
             if mass is None:
                 kick = 0.5 * change(exchange, u / root, square * dt, theta[p], drawn) / root

@@ -6,12 +6,9 @@ import numpy as np
 
 from dpd.engine.cells import Grid
 from dpd.engine.images import nearest_images, squared_distance
-from dpd.engine.rows import columns
 from dpd.engine.search import PAIRS_AT_ONCE, next_pairs, place_of_piece
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import inlined
-
-PAIRS_PER_BEAD = 8  # for which there is room at first
 
 
 class Listed(NamedTuple):
@@ -35,11 +32,11 @@ class Listed(NamedTuple):
     phase: np.ndarray
 
 
-def list_buffers(grid: Grid, beads: int) -> Listed:
-    """A list yet to be made."""
+def list_buffers(grid: Grid, size: int) -> Listed:
+    """A list yet to be made, with room for so many pairs."""
     blocks, phases = len(grid.blocks.piece) - 1, len(grid.blocks.phase) - 1
     return Listed(
-        np.empty((2, PAIRS_PER_BEAD * beads), np.uint32),
+        np.empty((2, size), np.uint32),
         np.empty(blocks, np.int64),
         np.zeros(blocks + 1, np.int64),
         np.zeros(phases + 1, np.int64),
@@ -48,7 +45,13 @@ def list_buffers(grid: Grid, beads: int) -> Listed:
 
 @inlined()
 def list_pairs(team, x, search, reach, listed):
-    """All pairs within ``reach`` of beads of the blocks that this thread gets hold of."""
+    """List pairs within ``reach`` of beads of the blocks that this thread gets hold of.
+
+    Returns
+    -------
+    int
+        How many there are. If there is no room for so many, the list is of no use.
+    """
     rows, piece, phases = search.grid.blocks
     start, levels = search.cells.start, search.line.ahead.shape[0] - 1
     i, j = search.pairs.i, search.pairs.j
@@ -62,18 +65,17 @@ def list_pairs(team, x, search, reach, listed):
                 while at.slot < end:
                     at, some = next_pairs(at, end, x, search, reach)
                     n = np.int64(some)
-                    if total + n > pairs.shape[1]:
-                        pairs = columns(pairs, total, 2 * (total + n))
-                    for p in range(n):
-                        pairs[0, total + p] = i[p]
-                        pairs[1, total + p] = j[p]
+                    if total + n <= pairs.shape[1]:
+                        for p in range(n):
+                            pairs[0, total + p] = i[p]
+                            pairs[1, total + p] = j[p]
                     total += n
             listed.block[count] = block
             count += 1
             listed.end[count] = total
             block = next_task(team, BLOCKS + phase, first, last)
         listed.phase[phase + 1] = count
-    return Listed(pairs, listed.block, listed.end, listed.phase)
+    return total
 
 
 @inlined()

@@ -12,14 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.rows import columns, difference_along, push_apart
+from dpd.engine.rows import difference_along, push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_PAIRS
 from dpd.jit import inlined
 from dpd.physics.forces import energy, force
 from dpd.physics.noise import gaussian_noise, uniform_noise
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
-CACHED_PER_BEAD = 8  # for which there is room at first
 
 
 class Cached(NamedTuple):
@@ -33,29 +32,21 @@ class Cached(NamedTuple):
         sqrt(gamma) w e of each, whose square is its friction.
     phase : (phases + 1,) int64 array
         How many were found before each phase of the blocks, and in all.
-    count : int
-        How many there are so far.
-    gamma : float
-    shares : (species, species) array or None
-        gamma_ij / gamma where pairs of species differ.
+    root : (species, species) array
+        sqrt(gamma) of each pair of species.
     """
 
     ends: np.ndarray
     drag: np.ndarray
     phase: np.ndarray
-    count: int  # type: ignore[assignment]  # in place of tuple.count
-    gamma: float
-    shares: np.ndarray | None
+    root: np.ndarray
 
 
-def cache_buffers(
-    dimension: int, beads: int, phases: int, gamma: float, shares: np.ndarray | None
-) -> Cached:
-    """Room for pairs, which are yet to be found."""
-    size = CACHED_PER_BEAD * beads
+def cache_buffers(dimension: int, size: int, phases: int, gamma: np.ndarray) -> Cached:
+    """Room for so many pairs, which are yet to be found."""
     return Cached(
         np.empty((2, size), np.uint32), np.empty((dimension, size)),
-        np.zeros(phases + 1, np.int64), 0, gamma, shares,
+        np.zeros(phases + 1, np.int64), np.sqrt(gamma),
     )  # fmt: skip
 
 
@@ -68,7 +59,15 @@ def of_pair(values, species, i, j):
 
 
 @inlined()
-def gather_friction(pairs, n, v, identity, species, friction, shares, edges, slide, keys):
+def share_of_pair(shares, species, i, j):
+    """The share of a pair in a friction; 1 where all pairs have the same."""
+    if shares is None:
+        return 1.0
+    return of_pair(shares, species, i, j)
+
+
+@inlined()
+def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys):
     """Find the approach r_ij . v_ij and the random number of ``n`` pairs, if there is friction."""
     if friction is None:
         return
@@ -86,11 +85,17 @@ def gather_friction(pairs, n, v, identity, species, friction, shares, edges, sli
         gaussian_noise(theta, low, high, n, keys)
     else:
         uniform_noise(theta, low, high, n, keys)
-    if shares is not None:  # gamma_ij = share gamma, and sigma_ij^2 with it
+    share_friction(pairs, n, species, friction.shares)
+
+
+@inlined()
+def share_friction(pairs, n, species, shares):
+    """Make gamma_ij and sigma_ij^2 of each pair its share of theirs."""
+    if shares is not None:
         for p in range(n):
-            share = of_pair(shares, species, i[p], j[p])
-            approach[p] *= share
-            theta[p] *= np.sqrt(share)
+            share = of_pair(shares, species, pairs.i[p], pairs.j[p])
+            pairs.approach[p] *= share
+            pairs.theta[p] *= np.sqrt(share)
 
 
 @inlined()
@@ -157,47 +162,42 @@ def measure_pairs(virial, sums, pairs, n, species, pair, edges):
 
 
 @inlined()
-def emptied(cached):
-    """The same buffers for the pairs of another evaluation."""
+def cache_pairs(cached, count, pairs, n, species, edges):
+    """Keep those of ``n`` pairs that are within the cutoff, if the step needs them again.
+
+    Parameters
+    ----------
+    cached : Cached or None
+    count : int
+        Pairs that are kept already.
+    pairs : Pairs
+    n : uint64
+    species : (n,) uint8 array or None
+    edges : tuple of float
+
+    Returns
+    -------
+    int
+        Pairs that are kept then; or, if there is no room, how many there would have to be for.
+    """
     if cached is None:
-        return None
-    return Cached(
-        cached.ends, cached.drag, cached.phase, np.int64(0), cached.gamma, cached.shares
-    )
-
-
-@inlined()
-def shares_of(term):
-    """The shares of a term; None where it is not there, or where all have one friction."""
-    if term is None:
-        return None
-    return term.shares
-
-
-@inlined()
-def cache_pairs(cached, pairs, n, species, shares, edges):
-    """Keep those of ``n`` pairs that are within the cutoff, if the step needs them again."""
-    if cached is None:
-        return None
-    ends, drag, phase, count, gamma, _ = cached
+        return count
+    ends, drag, end = cached.ends, cached.drag, np.uint64(count)
     if count + np.int64(n) >= ends.shape[1]:
-        size = 2 * (count + np.int64(n))
-        ends, drag = columns(ends, count, size), columns(drag, count, size)
-    root, end = np.sqrt(gamma), np.uint64(count)
+        return count + np.int64(n) + 1
     for p in range(n):
-        i, j, weight = pairs.i[p], pairs.j[p], root * pairs.weight_over_r[p]
-        if shares is not None:
-            weight *= np.sqrt(of_pair(shares, species, i, j))
+        i, j = pairs.i[p], pairs.j[p]
+        weight = of_pair(cached.root, species, i, j) * pairs.weight_over_r[p]
         ends[0, end] = i
         ends[1, end] = j
         for k in range(len(edges)):
             drag[k, end] = weight * pairs.separation[k, p]
         end += np.uint64(weight > 0.0)
-    return Cached(ends, drag, phase, np.int64(end), gamma, cached.shares)
+    return np.int64(end)
 
 
 @inlined()
-def close_phase(cached, phase):
+def close_phase(cached, phase, count):
     """Note how many pairs were found up to the end of a phase."""
     if cached is not None:
-        cached.phase[phase + 1] = cached.count
+        cached.phase[phase + 1] = count

@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.np.arrayobj import populate_array
 
-from dpd.jit import inlined, intrinsic_for
+from dpd.jit import intrinsic_for
 
 CACHE_LINE = 64  # bytes
 LANES = 8  # distances that `near` compares at a time
@@ -48,20 +48,6 @@ def axes_of(rows: np.ndarray, dimension: int) -> np.ndarray:
 def row_width(dimension: int) -> int:
     """Numbers in a row: a power of two."""
     return 2 if dimension < 3 else 4
-
-
-@inlined()
-def columns(array, count, size):
-    """The first ``count`` columns of a (rows, n) array, in one with room for ``size``.
-
-    Loops on purpose: what Numba makes of an assignment to a slice takes seconds to compile,
-    for the sake of an error message.
-    """
-    larger = np.empty((array.shape[0], size), array.dtype)
-    for k in range(array.shape[0]):
-        for p in range(count):
-            larger[k, p] = array[k, p]
-    return larger
 
 
 def _row_vector(edges):
@@ -103,7 +89,8 @@ def flat(typing, rows):
         populate_array(
             made, given.data, [given.nitems], [given.itemsize], given.itemsize, given.meminfo
         )
-        context.nrt.incref(builder, one_axis, made._getvalue())
+        if context.enable_nrt:
+            context.nrt.incref(builder, one_axis, made._getvalue())
         return made._getvalue()
 
     return one_axis(rows), code

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid, cell_buffers
+from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid
 from dpd.engine.images import boxes_beside
 from dpd.engine.rows import LANES, lowest, near, popcount, sum_to_column
 from dpd.engine.space import Slide
@@ -65,7 +65,7 @@ class Line(NamedTuple):
     Attributes
     ----------
     position : (dimension, size) array
-    slot : (1, size) uint32 array
+    slot : (size,) uint32 array
         Where each bead is stored.
     first : (lanes + 3,) int64 array, where lanes are levels rounded up to whole vectors
         Place of the first bead of each level, from -1 (the last one, a box before) to the
@@ -122,18 +122,19 @@ class Search(NamedTuple):
 def pair_buffers(dimension: int) -> Pairs:
     """Buffers for all pairs that are found at once."""
     size = int(PAIRS_AT_ONCE + WORD)
-    numbers = [np.empty(size) for _ in range(5)]
-    slots = [np.empty(size, np.uint32) for _ in range(4)]
-    return Pairs(*slots[:2], np.empty((dimension, size)), *numbers, *slots[2:])
+    i, j, low, high = (np.empty(size, np.uint32) for _ in range(4))
+    repulsion, approach, theta, force, weight = (np.empty(size) for _ in range(5))
+    separation = np.empty((dimension, size))
+    return Pairs(i, j, separation, repulsion, approach, theta, force, weight, low, high)
 
 
-def line_buffers(grid: Grid) -> Line:
-    """A line yet without room for beads, see `sized`."""
+def line_buffers(grid: Grid, size: int) -> Line:
+    """A line with room for so many beads."""
     dimension, levels, rows = len(grid.shape), grid.shape[-1], grid.base.shape[1]
     lanes = (levels + SPARE - 1) // SPARE * SPARE
     return Line(
-        np.empty((dimension, 0)),
-        np.empty((1, 0), np.uint32),
+        np.empty((dimension, size)),
+        np.empty(size, np.uint32),
         np.empty(lanes + 3, np.int64),
         np.empty(levels + 1, np.int64),
         np.empty((rows, lanes), np.int64),
@@ -141,22 +142,10 @@ def line_buffers(grid: Grid) -> Line:
     )
 
 
-def new_search(grid: Grid, beads: int, edges: tuple[float, ...]) -> Search:
-    """A search through so many beads that are yet to be sorted, by one thread."""
-    return Search(
-        cell_buffers(grid, beads, 1), grid, line_buffers(grid), pair_buffers(len(edges)), edges
-    )
-
-
 @inlined()
-def sized(line, most, rows):
-    """A line with room for the fullest of so many rows together."""
-    size = rows * (most[IN_ROW] + 2 * most[IN_CELL]) + LANES
-    position, slot = line.position, line.slot
-    if size > position.shape[1]:
-        position = np.empty((position.shape[0], size))
-        slot = np.empty((1, size), np.uint32)
-    return Line(position, slot, line.first, line.ahead, line.to, line.hit)
+def longest_line(most, base):
+    """Beads on a line at most, after a sort."""
+    return base.shape[1] * (most[IN_ROW] + 2 * most[IN_CELL]) + LANES
 
 
 @inlined()
@@ -197,7 +186,7 @@ def merge_rows(row, x, start, level, base, shift, line, edges, slide):
             if slide is not None:  # the row of ``shift`` counts in whole edges
                 beside = edges[slide.flow] * boxes_beside(x, s, edges, slide)
                 position[slide.flow, place] += slide.tilt[0] * shift[move, slide.gradient] - beside
-            slot[0, place] = uint32(s)
+            slot[place] = uint32(s)
     # The last level once more before the first, the first after the last, and fillers.
     first[0] = 0
     ahead[0] = ahead[levels] - first[levels]
@@ -221,7 +210,7 @@ def copy_level(position, slot, first, end, to, boxes, edges, slide):
             position[k, target + t] = position[k, source + t]
     for t in range(n):
         position[last, target + t] = position[last, source + t] + move
-        slot[0, target + t] = slot[0, source + t]
+        slot[target + t] = slot[source + t]
     if slide is not None:
         beside = slide.tilt[0] * move if last == slide.gradient else 0.0
         for t in range(n):
@@ -319,9 +308,7 @@ def next_pairs(at, end, x, search, cutoff):
             last = uint64(first[own + U3])
             if candidate < last:
                 same = uint64(first[own + U1])
-                hits = find_partners(
-                    bead, candidate, same, last, limit, position, hit, hits, edges
-                )
+                hits = find_partners(bead, candidate, same, last, limit, position, hit, hits, edges)
             candidate += WORD
             if candidate >= last:
                 s += 1
@@ -330,7 +317,7 @@ def next_pairs(at, end, x, search, cutoff):
             a, b = hit[h] >> HALF, hit[h] & LOW
             for k in range(len(edges)):
                 separation[k, n + h] = position[k, a] - position[k, b]
-            i[n + h] = slot[0, a]
-            j[n + h] = slot[0, b]
+            i[n + h] = slot[a]
+            j[n + h] = slot[b]
         n = uint64(n + hits)
     return Place(s, row, candidate), n

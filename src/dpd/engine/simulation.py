@@ -18,7 +18,7 @@ from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
 from dpd.engine.search import line_buffers, pair_buffers
 from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
-from dpd.engine.step import Own, Plan, Shared, Span, advance
+from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance
 from dpd.engine.threads import new_team, started
 from dpd.errors import LostRun, UserError
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from dpd.engine.state import System
 
 CUTOFF = 1.0
+SPARE_ROOM = 1.5  # times what buffers were too small for
 
 
 class Unstable(LostRun):
@@ -131,7 +132,8 @@ class Simulation(Snapshot):
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
-        self._prepare(self.box)
+        self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
+        self._make_buffers()
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             state.force = np.zeros_like(state.position)
@@ -190,8 +192,15 @@ class Simulation(Snapshot):
             self.state = kept
 
     def _call(self, steps, measure):
-        system, state, dimension = self.system, self.state, self.system.dimension
+        """Advance, once more with larger buffers if they were too small."""
         self._put_images()
+        while (sums := self._attempt(steps, measure)) is None:
+            self._make_buffers()
+        return sums
+
+    def _attempt(self, steps, measure):
+        """The same; None, and more room the next time, if the buffers were too small."""
+        system, state, dimension = self.system, self.state, self.system.dimension
         beads = _rows_of_state(system, state)
         spare = Beads(*map(_empty_like, beads))
         reference = None
@@ -201,6 +210,10 @@ class Simulation(Snapshot):
         shared = self._shared()
         span = Span(state.step, steps, measure)
         in_spare, lost = self._all_threads(beads, spare, force, reference, shared, span)
+        need = shared.need.max(axis=0)
+        if (need > self._room).any():
+            self._room = np.maximum(self._room, (SPARE_ROOM * need).astype(np.int64))
+            return None
         beads = spare if in_spare else beads
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
@@ -222,36 +235,40 @@ class Simulation(Snapshot):
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
 
     def _put_images(self):
-        """Put box and images into the plan as they are now."""
+        """Put the box and its images into the plan as they are now."""
         box = self.box
         if self._plan.edges != edges_of(box):
-            self._prepare(box)
+            self._plan = self._plan._replace(**_of_box(box, self._plan.skin))
+            self._make_buffers()
         if slide_of(box) is not None:
             self._plan.slide.tilt[0] = box.tilt
 
-    def _prepare(self, box):
-        """The plan for a box, and the buffers of each thread."""
-        system, beads, dimension = self.system, self.state.identity.size, self.system.dimension
-        self._plan = plan = _plan_of(system, box)
-        self._cells = cell_buffers(plan.grid, beads, self._threads)
-        self._own = [self._buffers(plan, beads, dimension) for _ in range(self._threads)]
+    def _make_buffers(self):
+        """Buffers for the plan, with the room that has been needed so far."""
+        grid, beads = self._plan.grid, self.state.identity.size
+        self._cells = cell_buffers(grid, beads, self._threads)
+        self._own = [self._buffers(self._room) for _ in range(self._threads)]
 
-    def _buffers(self, plan, beads, dimension):
+    def _buffers(self, room):
         """The buffers of one thread."""
+        plan, dimension = self._plan, self.system.dimension
         forces, phases = plan.forces, len(plan.grid.blocks.phase) - 1
         again, cached = forces.exchange or forces.friction, None
         if plan.scheme.renewal is not None or forces.exchange is not None:
-            gamma, shares = (0.0, None) if again is None else (again.gamma, again.shares)
-            cached = cache_buffers(dimension, beads, phases, gamma, shares)
+            gamma = np.zeros_like(forces.pair.repulsion)
+            if again is not None:
+                gamma += again.gamma * (1.0 if again.shares is None else again.shares)
+            cached = cache_buffers(dimension, room[OF_CACHED], phases, gamma)
         return Own(
             wrap=row_edges(plan.edges, row_width(dimension)),
-            line=line_buffers(plan.grid),
+            line=line_buffers(plan.grid, room[OF_LINE]),
             pairs=pair_buffers(dimension),
-            listed=list_buffers(plan.grid, beads) if plan.skin > 0 else None,
+            listed=list_buffers(plan.grid, room[OF_LIST]) if plan.skin > 0 else None,
             cached=cached,
             arms=buffers_of(dimension, plan.bonds, plan.angles),
             others=buffers_of(dimension, plan.angles),
             near=near_buffers(dimension) if forces.walls or forces.langevin else None,
+            room=room,
         )
 
     def _shared(self):
@@ -269,6 +286,7 @@ class Simulation(Snapshot):
             at_walls=self._at_walls(),
             image=np.array(self.state.image.T, np.int32, order="C"),
             excess=empty_rows(beads, row_width(dimension)) if renews else None,
+            need=np.zeros((self._threads, self._room.size), np.int64),
         )
 
     def _at_walls(self):
@@ -311,9 +329,7 @@ def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
     bonds = bonds_of(system)
     return Plan(
-        edges=edges_of(box),
-        slide=slide_of(box),
-        grid=grid_of(box, CUTOFF + system.skin),
+        **_of_box(box, system.skin),
         forces=system.forces,
         bonds=bonds,
         angles=angles_of(system, bonds),
@@ -324,6 +340,13 @@ def _plan_of(system, box):
         seed=np.uint64(system.seed),
         mass=None if system.masses is None else np.asarray(system.masses, float),
     )
+
+
+def _of_box(box, skin):
+    """What a plan knows of the box."""
+    return {
+        "edges": edges_of(box), "slide": slide_of(box), "grid": grid_of(box, CUTOFF + skin),
+    }  # fmt: skip
 
 
 def _rows_of_state(system, state):

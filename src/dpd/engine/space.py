@@ -1,14 +1,14 @@
 """The periodic box, whose images may slide: edges, nearest images, and the boxes that beads cross.
 
-Nobody else writes a modulo. Here is what looks at beads between steps, in NumPy; `dpd.engine.images`
-does the same in kernels.
+Nobody else writes a modulo. Here is what looks at beads between steps, in NumPy; the same for
+kernels is in `dpd.engine.images`.
 
 Steady shear has the boundary conditions of Lees and Edwards (1972). Let x be the axis of the flow
 and y that of its gradient. The image above the box moves with the flow that is there, and the image
 below moves the other way. In a time they slide by g L_y times that time, with the rate g. At any
-moment the images form a lattice whose vector along the gradient is tilted, (s L_y, L_y). The *tilt*
-s lies between -1/2 and 1/2 of L_x / L_y, because a lattice that has slid by a whole edge is the same
-as before.
+moment the images form a lattice whose vector along the gradient is tilted, (s L_y, L_y). The
+*tilt* s lies between -1/2 and 1/2 of L_x / L_y, because a lattice that has slid by a whole edge is
+the same as before.
 
 A separation is brought to its nearest image in coordinates along the lattice, in which the box is
 upright: x' = x - s y. Cells are those of x' too, so that neighbours stay neighbours. Along the flow

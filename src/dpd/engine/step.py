@@ -18,7 +18,8 @@ positions at that time (the reference), so a resumed run has the same list in th
 Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with
 its own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next.
 Blocks come in phases, so that no two threads push the same bead at the same time, and the
-order of all sums is that of one thread alone.
+order of all sums is that of one thread alone. No kernel makes an array: where a buffer turns out to
+be too small, the call ends, and Python makes it again with a larger one.
 
 Device functions take the arrays that they use; records go no deeper than this file, so that a scene
 with bonds needs no other drift than one without.
@@ -43,7 +44,6 @@ from dpd.engine.external import (
     add_bath,
     add_body_force,
     add_walls,
-    friction_of,
     renew_bath,
     renew_wall_friction,
 )
@@ -66,13 +66,11 @@ from dpd.engine.pair import (
     add_pair_forces,
     cache_pairs,
     close_phase,
-    emptied,
     gather_friction,
     measure_pairs,
-    shares_of,
 )
 from dpd.engine.rows import copy_row
-from dpd.engine.search import Line, Pairs, Search, next_pairs, place_of_piece, sized
+from dpd.engine.search import Line, Pairs, Search, longest_line, next_pairs, place_of_piece
 from dpd.engine.space import Slide
 from dpd.engine.threads import (
     BATCHES,
@@ -81,12 +79,13 @@ from dpd.engine.threads import (
     new_round,
     next_task,
     share_of,
-    uncounted,
 )
 from dpd.jit import inlined, kernel
 from dpd.physics.forces import Forces
 from dpd.physics.noise import Keys, step_keys
 from dpd.physics.schemes import Scheme
+
+OF_LINE, OF_LIST, OF_CACHED = 0, 1, 2  # kinds of room
 
 
 class Plan(NamedTuple):
@@ -146,6 +145,8 @@ class Shared(NamedTuple):
         Boxes that each identity has crossed.
     excess : array with a row for each bead, or None
         See `dpd.engine.integrate.change_since`; None for a scheme that takes friction once.
+    need : (threads, 3) int64 array
+        What there must be room for, in `Own.room`; each thread's own may differ.
     """
 
     cells: Cells
@@ -157,6 +158,7 @@ class Shared(NamedTuple):
     at_walls: AtWalls | None
     image: np.ndarray
     excess: np.ndarray | None
+    need: np.ndarray
 
 
 class Own(NamedTuple):
@@ -175,6 +177,8 @@ class Own(NamedTuple):
     others : Arms or None
         For the other side.
     near : Near or None
+    room : (3,) int64 array
+        Size of the line, of the list and of the cache.
     """
 
     wrap: np.ndarray
@@ -185,6 +189,7 @@ class Own(NamedTuple):
     arms: Arms | None
     others: Arms | None
     near: Near | None
+    room: np.ndarray
 
 
 class Span(NamedTuple):
@@ -248,19 +253,12 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     bool
         Whether the beads are in ``spare`` in the end, in the order of the last sort by cell.
     Lost
+        A bead that moved too far. The call has no result then, nor where ``shared.need`` is more
+        than the buffers hold.
     """
-    return take_steps(
-        uncounted(team), uncounted(plan), uncounted(beads), uncounted(spare), uncounted(force),
-        uncounted(reference), uncounted(shared), uncounted(own), span,
-    )  # fmt: skip
-
-
-@inlined()
-def take_steps(team, plan, beads, spare, force, reference, shared, own, span):
-    """Take the steps of `advance`."""
     edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
     image, mine = shared.image, share_of(team, len(beads.identity))
-    line, listed, cached = own.line, own.listed, own.cached
+    need, room = shared.need[team.rank], own.room
     step, pending, swapped = span.done, 0.0, False
     lost = Lost(np.int64(-1), step, 0.0)
     for s in range(max(span.steps, 1)):
@@ -284,31 +282,36 @@ def take_steps(team, plan, beads, spare, force, reference, shared, own, span):
             barrier(team)
             beads, spare = spare, beads
             swapped = not swapped
-            line = sized(line, shared.cells.most, grid.base.shape[1])
         if sort_now or s == 0:
             find_slots(shared.slot, beads.identity, mine)
-        listed = renewed_list(
-            team, plan, beads.position, reference, mine, listed, line, own.pairs, shared.cells,
-            sort_now, s == 0,
+        renew_list(
+            team, plan, beads.position, reference, mine, own.listed, own.line, own.pairs,
+            shared.cells, need, room, sort_now, s == 0,
         )  # fmt: skip
+        if sort_now:
+            need[OF_LINE] = longest_line(shared.cells.most, grid.base)
         barrier(team)
+        if is_short(shared.need, room):
+            break
         now = Evaluation(step, step_keys(plan.seed, step), span.measure and s + 1 >= span.steps)
         add_bonded(
             team, plan, beads.position, force, plan.bonds, plan.angles, shared.slot, shared.virial,
             shared.energy, own, now.measure,
         )  # fmt: skip
-        search = Search(shared.cells, grid, line, own.pairs, edges, slide)
-        cached = add_pairs(
-            team, plan, beads, force, search, listed, emptied(cached), shared.virial,
-            shared.energy, now,
+        search = Search(shared.cells, grid, own.line, own.pairs, edges, slide)
+        need[OF_CACHED] = add_pairs(
+            team, plan, beads, force, search, own.listed, own.cached, shared.virial, shared.energy,
+            now,
         )  # fmt: skip
+        barrier(team)
+        new_round(team)
+        if is_short(shared.need, room):
+            break
         add_to_beads(team, plan, beads, force, mine, shared.at_walls, own.near, now)
         if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
             pending = plan.scheme.correction * dt
         elif span.steps > 0:
-            finish(
-                team, plan, beads, force, image, own, mine, shared.excess, cached, now.keys
-            )
+            finish(team, plan, beads, force, image, own, mine, shared.excess, own.cached, now.keys)
     return swapped, lost
 
 
@@ -334,14 +337,26 @@ def sort_together(team, x, mine, cells, grid, edges, slide):
 
 
 @inlined()
-def renewed_list(team, plan, x, reference, mine, listed, line, pairs, cells, sorted_now, first):
-    """The list after a sort, or for the first step of a call; else as it was.
+def is_short(need, room):
+    """Whether a thread needs more room than there is: all threads find the same."""
+    short = False
+    for rank in range(need.shape[0]):
+        for kind in range(need.shape[1]):
+            short |= need[rank, kind] > room[kind]
+    return short
+
+
+@inlined()
+def renew_list(
+    team, plan, x, reference, mine, listed, line, pairs, cells, need, room, sorted_now, first
+):
+    """Make the list after a sort, and for the first step of a call, where there is one.
 
     After a sort, the reference is where the beads are. A call begins with the list that was
     made at the reference it was given.
     """
     if reference is None:
-        return None
+        return
     if sorted_now:
         for i in range(mine.first, mine.end):
             copy_row(reference, i, x, i, plan.edges)
@@ -349,10 +364,10 @@ def renewed_list(team, plan, x, reference, mine, listed, line, pairs, cells, sor
         sort_together(team, reference, mine, cells, plan.grid, plan.edges, plan.slide)
     if sorted_now or first:
         barrier(team)
-        roomy = sized(line, cells.most, plan.grid.base.shape[1])
-        search = Search(cells, plan.grid, roomy, pairs, plan.edges, plan.slide)
-        return list_pairs(team, reference, search, 1.0 + plan.skin, listed)
-    return listed
+        need[OF_LINE] = longest_line(cells.most, plan.grid.base)
+        if need[OF_LINE] <= room[OF_LINE]:
+            search = Search(cells, plan.grid, line, pairs, plan.edges, plan.slide)
+            need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, listed)
 
 
 @inlined()
@@ -378,10 +393,11 @@ def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, m
 
 @inlined()
 def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, now):
-    """Add the forces of pairs, block by block; return the pairs if the scheme needs them again.
+    """Add the forces of pairs, block by block; return how many are cached, or need room for that.
 
     They are found by cells, or come from a list. Pairs in the skin have w = 0 and feel no force.
     """
+    count = np.int64(0)
     x, first_task = beads.position, virial.shape[0] - (len(plan.grid.blocks.piece) - 1)
     rows, piece, phases = plan.grid.blocks
     start, levels = search.cells.start, plan.grid.shape[len(plan.edges) - 1]
@@ -396,9 +412,9 @@ def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, 
                     at, end = place_of_piece(q, rows, start, levels)
                     while at.slot < end:
                         at, n = next_pairs(at, end, x, search, 1.0)
-                        cached = add_some(
+                        count = add_some(
                             plan, beads, force, search.pairs, n, virial[task], energy[task],
-                            cached, now,
+                            cached, count, now,
                         )  # fmt: skip
                 block = next_task(team, BLOCKS + phase, first, last)
         else:
@@ -408,28 +424,28 @@ def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, 
                     n = listed_pairs(
                         first, end, x, listed.pairs, search.pairs, plan.edges, plan.slide
                     )
-                    cached = add_some(
-                        plan, beads, force, search.pairs, n, virial[task], energy[task], cached, now
-                    )
+                    count = add_some(
+                        plan, beads, force, search.pairs, n, virial[task], energy[task], cached,
+                        count, now,
+                    )  # fmt: skip
                     first += np.int64(n)
-        close_phase(cached, phase)
-    barrier(team)
-    new_round(team)
-    return cached
+        close_phase(cached, phase, count)
+    return count
 
 
 @inlined()
-def add_some(plan, beads, force, pairs, n, virial, energy, cached, now):
+def add_some(plan, beads, force, pairs, n, virial, energy, cached, count, now):
     """Add the forces of ``n`` pairs; measure them if asked, keep them if needed again."""
-    pair, friction, edges, species = plan.forces.pair, plan.forces.friction, plan.edges, beads.species
+    pair, friction = plan.forces.pair, plan.forces.friction
+    edges, species = plan.edges, beads.species
     gather_friction(
         pairs, n, velocity_of_friction(beads.velocity, beads.predicted), beads.identity, species,
-        friction, shares_of(friction), edges, plan.slide, now.keys,
+        friction, edges, plan.slide, now.keys,
     )  # fmt: skip
     add_pair_forces(force, pairs, n, species, pair, friction, edges)
     if now.measure:
         measure_pairs(virial, energy, pairs, n, species, pair, edges)
-    return cache_pairs(cached, pairs, n, species, shares_of(cached), edges)
+    return cache_pairs(cached, count, pairs, n, species, edges)
 
 
 @inlined()
@@ -445,15 +461,9 @@ def add_to_beads(team, plan, beads, force, mine, at_walls, near, now):
     """Add forces on single beads, and divide all by masses."""
     x, v = beads.position, velocity_of_friction(beads.velocity, beads.predicted)
     identity, species, edges, forces = beads.identity, beads.species, plan.edges, plan.forces
-    add_bath(
-        force, v, identity, species, mine, forces.langevin, shares_of(forces.langevin), near,
-        now.keys, edges,
-    )  # fmt: skip
+    add_bath(force, v, identity, species, mine, forces.langevin, near, now.keys, edges)
     add_body_force(force, x, species, mine, forces.body_force)
-    add_walls(
-        team, force, x, v, identity, species, mine, forces.walls, friction_of(forces.walls), near,
-        at_walls, now, edges,
-    )  # fmt: skip
+    add_walls(team, force, x, v, identity, species, mine, forces.walls, near, at_walls, now, edges)
     divide_by_masses(force, species, mine, plan.mass)
 
 
@@ -475,8 +485,7 @@ def finish(team, plan, beads, force, image, own, mine, excess, cached, keys):
     add_rows(v, force, kick, mine)
     take_friction_again(team, plan, beads, force, mine, cached, excess, kick)
     exchange_momentum(
-        v, cached, exchange, shares_of(exchange), plan.mass, beads.identity, beads.species,
-        own.pairs, dt, keys, edges,
+        v, cached, exchange, plan.mass, beads.identity, beads.species, own.pairs, dt, keys, edges,
     )  # fmt: skip
     if scheme.middle is not None:
         add_rows(v, force, kick, mine)
@@ -499,8 +508,6 @@ def take_friction_again(team, plan, beads, force, mine, cached, excess, kick):
             edges,
         )  # fmt: skip
     barrier(team)
-    renew_bath(force, excess, species, mine, forces.langevin, shares_of(forces.langevin), edges)
-    renew_wall_friction(
-        force, excess, beads.position, mine, forces.walls, friction_of(forces.walls), edges
-    )
+    renew_bath(force, excess, species, mine, forces.langevin, edges)
+    renew_wall_friction(force, excess, beads.position, mine, forces.walls, edges)
     divide_by_masses(force, species, mine, plan.mass)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 from numba.core import cgutils
-from numba.core.imputils import impl_ret_new_ref
 
 from dpd.errors import UserError
 from dpd.jit import inlined, intrinsic_for
@@ -136,38 +135,3 @@ def new_round(team):
 def share_of(team, n):
     """The `Share` of a thread in n things."""
     return Share(np.uint64(n * team.rank // team.size), np.uint64(n * (team.rank + 1) // team.size))
-
-
-def _uncounted(record):
-    return record
-
-
-@intrinsic_for(_uncounted)
-def uncounted(typing, record):
-    """The same record or array, whose holders are not counted. Never to be returned to Python.
-
-    Wherever compiled code passes on a record with arrays, or takes a field out of it, it counts
-    the new holder of each array with an atomic operation, 5 % of the time of a step. What Python
-    passes to a kernel lives until the kernel returns, so inside nothing needs to be counted.
-    """
-
-    def code(context, builder, signature, arguments):
-        value = _without_owner(context, builder, signature.args[0], arguments[0])
-        return impl_ret_new_ref(context, builder, signature.return_type, value)
-
-    return record(record), code
-
-
-def _without_owner(context, builder, kind, value):
-    """A record or an array as above; anything else as it is."""
-    if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, builder, value)
-        array.meminfo = cgutils.get_null_value(array.meminfo.type)
-        array.parent = cgutils.get_null_value(array.parent.type)
-        return array._getvalue()
-    if isinstance(kind, types.BaseTuple):
-        for place, of_place in enumerate(kind.types):
-            item = builder.extract_value(value, place)
-            item = _without_owner(context, builder, of_place, item)
-            value = builder.insert_value(value, item, place)
-    return value

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import TURN, tilted
-from dpd.engine.space import along_axes
+from dpd.engine.space import TURN, along_axes, tilted
 from dpd.errors import UserError
 from dpd.physics.shear import Shear
 from dpd.scene.shear import axes_of_shear

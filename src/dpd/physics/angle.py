@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.jit import method, inlined
+from dpd.jit import inlined, method
 
 # What a kernel calls with a law or a table of laws.
 force, energy, curvature = map(method, ("force", "energy", "curvature"))

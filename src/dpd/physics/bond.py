@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.jit import method, inlined
+from dpd.jit import inlined, method
 
 # What a kernel calls with a law or a table of laws.
 force_over_r, energy, curvature = map(method, ("force_over_r", "energy", "curvature"))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.images import nearest_image
-from dpd.jit import kernel, inlined
+from dpd.jit import inlined, kernel
 
 FREE = -1  # of a monomer that belongs to no chain
 TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts
@@ -160,7 +160,7 @@ def crosses_some(end, monomer, position, edges, bonds):
     return False
 
 
-@kernel()
+@kernel(allocates=True)
 def grow(position, edges, shape, rule, chains, active, rng):
     """Let every active end try to take up one monomer.
 

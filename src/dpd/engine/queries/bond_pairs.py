@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.rows import columns
 from dpd.errors import UserError
 from dpd.jit import inlined
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 ROOM = 16  # pairs found, at first
@@ -51,10 +50,25 @@ def share_a_bead(members, a, b):
     return second == members[b, 0] or second == members[b, 1]
 
 
+def all_found(search: Callable[..., int], *arguments: Any) -> np.ndarray:
+    """(2, n) uint32 array: pairs of bonds that a kernel finds, with room for all of them.
+
+    Parameters
+    ----------
+    search : callable
+        Fills a (2, size) array as far as there is room, and returns how many pairs there are.
+    *arguments
+        Of it, after that array.
+    """
+    found = np.empty((2, ROOM), np.uint32)
+    while (total := search(found, *arguments)) > found.shape[1]:
+        found = np.empty((2, total), np.uint32)
+    return found[:, :total].copy()
+
+
 @inlined()
-def with_pair(found, total, a, b):
-    """The (2, n) pairs found with one more, after ``total`` others; larger if it is full."""
-    if total == found.shape[1]:
-        found = columns(found, total, 2 * total)
-    found[0, total], found[1, total] = min(a, b), max(a, b)
-    return found
+def note_pair(found, total, a, b):
+    """Note a pair after ``total`` others, if there is room; return how many there are then."""
+    if total < found.shape[1]:
+        found[0, total], found[1, total] = min(a, b), max(a, b)
+    return total + 1

@@ -18,7 +18,7 @@ from dpd.engine.bonded import (
 )
 from dpd.engine.external import add_wall_curvature
 from dpd.engine.pair import CLOSEST, of_pair
-from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.rows import push_apart
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
@@ -45,7 +45,7 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
     (2,) array
         In (kT / r_c)^2 and kT / r_c^2.
     """
-    beads = unsorted(state.position, system.box, 1.0)
+    beads = sorted_beads(state.position, system.box, 1.0)
     total, bonds, d = np.zeros_like(beads.x), bonds_of(system), system.dimension
     angles = angles_of(system, bonds)
     arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
@@ -62,7 +62,7 @@ def _laplacian(
     total, beads, identity, species, pair, bonds, angles, slot, arms, others, walls, virial, sums
 ):
     """Add up all forces, by the number of the bead; return the Laplacian of the potential."""
-    search = sort(beads)
+    search = beads.search
     pairs, edges, n_beads = search.pairs, search.edges, np.uint64(len(beads.bead))
     laplacian = 0.0
     at = first_place()

@@ -6,9 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.bond_pairs import ROOM, SMALLEST_CELL, longest_bond, share_a_bead, with_pair
-from dpd.engine.queries.sorting import sort, unsorted
-from dpd.engine.rows import columns, rows_of
+from dpd.engine.queries.bond_pairs import (
+    SMALLEST_CELL,
+    all_found,
+    longest_bond,
+    note_pair,
+    share_a_bead,
+)
+from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.rows import rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import nearest, wrapped
 from dpd.jit import kernel
@@ -49,14 +55,17 @@ def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[floa
     half = 0.5 * bond
     middle, _ = wrapped(end + half, box)
     reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
-    middles = unsorted(middle, box, max(reach, SMALLEST_CELL))
-    return _crossing(np.empty((2, ROOM), np.uint32), middles, rows_of(half), members, reach)
+    middles = sorted_beads(middle, box, max(reach, SMALLEST_CELL))
+    return all_found(_crossing, middles, rows_of(half), members, reach)
 
 
 @kernel()
 def _crossing(found, middles, halves, members, reach):
-    """Two segments meet unless a line along one of them has the other on one side."""
-    search = sort(middles)
+    """Two segments meet unless a line along one of them has the other on one side.
+
+    Fills ``found``, as far as there is room, and returns how many there are.
+    """
+    search = middles.search
     pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
     at = first_place()
     while at.slot < bonds:
@@ -73,6 +82,5 @@ def _crossing(found, middles, halves, members, reach):
             if turn == 0.0 and (abs(x) > abs(ix) + abs(jx) or abs(y) > abs(iy) + abs(jy)):
                 continue
             if not share_a_bead(members, i, j):
-                found = with_pair(found, total, i, j)
-                total += 1
-    return columns(found, total, total)
+                total = note_pair(found, total, i, j)
+    return total

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
 
@@ -39,13 +39,13 @@ def pair_histogram(
         Pairs at their nearest images, each counted once.
     """
     counts = np.zeros(bins)
-    _histogram(counts, unsorted(position, box, max(farthest, SMALLEST_CELL)), farthest)
+    _histogram(counts, sorted_beads(position, box, max(farthest, SMALLEST_CELL)), farthest)
     return counts
 
 
 @kernel()
 def _histogram(counts, beads, farthest):
-    search = sort(beads)
+    search = beads.search
     separation, bins = search.pairs.separation, len(counts)
     scale = bins / farthest
     at = first_place()
@@ -82,7 +82,7 @@ def neighbour_pairs(
         either side of it.
     """
     sums = np.zeros((2, count, count))
-    _by_species(sums, unsorted(position, box, farthest), species, farthest)
+    _by_species(sums, sorted_beads(position, box, farthest), species, farthest)
     return _symmetric(sums[0])
 
 
@@ -107,7 +107,7 @@ def soft_energies(
         In kT; symmetric, the energy of unlike beads stands on either side of the diagonal.
     """
     sums = np.zeros((2, *repulsion.shape))
-    _by_species(sums, unsorted(position, box, CUTOFF), species, CUTOFF)
+    _by_species(sums, sorted_beads(position, box, CUTOFF), species, CUTOFF)
     return 0.5 * repulsion * _symmetric(sums[1])
 
 
@@ -118,7 +118,7 @@ def _symmetric(sums):
 @kernel()
 def _by_species(sums, beads, species, farthest):
     """Count pairs by species, and add up (1 - r)^2 of them."""
-    search = sort(beads)
+    search = beads.search
     pairs, separation = search.pairs, search.pairs.separation
     at = first_place()
     while at.slot < len(beads.bead):

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dpd.engine.queries.bond_pairs import (
-    ROOM,
     SMALLEST_CELL,
+    all_found,
     longest_bond,
+    note_pair,
     share_a_bead,
-    with_pair,
 )
-from dpd.engine.queries.sorting import sort, unsorted
-from dpd.engine.rows import columns
+from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import nearest, wrapped
 from dpd.jit import inlined, kernel
@@ -85,8 +84,8 @@ def passed_bonds(
     # A bond reaches no further from its middle than its ends do, at either time.
     radius = np.sqrt(np.maximum(_squares(ends), _squares(ends + move)))
     reach = min(2 * float(radius.max()), 0.5 * min(box))
-    middles = unsorted(wrapped(middle, box)[0], box, max(reach, SMALLEST_CELL))
-    return _passed(np.empty((2, ROOM), np.uint32), middles, radius, ends, move, members, reach)
+    middles = sorted_beads(wrapped(middle, box)[0], box, max(reach, SMALLEST_CELL))
+    return all_found(_passed, middles, radius, ends, move, members, reach)
 
 
 def _squares(ends):
@@ -132,7 +131,8 @@ def _axis(k, bond, ends, move, t):
 
 @kernel()
 def _passed(found, middles, radius, ends, move, members, reach):
-    search = sort(middles)
+    """Fill ``found``, as far as there is room, and return how many there are."""
+    search = middles.search
     pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
     at = first_place()
     while at.slot < bonds:
@@ -158,6 +158,5 @@ def _passed(found, middles, radius, ends, move, members, reach):
                     high = t
             met = line_up(x, one, other, ends, move, 0.5 * (low + high))
             if 0.0 <= met.on_one <= 1.0 and 0.0 <= met.on_other <= 1.0:
-                found = with_pair(found, total, one, other)
-                total += 1
-    return columns(found, total, total)
+                total = note_pair(found, total, one, other)
+    return total

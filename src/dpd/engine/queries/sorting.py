@@ -6,29 +6,37 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.cells import count_cells, find_places, grid_of, move_rows, share_cells
+from dpd.engine.cells import (
+    cell_buffers,
+    count_cells,
+    find_places,
+    grid_of,
+    move_rows,
+    share_cells,
+)
 from dpd.engine.rows import empty_rows, rows_of
-from dpd.engine.search import Search, new_search, sized
-from dpd.engine.space import edges_of
+from dpd.engine.search import Search, line_buffers, longest_line, pair_buffers
+from dpd.engine.space import edges_of, slide_of
 from dpd.engine.threads import Share
-from dpd.jit import inlined
+from dpd.jit import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-class Unsorted(NamedTuple):
-    """Positions, and room for them in order.
+class Sorted(NamedTuple):
+    """Positions sorted by cell.
 
     Attributes
     ----------
     x : array with a row for each bead
-        Inside the box.
+        In the order in which they were given.
     ordered : array with a row for each bead
-        To be filled: the same, sorted by cell.
+        The same, sorted.
     bead : (n,) uint32 array
-        To be filled: the number of the bead in each slot.
+        The number of the bead in each slot.
     search : Search
+        For pairs of them.
     """
 
     x: np.ndarray
@@ -37,7 +45,7 @@ class Unsorted(NamedTuple):
     search: Search
 
 
-def unsorted(position: np.ndarray, box: Sequence[float], cutoff: float) -> Unsorted:
+def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> Sorted:
     """Positions to be searched for pairs nearer than a cutoff.
 
     Parameters
@@ -48,21 +56,23 @@ def unsorted(position: np.ndarray, box: Sequence[float], cutoff: float) -> Unsor
         Edges in r_c.
     cutoff : float
     """
-    x, beads = rows_of(position), position.shape[1]
-    search = new_search(grid_of(box, cutoff), beads, edges_of(box))
-    return Unsorted(x, empty_rows(*x.shape), np.empty(beads, np.uint32), search)
+    x, edges, grid = rows_of(position), edges_of(box), grid_of(box, cutoff)
+    ordered, bead, slide = empty_rows(*x.shape), np.empty(len(x), np.uint32), slide_of(box)
+    cells = cell_buffers(grid, len(x), 1)
+    _sort(x, ordered, bead, *cells, grid.shape, edges, slide)
+    line = line_buffers(grid, int(longest_line(cells.most, grid.base)))
+    return Sorted(
+        x, ordered, bead, Search(cells, grid, line, pair_buffers(len(edges)), edges, slide)
+    )
 
 
-@inlined()
-def sort(given):
-    """Sort `Unsorted` positions, and return the search through them."""
-    cells, grid, line, pairs, edges, _ = given.search
-    start, level, cell, along, place, free, most = cells
-    mine = Share(np.uint64(0), np.uint64(len(given.bead)))
-    count_cells(given.x, mine, cell, along, free[0], edges, grid.shape, None)
-    share_cells(start, free, most, grid.shape[len(edges) - 1])
+@kernel()
+def _sort(x, ordered, bead, start, level, cell, along, place, free, most, shape, edges, slide):
+    """Sort positions by cell; fill ``ordered``, ``bead`` and the arrays of `Cells`."""
+    mine = Share(np.uint64(0), np.uint64(len(bead)))
+    count_cells(x, mine, cell, along, free[0], edges, shape, slide)
+    share_cells(start, free, most, shape[len(edges) - 1])
     find_places(place, level, mine, cell, along, free[0])
-    move_rows(given.x, given.ordered, mine, place, edges)
+    move_rows(x, ordered, mine, place, edges)
     for i in range(mine.first, mine.end):
-        given.bead[place[i]] = np.uint32(i)
-    return Search(cells, grid, sized(line, most, grid.base.shape[1]), pairs, edges, None)
+        bead[place[i]] = np.uint32(i)

@@ -9,7 +9,7 @@ import numpy as np
 from dpd.engine.bonded import angles_of, bonds_of, buffers_of, find_slots, gather, length, opening
 from dpd.engine.integrate import of_bead
 from dpd.engine.pair import CLOSEST, of_pair
-from dpd.engine.queries.sorting import sort, unsorted
+from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.rows import rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
@@ -62,7 +62,7 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
         In kT: the `NORMAL` element of the virial, and the `TANGENTIAL` one, which is the mean over
         the other axes. Summed over slices they are those of the whole virial.
     """
-    beads, virial = unsorted(state.position, system.box, 1.0), np.zeros((2, slices.number))
+    beads, virial = sorted_beads(state.position, system.box, 1.0), np.zeros((2, slices.number))
     bonds, d = bonds_of(system), system.dimension
     angles = angles_of(system, bonds)
     arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
@@ -76,10 +76,8 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
 
 
 @kernel()
-def _add_virial(
-    virial, beads, identity, species, pair, bonds, angles, slot, arms, others, slices
-):
-    search = sort(beads)
+def _add_virial(virial, beads, identity, species, pair, bonds, angles, slot, arms, others, slices):
+    search = beads.search
     pairs, edges, n_beads = search.pairs, search.edges, len(beads.bead)
     at = first_place()
     while at.slot < n_beads:

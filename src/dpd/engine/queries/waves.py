@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.jit import kernel, inlined
+from dpd.jit import inlined, kernel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,17 +35,16 @@ def density_waves(
     -------
     (2, species, waves) array
     """
-    share = position / np.array(box)[:, None]
-    return _waves(share, begins, numbers, int(np.abs(numbers).max(initial=0)))
+    share, most = position / np.array(box)[:, None], int(np.abs(numbers).max(initial=0))
+    cosine, sine = (np.empty((len(box), most + 1, CHUNK)) for _ in range(2))
+    found = np.zeros((2, len(begins) - 1, len(numbers)))
+    _add_waves(found, share, begins, numbers, cosine, sine, np.empty((2, CHUNK)))
+    return found
 
 
 @kernel()
-def _waves(share, begins, numbers, most):
+def _add_waves(found, share, begins, numbers, cosine, sine, head):
     dimension = len(share)
-    cosine = np.empty((dimension, most + 1, CHUNK))
-    sine = np.empty((dimension, most + 1, CHUNK))
-    head = np.empty((2, CHUNK))
-    found = np.zeros((2, len(begins) - 1, len(numbers)))
     for species in range(len(begins) - 1):
         for first in range(begins[species], begins[species + 1], CHUNK):
             n = min(CHUNK, begins[species + 1] - first)
@@ -62,7 +61,6 @@ def _waves(share, begins, numbers, most):
                     imaginary += head[0, p] * s + head[1, p] * c
                 found[0, species, wave] += real
                 found[1, species, wave] += imaginary
-    return found
 
 
 @inlined()

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dpd.engine import rescaling
-from dpd.engine.rescaling import MOST_TIMES, stretched_box, stretched_state
+from dpd.engine import barostat
+from dpd.engine.barostat import MOST_TIMES, stretched_box, stretched_state
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
@@ -147,9 +147,7 @@ def test_pressure_is_minus_the_derivative_of_the_energy(law, core):
         edges = stretched_box(box, system.pressure.axes, times)
         assert np.prod(edges) == pytest.approx(times * volume, rel=1e-14)
         there = Simulation(system, stretched_state(system, simulation.state, box, edges))
-        looks.append(
-            rescaling.look_at(system, system.pressure, there.state, edges, there.measure())
-        )
+        looks.append(barostat.look_at(system, system.pressure, there.state, edges, there.measure()))
     slope = (looks[2].energy - looks[0].energy) / (looks[2].volume - looks[0].volume)
     assert looks[1].pressure == pytest.approx(-slope, rel=1e-6, abs=1e-6)
 
@@ -178,12 +176,12 @@ def test_a_drift_is_no_pressure_and_stays():
     rest, drifting = (
         make_simulation(system, position, along, species) for along in (velocity, velocity + drift)
     )
-    together = rescaling.drift(system, drifting.state)
+    together = barostat.drift(system, drifting.state)
     for simulation in (rest, drifting):
         simulation.advance(system.pressure.every)
     assert rest.box != WIDE_3D
     np.testing.assert_allclose(drifting.box, rest.box, rtol=1e-12)
-    np.testing.assert_allclose(rescaling.drift(system, drifting.state), together, rtol=1e-12)
+    np.testing.assert_allclose(barostat.drift(system, drifting.state), together, rtol=1e-12)
 
 
 def test_detailed_balance_of_a_trial():
