@@ -10,7 +10,7 @@ from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import int64, uint32
+from numba import int64, uint32, uint64
 
 from dpd.engine.images import along_lattice
 from dpd.engine.rows import copy_row, rows_of
@@ -201,16 +201,16 @@ def share_cells(start, free, most, levels):
 
     Rows have so many ``levels``.
     """
-    total, before, in_cell, in_row = uint32(0), uint32(0), uint32(0), uint32(0)
-    for c in range(free.shape[1]):
-        if c % levels == 0:
-            before = total
-        start[c] = total
-        for rank in range(free.shape[0]):
-            count = free[rank, c]
-            free[rank, c] = total
-            total = uint32(total + count)
-        in_cell = max(in_cell, uint32(total - start[c]))
+    total, in_cell, in_row = uint32(0), uint32(0), uint32(0)
+    for row in range(uint64(0), uint64(free.shape[1]), uint64(levels)):
+        before = total
+        for c in range(row, uint64(row + uint64(levels))):
+            start[c] = total
+            for rank in range(free.shape[0]):
+                count = free[rank, c]
+                free[rank, c] = total
+                total = uint32(total + count)
+            in_cell = max(in_cell, uint32(total - start[c]))
         in_row = max(in_row, uint32(total - before))
     start[free.shape[1]] = total
     most[IN_CELL] = int64(in_cell)

@@ -20,7 +20,7 @@ from dpd.engine.space import Slide
 from dpd.jit import inlined
 
 U0, U1, U2, U3 = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3)
-PAIRS_AT_ONCE = np.uint64(512)  # pairs that are worked on together: their buffers stay in cache
+PAIRS_AT_ONCE = np.uint64(256)  # pairs that are worked on together: their buffers stay in cache
 WORD = np.uint64(64)  # candidates that leave their bits in one word
 AT_ONCE = np.uint64(4)  # bits that are read off without a look whether there are more
 FAR = 1e6  # r_c; where the fillers at the end of a line are
