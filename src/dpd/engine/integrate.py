@@ -24,7 +24,7 @@ from dpd.physics.forces import change
 from dpd.physics.noise import Keys, gaussian_noise, pair_word, uniform_noise
 from dpd.physics.schemes import Scheme
 
-IN_CACHE = np.uint64(4096)  # beads that stay there from one loop over them to the next
+IN_CACHE = np.uint64(256)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 SLOT, DISTANCE = 0, 1  # what is noted of such a bead
 PER_WORD = 1.0 / 2**32  # a 32-bit word to [0, 1)
