@@ -22,6 +22,7 @@ from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
 from numba.core.options import DefaultOptions
 
 # What the methods of a code library use of it, by the method.
@@ -109,6 +110,13 @@ class _Whole(JITCodeLibrary):
                     self._codegen.set_env(name, library.environments[name])
 
 
+UNNEEDED = (
+    "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction",
+    "InlineInlinables", "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass",
+    "InlineOverloads", "NopythonRewrites", "DumpParforDiagnostics",
+)  # fmt: skip
+
+
 class PartCompiler(Compiler):
     """Numba's own compiler, with a library of ours to fill."""
 
@@ -119,7 +127,13 @@ class PartCompiler(Compiler):
         state = self.state
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
-        return super().define_pipelines()
+        (numbas,) = super().define_pipelines()
+        ours = PassManager(numbas.pipeline_name)
+        for each, description in numbas.passes:
+            if each.__name__ not in UNNEEDED:
+                ours.add_pass(each, description)
+        ours.finalize()
+        return [ours]
 
 
 class KernelCompiler(PartCompiler):
