@@ -12,15 +12,16 @@ import os
 import stat
 import sys
 import warnings
-from functools import cache, partial
+from functools import cache, partial, wraps
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
-from numba import njit
+from numba import njit, types
 from numba.core.caching import NullCache
-from numba.extending import intrinsic, overload, register_jitable
+from numba.extending import intrinsic, overload
 
 import dpd.numba_settings  # noqa: F401
 from dpd.digest import text_digest
@@ -56,7 +57,7 @@ COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba s
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 OF_KERNELS, OF_PARTS = compilers()
-KERNEL = {"nogil": True} | OF_KERNELS | OPTIONS
+KERNEL = {"nogil": True, "no_cfunc_wrapper": True} | OF_KERNELS | OPTIONS
 ALLOCATES = {"_nrt": True} if "_nrt" in OF_KERNELS else {}
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
@@ -166,7 +167,42 @@ def _warn(why):
 
 
 INLINED = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
-inlined = partial(register_jitable, **INLINED)
+
+
+def inlined(given: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Decorator of device functions.
+
+    Parameters
+    ----------
+    given : str
+        Name of an argument. Where that is None the function does nothing, and nothing is compiled
+        for it.
+    **options
+        Of Numba, in the place of ours.
+    """
+
+    def decorate(function):
+        place = list(signature(function).parameters).index(given) if given else -1
+
+        def in_python(*arguments):
+            return None if arguments[place] is None else function(*arguments)
+
+        called = wraps(function)(in_python) if given else function
+
+        @overload(called, jit_options=INLINED | options, strict=False)
+        def of_types(*arguments):
+            absent = given and isinstance(arguments[place], types.NoneType)
+            return _nothing if absent else function
+
+        return called
+
+    return decorate
+
+
+def _nothing(*arguments):
+    """What takes the place of a function that is not needed."""
+
+
 # For what two places must agree on to the last bit: rounded as written.
 inlined_exactly = partial(inlined, fastmath=False)
 

@@ -173,12 +173,11 @@ def buffers_of(dimension: int, *bonded: Bonds | Angles | None, whole: bool = Fal
     return arm_buffers(dimension, max(sizes))
 
 
-@inlined()
+@inlined(given="slot")
 def find_slots(slot, identity, mine):
     """Slots of a thread's share of the beads by identity, if there are bonds."""
-    if slot is not None:
-        for s in range(mine.first, mine.end):
-            slot[identity[s]] = uint32(s)
+    for s in range(mine.first, mine.end):
+        slot[identity[s]] = uint32(s)
 
 
 @inlined()

@@ -242,17 +242,15 @@ def move_beads(source, target, mine, place, edges):
     move_numbers(source.peculiar, target.peculiar, mine, place)
 
 
-@inlined()
+@inlined(given="source")
 def move_rows(source, target, mine, place, edges):
     """Copy rows to their places, if there are any."""
-    if source is not None:
-        for i in range(mine.first, mine.end):
-            copy_row(target, place[i], source, i, edges)
+    for i in range(mine.first, mine.end):
+        copy_row(target, place[i], source, i, edges)
 
 
-@inlined()
+@inlined(given="source")
 def move_numbers(source, target, mine, place):
     """Copy numbers to their places, if there are any."""
-    if source is not None:
-        for i in range(mine.first, mine.end):
-            target[place[i]] = source[i]
+    for i in range(mine.first, mine.end):
+        target[place[i]] = source[i]

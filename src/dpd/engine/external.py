@@ -91,7 +91,7 @@ def share_of_bead(shares, species, s):
     return of_bead(shares, species, s)
 
 
-@inlined()
+@inlined(given="langevin")
 def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
     """Add friction and noise on a thread's share of the beads, if there is a bath.
 
@@ -108,8 +108,6 @@ def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
         Of the step.
     edges : tuple of float
     """
-    if langevin is None:
-        return
     for first in range(mine.first, mine.end, PAIRS_AT_ONCE):
         n = min(PAIRS_AT_ONCE, mine.end - first)
         for c in range(n):
@@ -123,7 +121,7 @@ def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
                 f[s, k] += noise - drag(langevin, share * v[s, k])
 
 
-@inlined()
+@inlined(given="langevin")
 def renew_bath(f, excess, species, mine, langevin, edges):
     """Replace the friction in a force by that of the velocities now.
 
@@ -134,23 +132,21 @@ def renew_bath(f, excess, species, mine, langevin, edges):
     species, mine, langevin, edges
         As in `add_bath`.
     """
-    if langevin is not None:
-        for s in range(mine.first, mine.end):
-            share = share_of_bead(langevin.shares, species, s)
-            for k in range(len(edges)):
-                f[s, k] += drag(langevin, share * excess[s, k])
+    for s in range(mine.first, mine.end):
+        share = share_of_bead(langevin.shares, species, s)
+        for k in range(len(edges)):
+            f[s, k] += drag(langevin, share * excess[s, k])
 
 
-@inlined()
+@inlined(given="body")
 def add_body_force(f, x, species, mine, body):
     """Add the body force on a thread's share of the beads, if there is one."""
-    if body is not None:
-        for s in range(mine.first, mine.end):
-            strength = of_bead(body.strength, species, s)
-            f[s, body.axis] += force(body, strength, x[s, body.across])
+    for s in range(mine.first, mine.end):
+        strength = of_bead(body.strength, species, s)
+        f[s, body.axis] += force(body, strength, x[s, body.across])
 
 
-@inlined()
+@inlined(given="walls")
 def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now, edges):
     """Add the forces of walls, if there are any; note who is deepest behind them.
 
@@ -167,8 +163,6 @@ def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now
     now : Evaluation
     edges : tuple of float
     """
-    if walls is None:
-        return
     deepest = at_walls.deepest[team.rank]
     for wall in range(len(walls.axis)):
         axis, inward = walls.axis[wall], walls.inward[wall]
@@ -235,19 +229,18 @@ def find_pushes(near, n, species, walls):
         near.push[c] = force(walls, a, near.z[c])
 
 
-@inlined()
+@inlined(given="friction")
 def find_drag(near, n, v, walls, wall, friction, keys, edges):
     """Find the drag on ``n`` beads near a wall, if it has friction; else it stays zero."""
-    if friction is not None:
-        for k in range(len(edges)):
-            draw(near, n, OF_WALLS - PER_WALL * wall - k, friction.gaussian, keys)
-            for c in range(n):
-                w = weight(walls, near.z[c])
-                relative = v[near.slot[c], k] - walls.velocity[wall, k]
-                near.drag[k, c] = random(friction, near.zeta[c], w) - drag(friction, relative, w)
+    for k in range(len(edges)):
+        draw(near, n, OF_WALLS - PER_WALL * wall - k, friction.gaussian, keys)
+        for c in range(n):
+            w = weight(walls, near.z[c])
+            relative = v[near.slot[c], k] - walls.velocity[wall, k]
+            near.drag[k, c] = random(friction, near.zeta[c], w) - drag(friction, relative, w)
 
 
-@inlined()
+@inlined(given="walls")
 def renew_wall_friction(f, excess, x, mine, walls, edges):
     """Replace the friction in a force by that of the velocities now, if walls have friction.
 
@@ -258,20 +251,18 @@ def renew_wall_friction(f, excess, x, mine, walls, edges):
     mine, walls, edges
         As in `add_walls`.
     """
-    if walls is not None:
-        renew_drag(f, excess, x, mine, walls, walls.friction, edges)
+    renew_drag(f, excess, x, mine, walls, walls.friction, edges)
 
 
-@inlined()
+@inlined(given="friction")
 def renew_drag(f, excess, x, mine, walls, friction, edges):
     """The same of walls."""
-    if friction is not None:
-        for wall in range(len(walls.axis)):
-            axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
-            for s in range(mine.first, mine.end):
-                w = weight(walls, inward * (x[s, axis] - place))
-                for k in range(len(edges)):
-                    f[s, k] += drag(friction, excess[s, k], w)
+    for wall in range(len(walls.axis)):
+        axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
+        for s in range(mine.first, mine.end):
+            w = weight(walls, inward * (x[s, axis] - place))
+            for k in range(len(edges)):
+                f[s, k] += drag(friction, excess[s, k], w)
 
 
 @inlined()

@@ -134,15 +134,13 @@ def tilt_at(slide, step):
     return slid / 2.0**64 * slide.ratio
 
 
-@inlined()
+@inlined(given="slide")
 def slide_to(step, image, identity, mine, dt, slide):
     """Put the images where they are at a step, and count whole edges by which the tilt falls back.
 
     Every thread does, before it moves its beads: nobody needs the former tilt any more. A bead that
     is images above is as many times those edges further along the flow.
     """
-    if slide is None:
-        return
     slide.tilt[0] = tilt_at(slide, step)
     ahead = tilt_at(slide, step - 1) + slide.rate * dt - slide.tilt[0]
     boxes = np.int32(np.rint(ahead / slide.ratio))
@@ -152,7 +150,7 @@ def slide_to(step, image, identity, mine, dt, slide):
             image[bead, slide.flow] += boxes * image[bead, slide.gradient]
 
 
-@inlined()
+@inlined(given="slide")
 def drift_with_flow(x, v, f, peculiar, mine, time, half_square, slide):
     """Do to a thread's share of the beads what the flow does to the drift that follows.
 
@@ -160,8 +158,6 @@ def drift_with_flow(x, v, f, peculiar, mine, time, half_square, slide):
     flow changes with the way along the gradient, and x grows by time v. Its way by itself is what
     remains when the flow has carried it as at the middle of that way.
     """
-    if slide is None:
-        return
     flow, gradient = slide.flow, slide.gradient
     for i in range(mine.first, mine.end):
         across = time * v[i, gradient] + half_square * f[i, gradient]

@@ -48,14 +48,16 @@ class Times(NamedTuple):
         step drifts for half of it.
     prediction : float
         lambda dt.
-    half_kick : float
-        The part of a step's kick that comes with the force at its beginning: (1 - b) dt.
+    half_kick, kick : float
+        The parts of a step's kick that come with the force at its beginning, (1 - b) dt, and with
+        the new one: b dt, or half of that where the force is in the middle.
     """
 
     drift: float
     half_square: float
     prediction: float
     half_kick: float
+    kick: float
 
 
 def times_of(scheme: Scheme, dt: float) -> Times:
@@ -63,6 +65,7 @@ def times_of(scheme: Scheme, dt: float) -> Times:
     return Times(
         0.5 * dt if scheme.middle else dt, scheme.acceleration * dt * dt,
         (scheme.prediction or 0.0) * dt, (1.0 - scheme.correction) * dt,
+        scheme.correction * (0.5 * dt if scheme.middle else dt),
     )  # fmt: skip
 
 
@@ -132,13 +135,12 @@ def find_lost(v, f, mine, times, edges, lost):
                 lost[SLOT], lost[DISTANCE] = i, way
 
 
-@inlined()
+@inlined(given="predicted")
 def predict(predicted, v, f, mine, prediction):
     """Predict velocities, where the prediction is not the velocity itself."""
-    if predicted is not None:
-        to, velocity, force, width = flat(predicted), flat(v), flat(f), np.uint64(v.shape[1])
-        for q in range(mine.first * width, mine.end * width):
-            to[q] = velocity[q] + prediction * force[q]
+    to, velocity, force, width = flat(predicted), flat(v), flat(f), np.uint64(v.shape[1])
+    for q in range(mine.first * width, mine.end * width):
+        to[q] = velocity[q] + prediction * force[q]
 
 
 @inlined()
@@ -169,7 +171,15 @@ def of_bead(values, species, s):
     return values[species[s]]
 
 
-@inlined()
+@inlined(given="middle")
+def second_half(x, v, f, image, identity, mine, wrap, times, edges, slide, middle):
+    """Kick and drift once more, in a scheme with its force in the middle of a step."""
+    add_rows(v, f, times.kick, mine)
+    add_rows(x, v, times.drift, mine)
+    put_inside(x, image, identity, mine, wrap, edges, slide)
+
+
+@inlined(given="mass")
 def divide_by_masses(f, species, mine, mass):
     """Turn the forces on a thread's share of the beads into accelerations, if there are masses.
 
@@ -180,20 +190,18 @@ def divide_by_masses(f, species, mine, mass):
     mine : Share
     mass : None or (species,) array
     """
-    if mass is not None:
-        for i in range(mine.first, mine.end):
-            inverse = 1.0 / of_bead(mass, species, i)
-            for k in range(f.shape[1]):
-                f[i, k] *= inverse
+    for i in range(mine.first, mine.end):
+        inverse = 1.0 / of_bead(mass, species, i)
+        for k in range(f.shape[1]):
+            f[i, k] *= inverse
 
 
-@inlined()
+@inlined(given="mass")
 def multiply_by_masses(f, species, mine, mass):
     """Turn the accelerations back into forces, so that more forces can be added."""
-    if mass is not None:
-        for i in range(mine.first, mine.end):
-            for k in range(f.shape[1]):
-                f[i, k] *= of_bead(mass, species, i)
+    for i in range(mine.first, mine.end):
+        for k in range(f.shape[1]):
+            f[i, k] *= of_bead(mass, species, i)
 
 
 @inlined()
@@ -224,7 +232,7 @@ def renew_friction(f, excess, ends, drag, first, end, edges):
         push_apart(f, i, j, pull, drag, p, edges)
 
 
-@inlined()
+@inlined(given="exchange")
 def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, keys, edges):
     """Let pairs exchange momentum, one after the other, in the order in which they were found.
 
@@ -245,8 +253,6 @@ def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, k
         Of the step.
     edges : tuple of float
     """
-    if exchange is None:
-        return
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn
     count = np.uint64(cached.phase[len(cached.phase) - 1])

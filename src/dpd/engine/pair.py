@@ -66,11 +66,9 @@ def share_of_pair(shares, species, i, j):
     return of_pair(shares, species, i, j)
 
 
-@inlined()
+@inlined(given="friction")
 def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys):
     """Find the approach r_ij . v_ij and the random number of ``n`` pairs, if there is friction."""
-    if friction is None:
-        return
     i, j, separation, _, approach, theta, _, _, low, high = pairs
     for p in range(n):
         approach[p] = difference_along(v, i[p], j[p], separation, p, edges)
@@ -88,14 +86,13 @@ def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys
     share_friction(pairs, n, species, friction.shares)
 
 
-@inlined()
+@inlined(given="shares")
 def share_friction(pairs, n, species, shares):
     """Make gamma_ij and sigma_ij^2 of each pair its share of theirs."""
-    if shares is not None:
-        for p in range(n):
-            share = of_pair(shares, species, pairs.i[p], pairs.j[p])
-            pairs.approach[p] *= share
-            pairs.theta[p] *= np.sqrt(share)
+    for p in range(n):
+        share = of_pair(shares, species, pairs.i[p], pairs.j[p])
+        pairs.approach[p] *= share
+        pairs.theta[p] *= np.sqrt(share)
 
 
 @inlined()
@@ -196,8 +193,7 @@ def cache_pairs(cached, count, pairs, n, species, edges):
     return np.int64(end)
 
 
-@inlined()
+@inlined(given="cached")
 def close_phase(cached, phase, count):
     """Note how many pairs were found up to the end of a phase."""
-    if cached is not None:
-        cached.phase[phase + 1] = count
+    cached.phase[phase + 1] = count

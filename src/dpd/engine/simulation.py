@@ -327,14 +327,15 @@ class Simulation(Snapshot):
 
 def _plan_of(system, box):
     """What stays the same from step to step, as kernels take it."""
-    bonds = bonds_of(system)
+    bonds, scheme, forces = bonds_of(system), system.scheme, system.forces
     return Plan(
         **_of_box(box, system.skin),
-        forces=system.forces,
+        forces=forces,
         bonds=bonds,
         angles=angles_of(system, bonds),
-        scheme=system.scheme,
-        times=times_of(system.scheme, system.dt),
+        scheme=scheme,
+        times=times_of(scheme, system.dt),
+        kick_waits=not (scheme.renewal or scheme.middle or forces.exchange),
         dt=system.dt,
         skin=float(system.skin),
         seed=np.uint64(system.seed),

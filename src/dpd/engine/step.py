@@ -47,7 +47,7 @@ from dpd.engine.external import (
     renew_bath,
     renew_wall_friction,
 )
-from dpd.engine.images import put_inside, slide_to
+from dpd.engine.images import slide_to
 from dpd.engine.integrate import (
     Lost,
     Times,
@@ -59,6 +59,7 @@ from dpd.engine.integrate import (
     first_lost,
     multiply_by_masses,
     renew_friction,
+    second_half,
 )
 from dpd.engine.lists import Listed, farthest_move, list_pairs, listed_pairs
 from dpd.engine.pair import (
@@ -104,6 +105,9 @@ class Plan(NamedTuple):
     scheme : Scheme
     times : Times
         Of the scheme.
+    kick_waits : bool
+        Whether a kick may wait for the next drift, which has beads and force at hand: not where
+        friction or an exchange of momentum follows it.
     dt, skin : float
         Time step; distance beyond the cutoff within which pairs are listed.
     seed : uint64
@@ -119,6 +123,7 @@ class Plan(NamedTuple):
     angles: Angles | None
     scheme: Scheme
     times: Times
+    kick_waits: bool
     dt: float
     skin: float
     seed: int
@@ -308,8 +313,8 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if is_short(shared.need, room):
             break
         add_to_beads(team, plan, beads, force, mine, shared.at_walls, own.near, now)
-        if s + 1 < span.steps and kick_can_wait(plan.scheme, plan.forces.exchange):
-            pending = plan.scheme.correction * dt
+        if s + 1 < span.steps and plan.kick_waits:
+            pending = times.kick
         elif span.steps > 0:
             finish(team, plan, beads, force, image, own, mine, shared.excess, own.cached, now.keys)
     return swapped, lost
@@ -346,7 +351,7 @@ def is_short(need, room):
     return short
 
 
-@inlined()
+@inlined(given="reference")
 def renew_list(
     team, plan, x, reference, mine, listed, line, pairs, cells, need, room, sorted_now, first
 ):
@@ -355,8 +360,6 @@ def renew_list(
     After a sort, the reference is where the beads are. A call begins with the list that was
     made at the reference it was given.
     """
-    if reference is None:
-        return
     if sorted_now:
         for i in range(mine.first, mine.end):
             copy_row(reference, i, x, i, plan.edges)
@@ -370,11 +373,9 @@ def renew_list(
             need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, listed)
 
 
-@inlined()
+@inlined(given="bonds")
 def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, measure):
     """Add the forces of bonds and of the angles between them, batch by batch, if there are any."""
-    if bonds is None:
-        return
     batches = len(bonds.batch) - 1
     task = next_task(team, BATCHES, 0, batches)
     while task < batches:
@@ -468,38 +469,26 @@ def add_to_beads(team, plan, beads, force, mine, at_walls, near, now):
 
 
 @inlined()
-def kick_can_wait(scheme, exchange):
-    """Whether the kick may wait for the next drift, which has beads and force at hand.
-
-    Not where friction or an exchange of momentum follows it.
-    """
-    return scheme.renewal is None and scheme.middle is None and exchange is None
-
-
-@inlined()
 def finish(team, plan, beads, force, image, own, mine, excess, cached, keys):
     """What a step does after the force: kick, friction again, exchange of momentum."""
-    scheme, dt, edges = plan.scheme, plan.dt, plan.edges
-    x, v, exchange = beads.position, beads.velocity, plan.forces.exchange
-    kick = 0.5 * dt if scheme.middle is not None else scheme.correction * dt
-    add_rows(v, force, kick, mine)
-    take_friction_again(team, plan, beads, force, mine, cached, excess, kick)
+    x, v, edges, times = beads.position, beads.velocity, plan.edges, plan.times
+    add_rows(v, force, times.kick, mine)
+    take_friction_again(team, plan, beads, force, mine, cached, excess)
     exchange_momentum(
-        v, cached, exchange, plan.mass, beads.identity, beads.species, own.pairs, dt, keys, edges,
+        v, cached, plan.forces.exchange, plan.mass, beads.identity, beads.species, own.pairs,
+        plan.dt, keys, edges,
     )  # fmt: skip
-    if scheme.middle is not None:
-        add_rows(v, force, kick, mine)
-        add_rows(x, v, 0.5 * dt, mine)
-        put_inside(x, image, beads.identity, mine, own.wrap, edges, plan.slide)
+    second_half(
+        x, v, force, image, beads.identity, mine, own.wrap, times, edges, plan.slide,
+        plan.scheme.middle,
+    )  # fmt: skip
 
 
-@inlined()
-def take_friction_again(team, plan, beads, force, mine, cached, excess, kick):
+@inlined(given="excess")
+def take_friction_again(team, plan, beads, force, mine, cached, excess):
     """Replace the friction in the force by that of the velocities now, where the scheme does."""
-    if excess is None:
-        return
     species, edges, forces = beads.species, plan.edges, plan.forces
-    change_since(excess, force, mine, kick)
+    change_since(excess, force, mine, plan.times.kick)
     multiply_by_masses(force, species, mine, plan.mass)
     for phase in range(len(cached.phase) - 1):
         barrier(team)
