@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from dpd.benchmark import whole
 from dpd.benchmark.lammps import TABLE, Lammps, _write_beads, _write_core
 from dpd.benchmark.speed import as_text, installed
-from dpd.benchmark.workloads import workload
+from dpd.benchmark.workloads import STUDIES, workload
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
 from dpd.scene.scene import Scene
@@ -114,6 +115,21 @@ def test_forces_of_trees_are_those_of_lammps(dimension):
     apart = nearest(found - own.state.by_identity(own.state.position), scene.box)
     assert np.abs(apart).max() < 1e-9
     other.close()
+
+
+@pytest.mark.parametrize("name", ["oligomers", "shear"])
+def test_whole_runs_beside_the_bare_loop(name):
+    """Of a small system in the place of the real one: both rates, their ratio, and what it is."""
+    scene = workload(name, box=6, steps={"sample": 60}, start={})
+    table = whole.beside_bare(name, scene, make_start(scene), turns=2)
+    assert (table.whole > 0).all() and (table.bare > 0).all()
+    (line,) = whole.as_text(table).splitlines()[1:]
+    assert line.startswith(name) and STUDIES[name].system in line
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_scenes_of_studies_are_valid(name):
+    assert workload(name).beads > 1000 and workload(name).observe
 
 
 def test_text_of_a_machine_without_lammps():

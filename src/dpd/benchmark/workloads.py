@@ -1,4 +1,4 @@
-"""The four systems that speed is measured on."""
+"""The systems that speed is measured on: four beside LAMMPS, and those that studies are made of."""
 
 from typing import Any, NamedTuple
 
@@ -45,6 +45,51 @@ SLABS = {
     "start": {"method": "slabs", "relax": {"steps": 500, "dt": 0.02}},
     "steps": {"sample": 1000},
 }
+# What the sweeps of the papers are made of, with their observables.
+OLIGOMERS = {
+    "dimension": 3,
+    "box": 10.0794,
+    "molecules": [{"architecture": "A 4", "density": 3}],
+    "repulsion": {"A A": 25},
+    "bond": {"stiffness": 1000, "length": 0.4},
+    "integrator": {"scheme": "gw-vv", "dt": 0.008},
+    "start": {"relax": {"steps": 500, "dt": 0.004}},
+    "steps": {"sample": 1000},
+    "observe": [{"thermo": {"every": 5}}, {"bonds": {"every": 50}}],
+}
+OBSERVED_MELT = MELT | {
+    "integrator": {"scheme": "dpd-vv", "dt": 0.02},
+    "observe": ["thermo", "bonds", "chains", "displacement"],
+}
+DENSE_SLABS = SLABS | {
+    "box": [8, 8, 16],
+    "molecules": [{"architecture": "A", "density": 2.5}, {"architecture": "B", "density": 2.5}],
+    "repulsion": {"A A": 15, "B B": 15, "A B": 22},
+    "observe": ["thermo", "profile"],
+}
+CHANNEL = {
+    "dimension": 3,
+    "box": [6, 6, 12],
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "walls": {"axis": "z", "repulsion": 25, "gamma": 4.5},
+    "body_force": {"axis": "x", "strength": 0.03},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "start": {"relax": {"steps": 500, "dt": 0.02}},
+    "steps": {"sample": 1000},
+    "observe": ["thermo", "walls", "profile", "velocity_profile"],
+}
+SHEARED = {
+    "dimension": 3,
+    "box": 10,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "shear": {"rate": 0.2, "flow": "x", "gradient": "y"},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "start": {"relax": {"steps": 500, "dt": 0.02}},
+    "steps": {"sample": 1000},
+    "observe": ["thermo", "rdf"],
+}
 
 
 class Workload(NamedTuple):
@@ -74,6 +119,13 @@ WORKLOADS = {
     ),
     "W4": Workload("slabs: 8 x 8 x 20, rho 3, a 25, a_AB 37, dt 0.04", SLABS),
 }
+STUDIES = {
+    "oligomers": Workload("tetramers: 3072 beads, rho 3, stiff bonds, pressure often", OLIGOMERS),
+    "melt": Workload("W2 with dpd-vv and what is observed of chains", OBSERVED_MELT),
+    "slabs": Workload("slabs at rho 5: 5120 beads, with their profile", DENSE_SLABS),
+    "channel": Workload("flow between walls: 1296 beads, with profiles", CHANNEL),
+    "shear": Workload("steady shear: 3000 beads, with g(r)", SHEARED),
+}
 # tau, about the integrated autocorrelation times of kT and pressure. Beads of W2 hardly overlap,
 # and only those that do feel friction: its heat leaves in some twenty tau. W4's interface breathes.
 MEMORY = {"W1": 1.0, "W2": 20.0, "W2, dpd-vv": 20.0, "W3": 2.0, "W4": 5.0}
@@ -85,10 +137,10 @@ def workload(name: str, **changes: Any) -> Scene:
     Parameters
     ----------
     name : str
-        A key of `WORKLOADS`.
+        A key of `WORKLOADS` or of `STUDIES`.
 
     Returns
     -------
     Scene
     """
-    return Scene(WORKLOADS[name].scene | changes, f"workload {name}")
+    return Scene((WORKLOADS | STUDIES)[name].scene | changes, f"workload {name}")

@@ -57,6 +57,7 @@ def _show(options: Namespace) -> None:
 
 
 def _bench(options: Namespace) -> None:
-    from dpd.benchmark.speed import against_lammps, as_text
+    from dpd.benchmark import speed, whole
 
-    print(as_text(against_lammps(say=print)))
+    print(speed.as_text(speed.against_lammps(say=print)))
+    print(whole.as_text(whole.whole_runs(say=print)))

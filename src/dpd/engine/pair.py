@@ -69,7 +69,8 @@ def share_of_pair(shares, species, i, j):
 @inlined(given="friction")
 def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys):
     """Find the approach r_ij . v_ij and the random number of ``n`` pairs, if there is friction."""
-    i, j, separation, _, approach, theta, _, _, low, high = pairs
+    i, j, separation, low, high = pairs.i, pairs.j, pairs.separation, pairs.low, pairs.high
+    approach, theta = pairs.approach, pairs.theta
     for p in range(n):
         approach[p] = difference_along(v, i[p], j[p], separation, p, edges)
     if slide is not None:  # and the flow between the two
@@ -119,7 +120,9 @@ def add_pair_forces(f, pairs, n, species, pair, friction, edges):
     friction : Friction or None
     edges : tuple of float
     """
-    i, j, separation, repulsion, approach, theta, force_over_r, weight_over_r, _, _ = pairs
+    i, j, separation, repulsion = pairs.i, pairs.j, pairs.separation, pairs.repulsion
+    approach, theta = pairs.approach, pairs.theta
+    force_over_r, weight_over_r = pairs.force_over_r, pairs.weight_over_r
     if species is not None:
         for p in range(n):
             repulsion[p] = pair.repulsion[species[i[p]], species[j[p]]]
@@ -140,7 +143,11 @@ def add_pair_forces(f, pairs, n, species, pair, friction, edges):
 
 @inlined()
 def measure_pairs(virial, sums, pairs, n, species, pair, edges):
-    """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to those of a task."""
+    """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to those of a task.
+
+    Element by element: what is added up in one loop is then in registers.
+    """
+    total, over_r, conservative = 0.0, pairs.force_over_r, pairs.conservative_over_r
     for p in range(n):
         r2 = CLOSEST
         for k in range(len(edges)):
@@ -148,14 +155,22 @@ def measure_pairs(virial, sums, pairs, n, species, pair, edges):
         inverse = 1.0 / np.sqrt(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
-        a = of_pair(pair.repulsion, species, pairs.i[p], pairs.j[p])
-        conservative = force(pair, a, r, w) * inverse
-        sums[OF_PAIRS] += energy(pair, a, r, w)
-        for k in range(len(edges)):
-            for m in range(len(edges)):
+        a = pair.repulsion[0, 0] if species is None else pairs.repulsion[p]
+        conservative[p] = force(pair, a, r, w) * inverse
+        total += energy(pair, a, r, w)
+    sums[OF_PAIRS] += total
+    for k in range(len(edges)):
+        for m in range(k, len(edges)):
+            of_conservative, of_all = 0.0, 0.0
+            for p in range(n):
                 moment = pairs.separation[k, p] * pairs.separation[m, p]
-                virial[CONSERVATIVE, k, m] += conservative * moment
-                virial[ALL_FORCES, k, m] += pairs.force_over_r[p] * moment
+                of_conservative += conservative[p] * moment
+                of_all += over_r[p] * moment
+            virial[CONSERVATIVE, k, m] += of_conservative
+            virial[ALL_FORCES, k, m] += of_all
+            if m > k:
+                virial[CONSERVATIVE, m, k] += of_conservative
+                virial[ALL_FORCES, m, k] += of_all
 
 
 @inlined()

@@ -41,8 +41,8 @@ class Pairs(NamedTuple):
         r_i - r_j at the nearest image.
     repulsion, approach, theta : (size,) arrays
         What the forces need of each pair: a_ij, r_ij . v_ij and a random number.
-    force_over_r, weight_over_r : (size,) arrays
-        What the forces find: F / r, and w / r.
+    force_over_r, conservative_over_r, weight_over_r : (size,) arrays
+        What the forces find: F / r; that of the conservative force, where it is measured; w / r.
     low, high : (size,) uint32 arrays
         The smaller and the larger of the two identities.
     """
@@ -54,6 +54,7 @@ class Pairs(NamedTuple):
     approach: np.ndarray
     theta: np.ndarray
     force_over_r: np.ndarray
+    conservative_over_r: np.ndarray
     weight_over_r: np.ndarray
     low: np.ndarray
     high: np.ndarray
@@ -123,9 +124,11 @@ def pair_buffers(dimension: int) -> Pairs:
     """Buffers for all pairs that are found at once."""
     size = int(PAIRS_AT_ONCE + WORD)
     i, j, low, high = (np.empty(size, np.uint32) for _ in range(4))
-    repulsion, approach, theta, force, weight = (np.empty(size) for _ in range(5))
+    repulsion, approach, theta, force, conservative, weight = (np.empty(size) for _ in range(6))
     separation = np.empty((dimension, size))
-    return Pairs(i, j, separation, repulsion, approach, theta, force, weight, low, high)
+    return Pairs(
+        i, j, separation, repulsion, approach, theta, force, conservative, weight, low, high
+    )
 
 
 def line_buffers(grid: Grid, size: int) -> Line:
