@@ -4,10 +4,15 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from dpd.commands.main import main
+from dpd.jit import COMPILES
+
+if not COMPILES:
+    np.seterr(over="ignore")  # hashes and sets of bits overflow on purpose, which NumPy tells of
 
 # Tests that are started in the background ignore Ctrl-C, and so would all commands that they start;
 # so it is with nohup and a terminal that is closed.

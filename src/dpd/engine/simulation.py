@@ -132,6 +132,7 @@ class Simulation(Snapshot):
         state.velocity = np.ascontiguousarray(state.velocity)
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
+        self._rows: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # of the state, as views of rows
         self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()
         unlisted = system.skin > 0 and state.reference is None
@@ -201,12 +202,14 @@ class Simulation(Snapshot):
     def _attempt(self, steps, measure):
         """The same; None, and more room the next time, if the buffers were too small."""
         system, state, dimension = self.system, self.state, self.system.dimension
-        beads = _rows_of_state(system, state)
+        beads = self._copied_beads()
         spare = Beads(*map(_empty_like, beads))
         reference = None
         if system.skin > 0:
-            reference = rows_of(state.position if state.reference is None else state.reference)
-        force = rows_of(state.force if steps else np.zeros_like(state.force))
+            reference = self._copied("position" if state.reference is None else "reference")
+        force = self._copied("force")
+        if not steps:
+            force[:] = 0.0
         shared = self._shared()
         span = Span(state.step, steps, measure)
         in_spare, lost = self._all_threads(beads, spare, force, reference, shared, span)
@@ -218,14 +221,16 @@ class Simulation(Snapshot):
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
         self._refuse_behind(shared.at_walls)
+        rows = {"position": beads.position, "velocity": beads.velocity, "force": force}
+        if reference is not None:
+            rows["reference"] = reference
+        arrays = {name: axes_of(each, dimension) for name, each in rows.items()}
+        self._rows = {name: (arrays[name], rows[name]) for name in rows}
         self.state = State(
-            position=axes_of(beads.position, dimension),
-            velocity=axes_of(beads.velocity, dimension),
-            force=axes_of(force, dimension),
+            **arrays,
             identity=beads.identity,
             species=beads.species,
             step=state.step + steps,
-            reference=None if reference is None else axes_of(reference, dimension),
             slid=state.slid,
             box=state.box,
             image=shared.image.T,
@@ -233,6 +238,30 @@ class Simulation(Snapshot):
         )
         on_walls = None if shared.at_walls is None else shared.at_walls.sums
         return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
+
+    def _copied_beads(self):
+        """Copies of the state's arrays as kernels take them.
+
+        Copies, because the loop works in place, and a former state must stay as it was.
+        """
+        scheme, state = self.system.scheme, self.state
+        return Beads(
+            position=self._copied("position"),
+            velocity=self._copied("velocity"),
+            predicted=None if scheme.prediction is None else self._copied("velocity"),
+            identity=state.identity.copy(),
+            species=None if state.species is None else state.species.copy(),
+            peculiar=None if state.peculiar is None else state.peculiar.copy(),
+        )
+
+    def _copied(self, name):
+        """A copy in rows of an array of the state; fast if it is a view of the last call's rows."""
+        array, (view, rows) = getattr(self.state, name), self._rows.get(name, (None, None))
+        if array is not view:
+            return rows_of(array)
+        copy = empty_rows(*rows.shape)
+        copy[:] = rows
+        return copy
 
     def _put_images(self):
         """Put the box and its images into the plan as they are now."""
@@ -348,21 +377,6 @@ def _of_box(box, skin):
     return {
         "edges": edges_of(box), "slide": slide_of(box), "grid": grid_of(box, CUTOFF + skin),
     }  # fmt: skip
-
-
-def _rows_of_state(system, state):
-    """Copies of a state's arrays as kernels take them.
-
-    Copies, because the loop works in place, and a former state must stay as it was.
-    """
-    return Beads(
-        position=rows_of(state.position),
-        velocity=rows_of(state.velocity),
-        predicted=None if system.scheme.prediction is None else rows_of(state.velocity),
-        identity=state.identity.copy(),
-        species=None if state.species is None else state.species.copy(),
-        peculiar=None if state.peculiar is None else state.peculiar.copy(),
-    )
 
 
 def _empty_like(array):
