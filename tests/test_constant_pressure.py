@@ -67,7 +67,7 @@ def test_what_a_scene_leaves_to_us():
     assert law["compressibility"] == pytest.approx(expected, rel=1e-3)
     assert law["every"] == round(0.5 / 5 / 0.04)
     assert system_of(scene).pressure == (23.7, 0.5, law["compressibility"], (0, 1, 2), law["every"])
-    assert terms_of(scene) >= {"pressure", "rescaling"}
+    assert terms_of(scene) >= {"pressure", "barostat"}
     again = Scene(scene.data)
     assert again.data == scene.data and again.digest == scene.digest
 
@@ -90,7 +90,7 @@ def test_a_scene_without_pressure_has_none_of_it():
     data = {key: value for key, value in FLUID.items() if key != "pressure"}
     scene = Scene(data)
     assert system_of(scene).pressure is None
-    assert not terms_of(scene) & {"pressure", "rescaling"}
+    assert not terms_of(scene) & {"pressure", "barostat"}
     simulation = Simulation(system_of(scene), make_start(scene))
     simulation.advance(3)
     assert simulation.state.box is None and simulation.box == scene.box
