@@ -43,6 +43,29 @@ class ThermalMotion:
             thickness = max(FINEST, least ** (1 / len(axes)))
             self._layers = [Layers(system, axis, thickness) for axis in axes]
 
+    def kinetic(self, simulation: Snapshot, total: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """(dimension, dimension) array: the sum of m c c over all beads; NaN where none is free.
+
+        Parameters
+        ----------
+        simulation : Snapshot
+        total : (dimension,) array
+            The sum of m v.
+        second : (dimension, dimension) array
+            The sum of m v v, from which that of m c c follows for beads of one mass without a flow.
+        """
+        system, state = self._system, simulation.state
+        if self._layers is not None or system.masses is not None:
+            thermal = self.velocities(simulation)
+            return np.einsum("an,bn->ab", thermal, system.mass_of(state.species) * thermal)
+        beads, at_rest = state.identity.size, self._at_rest[:, 0]
+        centre = np.where(at_rest, total / beads, 0.0)
+        crossed = np.outer(centre, total)
+        about = second - crossed - crossed.T + beads * np.outer(centre, centre)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            times = np.sqrt(np.where(at_rest, np.float64(beads) / (beads - 1), 1.0))
+            return about * np.outer(times, times)
+
     def velocities(self, simulation: Snapshot) -> np.ndarray:
         """(dimension, n) array: c of each bead, in storage order; NaN where none is free."""
         state, momenta = simulation.state, self._system.momenta(simulation.state)
@@ -69,8 +92,24 @@ class ThermalMotion:
             terms.append(place - layer - 0.5)
         matrix = np.array([[np.bincount(cell, mass * a * b) for b in terms] for a in terms])
         push = np.array([[np.bincount(cell, along * a) for a in terms] for along in momenta])
-        # A function that is one of the others in a cell, as its beads lie, adds nothing there.
-        inverse = np.linalg.pinv(matrix.T, rcond=TINY, hermitian=True)
+        inverse = _inverse(matrix.T)
         strength = np.einsum("cpq,dqc->dcp", inverse, push)
         fitted = np.einsum("pn,dnp->dn", terms, strength[:, cell])
         return fitted, mass * np.einsum("pn,npq,qn->n", terms, inverse[cell], terms)
+
+
+def _inverse(matrix):
+    """Inverses of the matrices of all cells, (cells, functions, functions).
+
+    A function that is one of the others in a cell, as its beads lie, adds nothing there.
+    """
+    if matrix.shape[1] > 2:
+        return np.linalg.pinv(matrix, rcond=TINY, hermitian=True)
+    a, b, c = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1]
+    determinant, inverse = a * c - b * b, np.zeros_like(matrix)
+    both = determinant > TINY * a * (a + c)
+    one = ~both & (a > 0)
+    inverse[one, 0, 0] = 1 / a[one]
+    for place, element in (((0, 0), c), ((0, 1), -b), ((1, 0), -b), ((1, 1), a)):
+        inverse[(both, *place)] = element[both] / determinant[both]
+    return inverse
