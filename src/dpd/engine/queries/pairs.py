@@ -38,16 +38,18 @@ def pair_histogram(
     (bins,) array
         Pairs at their nearest images, each counted once.
     """
-    counts = np.zeros(bins)
-    _histogram(counts, sorted_beads(position, box, max(farthest, SMALLEST_CELL)), farthest)
-    return counts
+    beads = sorted_beads(position, box, max(farthest, SMALLEST_CELL))
+    counts, place = np.zeros(bins + 1, np.int64), np.empty(beads.search.pairs.i.size, np.uint32)
+    _histogram(counts, place, beads, farthest)
+    counts[bins - 1] += counts[bins]  # rounding may reach the end
+    return counts[:bins].astype(float)
 
 
 @kernel()
-def _histogram(counts, beads, farthest):
-    search = beads.search
-    separation, bins = search.pairs.separation, len(counts)
-    scale = bins / farthest
+def _histogram(counts, place, beads, farthest):
+    """Find the bins of some pairs, which makes a vector loop, then count."""
+    search, separation = beads.search, beads.search.pairs.separation
+    scale = (len(counts) - 1) / farthest
     at = first_place()
     while at.slot < len(beads.bead):
         at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
@@ -55,7 +57,9 @@ def _histogram(counts, beads, farthest):
             r2 = 0.0
             for k in range(len(search.edges)):
                 r2 += separation[k, p] * separation[k, p]
-            counts[min(int(np.sqrt(r2) * scale), bins - 1)] += 1.0
+            place[p] = np.uint32(np.int32(np.sqrt(r2) * scale))
+        for p in range(n):
+            counts[place[p]] += 1
 
 
 def neighbour_pairs(
