@@ -31,6 +31,13 @@ SCENE = {
 }
 
 
+def pytest_collection_modifyitems(items):
+    """Mark the tests that wait for the whole smoke study."""
+    for item in items:
+        if "study" in getattr(item, "fixturenames", ()):
+            item.add_marker("study")
+
+
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
     """A folder for kernels and for what is known to be valid, of these tests alone.
