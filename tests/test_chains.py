@@ -80,7 +80,7 @@ def sample(observer, first, last):
         order = np.random.default_rng(t).permutation(56)
         identity = order.astype(np.uint32)
         state = State(place[:, order], np.zeros((3, 56)), None, identity, None, t)
-        observer.sample(SimpleNamespace(state=state, box=box), None)
+        observer.sample(SimpleNamespace(state=state, box=box))
 
 
 def growth(t):

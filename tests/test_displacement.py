@@ -44,14 +44,12 @@ MOLECULES = [
 class Trajectory:
     """An observer that follows beads by itself, in steps too short to lose one."""
 
-    needs_forces = False
-
     def __init__(self, box):
         self.every, self.arrays = 1, {}
         self.edges = np.array(box)[:, None]
         self.steps, self.places, self.last = [], [], None
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         now = by_identity(simulation, "position")
         if self.last is None:
             place = now
@@ -141,7 +139,7 @@ def watch(velocity, samples, observer=None, first=0):
         order = np.random.default_rng(t).permutation(10)
         identity = order.astype(np.uint32)
         state = State(place[:, order], np.zeros((2, 10)), None, identity, None, t, image=image)
-        observer.sample(Snapshot(system_of(scene), state), None)
+        observer.sample(Snapshot(system_of(scene), state))
     return scene, observer
 
 
@@ -173,13 +171,11 @@ def test_a_drift_of_the_whole_box_does_not_count():
 class Far:
     """An observer that keeps displacements since its first sample, as shares of the edges."""
 
-    needs_forces = False
-
     def __init__(self, scene, system, every):
         self.every, self.followed, self.moved = every, Followed(scene, system), []
         self.arrays = self.followed.arrays
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         moved = self.followed.sample(simulation, first=not self.moved)
         self.moved.append(moved / self.arrays["edges"][:, None])
 

@@ -127,12 +127,12 @@ CHAINS = [*[range(f, f + 8) for f in (4, 12, 20)], *[range(f, f + 3) for f in (3
 class States:
     """An observer that keeps simulations as it saw them."""
 
-    every, needs_forces = 2, False
+    every = 2
 
     def __init__(self):
         self.arrays, self.seen = {}, []
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         self.seen.append(SimpleNamespace(state=simulation.state, box=simulation.box))
 
 
@@ -211,11 +211,11 @@ def test_arrays_are_all_that_goes_on(chain_run, taken):
     scene, whole, seen, _, _ = chain_run
     half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
     for simulation in seen[:taken]:
-        half.sample(simulation, None)
+        half.sample(simulation)
     for name, array in half.arrays.items():
         other.arrays[name][...] = array
     for simulation in seen[taken:]:
-        other.sample(simulation, None)
+        other.sample(simulation)
     assert other.arrays.keys() == whole.arrays.keys()
     for name, variable in whole.variables().items():
         np.testing.assert_array_equal(other.variables()[name][1], variable[1], err_msg=name)

@@ -49,7 +49,7 @@ def test_one_configuration():
     expected = normal_and_tangential(virial)
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
     observed = StressProfile(scene, own.system, 1, WIDTH)
-    observed.sample(own, own.measure())
+    observed.sample(own)
     whole = observed.averages.means()[0] / VOLUME
     assert np.abs(whole - normal_and_tangential(kinetic + virial)).max() < 1e-7 * whole.max()
     other.close()
@@ -61,8 +61,8 @@ def test_tension_and_profile_of_the_papers_slabs():
     other = Profiled(scene, own.state, WIDTH)
     observed, found = StressProfile(scene, own.system, 1, WIDTH), []
     for _ in range(SAMPLES):
-        sums = own.advance(EVERY, measure=True)
-        observed.sample(own, sums)
+        own.advance(EVERY)
+        observed.sample(own)
         other.advance(EVERY)
         found.append(normal_and_tangential(other.profile().sum(axis=0)))
     other.close()

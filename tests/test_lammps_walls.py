@@ -112,7 +112,7 @@ def test_pressure_and_density_at_walls(tmp_path):
     other.command("run 500 pre no post no")
     low = own.system.origin[2]
     for _ in range(600):
-        sums = own.advance(20, measure=True)
+        sums = own.advance_measured(20)
         place = own.state.position[2] - low
         found["own"].append([*sums.walls[:, 1] / 25, (np.abs(place - 3) > 2.2).sum()])
         other.command("run 20 pre no post no")

@@ -117,7 +117,7 @@ def test_a_run_that_goes_on_remembers_what_it_found(unchecked, tmp_path):
     watch.arrays["count"][0] = 10**6
     simulation = Simulation(system, make_start(scene))
     with pytest.raises(LostRun):
-        watch.sample(simulation, None)
+        watch.sample(simulation)
 
 
 BOX = 6.2  # the smallest in which these dimers are not refused

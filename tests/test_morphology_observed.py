@@ -51,7 +51,7 @@ def look(data, observe, *positions):
     system = system_of(scene)
     observer, *_ = observables(scene, system)
     for step, position in enumerate(positions):
-        observer.sample(Snapshot(system, state_of(scene, position, step)), None)
+        observer.sample(Snapshot(system, state_of(scene, position, step)))
     return scene, {name: found[1] for name, found in observer.variables().items()}
 
 

@@ -203,7 +203,7 @@ def test_displacements_are_those_of_centres_of_mass():
     place = np.full((2, 6), 5.0)
     for _ in range(2):
         state = State(place.copy(), place, None, np.arange(6, dtype=np.uint32), scene.kinds, 0)
-        observer.sample(Snapshot(system_of(scene), state), None)
+        observer.sample(Snapshot(system_of(scene), state))
         place[0, 0] += 0.8
     found = observer.variables()["msd_centre"][1][0]
     np.testing.assert_allclose(found[0], (0.8 / 4 - 0.8 / 8) ** 2, rtol=1e-12)

@@ -440,7 +440,7 @@ def test_without_a_path_nothing_is_written(tmp_path, monkeypatch):
     scene = watched(4, CHAINS)
     simulation = Simulation(system_of(scene), make_start(scene))
     for observer in observables(scene, system_of(scene)):
-        observer.sample(simulation, simulation.measure())
+        observer.sample(simulation)
     assert os.listdir(tmp_path) == []
 
 

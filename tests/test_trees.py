@@ -432,7 +432,7 @@ def test_distributions_have_the_area_one():
     ends, bonds, chains, vectors, moved, _ = observables(scene, system)
     for observer in (ends, bonds, chains, vectors, moved):
         for _ in range(scene.steps.sample):
-            observer.sample(still, None)
+            observer.sample(still)
     found = {name: variable[1] for name, variable in ends.variables().items()}
     width = 3 / 43
     assert found["end_distance"][0] == pytest.approx(width / 2)

@@ -240,7 +240,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
         run(killed, steps, observers, keeper, kill, every_seconds=0.0)
     again, observers, _ = parts(threads=2)
     said = []
-    assert run(again, steps, observers, keeper, say=said.append) == 120 - 75
+    assert run(again, steps, observers, keeper, say=said.append) == 120 - 70
     assert not any(said)
     assert_same_state(again.state, whole.state)
     for one, other in zip(observers, seen_by_all):
@@ -264,12 +264,12 @@ def test_a_run_that_gets_behind_a_wall(tmp_path):
 
 
 def seen(scene, samples):
-    """Variables of a scene's one observable, after samples of (position, velocity, sums)."""
+    """Variables of a scene's one observable, after samples of (position, velocity)."""
     system = system_of(Scene(scene))
     (observable,) = observables(Scene(scene), system)
-    for position, velocity, sums in samples:
+    for position, velocity in samples:
         state = State(position, velocity, None, None, None, 0)
-        observable.sample(Snapshot(system, state), sums)
+        observable.sample(Snapshot(system, state))
     return {name: variable[1] for name, variable in observable.variables().items()}
 
 
@@ -280,7 +280,7 @@ def test_temperature_is_measured_about_the_flow():
         position = rng.random((3, 4000)) * 5
         velocity = 0.9 * rng.normal(size=(3, 4000))
         velocity[0] += 0.5 * np.floor(position[2])
-        samples.append((position, velocity, None))
+        samples.append((position, velocity))
     scene = FLUID | {"observe": [{"velocity_profile": {"axis": "z", "bin": 1, "every": 1}}]}
     found = seen(scene, samples)
     np.testing.assert_allclose(found["layer"], [0.5, 1.5, 2.5, 3.5, 4.5])
@@ -293,13 +293,13 @@ def test_temperature_is_measured_about_the_flow():
 
 def test_a_wall_feels_the_opposite_of_what_it_does():
     """Per area: pressure outwards, and the friction of the beads with it."""
-    scene = FLUID | {"walls": ROUGH, "observe": [{"walls": {"every": 1}}]}
-    on_beads = np.array([[1.0, 50.0, 2.5, 0.0, 5.0], [1.0, 75.0, -2.5, 1.0, 0.0]])
-    found = seen(scene, [(np.zeros((3, 1)), np.zeros((3, 1)), Sums(None, None, on_beads))])
-    np.testing.assert_allclose(found["wall_pressure"][0], [2, 3])
-    np.testing.assert_allclose(
-        found["wall_friction"][0], [[-0.1, 0, -0.2], [0.1, -0.04, 0]], atol=1e-15
-    )
+    scene = Scene(FLUID | {"walls": ROUGH, "observe": [{"walls": {"every": 1}}]})
+    on_beads = np.array([[[1.0, 50.0, 2.5, 0.0, 5.0], [1.0, 75.0, -2.5, 1.0, 0.0]]])
+    (walls,) = observables(scene, system_of(scene))
+    walls.record(Sums(step=np.ones(1, int), volume=None, beads=None, moments=None, walls=on_beads))
+    pressure, friction = (walls.variables()[f"wall_{name}"][1] for name in ("pressure", "friction"))
+    np.testing.assert_allclose(pressure[0], [2, 3])
+    np.testing.assert_allclose(friction[0], [[-0.1, 0, -0.2], [0.1, -0.04, 0]], atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -312,7 +312,7 @@ def test_a_profile_is_across_what_changes_most(change, axis):
     scene = FLUID | {"box": [5, 6, 5], "observe": [{"velocity_profile": {"every": 1}}]} | change
     place = np.full((3, 1), 2.4)
     place[axis] = 4.4
-    found = seen(scene, [(place, place, None)])
+    found = seen(scene, [(place, place)])
     layer = np.nanargmax(found["bead_profile"][0])
     low = system_of(Scene(scene)).origin[axis]
     assert found["layer"][layer] == pytest.approx(4.4 - low, abs=0.11)

@@ -77,7 +77,7 @@ def test_trees_step_beside_the_reference(box, tabled):
     simulation = make_simulation(system, position, velocity)
     reference = Reference(system, "gw-vv", 0.5, position, velocity)
     for _ in range(20):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         assert_same_place(by_identity(simulation, "position"), reference.position, box, 1e-9)
         for name in ("velocity", "force"):
@@ -222,7 +222,7 @@ def test_any_number_of_threads_makes_the_same_bits():
         simulation = make_simulation(
             system, start.position, start.velocity, start.species, threads=threads
         )
-        sums = simulation.advance(40, measure=True)
+        sums = simulation.advance_measured(40)
         found.append((simulation, sums))
     for simulation, sums in found[1:]:
         assert_same_state(simulation.state, found[0][0].state)

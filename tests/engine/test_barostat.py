@@ -64,7 +64,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
     simulation = make_simulation(system, position, velocity, species)
     reference = PressedReference(system, scheme, prediction, position, velocity, species)
     for _ in range(40):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         np.testing.assert_allclose(simulation.box, reference.system.box, rtol=1e-11)
         assert np.abs(simulation.unfolded - reference.position).max() < 1e-9
@@ -109,9 +109,9 @@ def other(scheme, threads=1, **changes):
 def test_threads_and_calls_do_not_matter(scheme, changes):
     """To the last bit; trials lie between steps, wherever calls end."""
     one, two, four = (other(scheme, threads, **changes) for threads in (1, 2, 4))
-    first = one.advance(60, measure=True)
+    first = one.advance_measured(60)
     for steps in (1, 2, 4, 11, 30, 11, 1):
-        last = two.advance(steps, measure=True)
+        last = two.advance_measured(steps)
     four.advance(59)
     four.advance(1)
     for simulation in (two, four):
@@ -124,9 +124,9 @@ def test_threads_and_calls_do_not_matter(scheme, changes):
 @pytest.mark.parametrize("scheme", ["shardlow", "lowe-andersen", "aboba"])
 def test_calls_do_not_matter_where_momentum_is_exchanged(scheme):
     one, two = other(scheme), other(scheme)
-    first = one.advance(61, measure=True)
+    first = one.advance_measured(61)
     for steps in (2, 30, 29):
-        last = two.advance(steps, measure=True)
+        last = two.advance_measured(steps)
     assert one.box == two.box != WIDE_3D
     assert_same_state(one.state, two.state)
     np.testing.assert_array_equal(first.virial, last.virial)

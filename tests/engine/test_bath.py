@@ -50,7 +50,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, dimension, skin, gaussian
     scheme, prediction = scheme
     simulation, reference = mixed_beads(dimension, skin, scheme, prediction, gaussian)
     for _ in range(20):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         place = by_identity(simulation, "position")
         assert_same_place(place, reference.position, simulation.system.box, 1e-9)

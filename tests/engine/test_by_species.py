@@ -64,7 +64,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, dimension, changes):
     """Thirty steps agree to 1e-9, and so do virials and energies."""
     simulation, reference = mixed(BOX[dimension], 50, scheme, **changes)
     for _ in range(30):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         assert_beside(simulation, reference)
         largest = np.abs(reference.virial).max()
@@ -215,12 +215,10 @@ def test_momentum_is_conserved_to_rounding(scheme):
 class Temperatures:
     """An observer that keeps <m v^2> / 3 of each species."""
 
-    needs_forces = False
-
     def __init__(self, masses, every):
         self.masses, self.every, self.arrays, self.seen = masses, every, {}, []
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         state = simulation.state
         squares = (state.velocity**2).mean(axis=0)
         self.seen.append([

@@ -102,7 +102,7 @@ def series(system, steps, every):
     simulation.advance(400)
     rows = []
     for _ in range(steps // every):
-        sums = simulation.advance(every, measure=True)
+        sums = simulation.advance_measured(every)
         kinetic = (simulation.state.velocity**2).sum()
         virial = np.trace(sums.virial[CONSERVATIVE])
         pressure = (kinetic + virial) / (3 * simulation.volume)
@@ -164,7 +164,8 @@ def test_g_of_an_ideal_gas_is_one():
     observer = RadialDistribution(scene, system, 50, 1.0, 1.0)
     simulation = Simulation(system, make_start(scene))
     for _ in range(scene.steps.sample // 50):
-        observer.sample(simulation, simulation.advance(50))
+        simulation.advance(50)
+        observer.sample(simulation)
     mean, error = mean_in_parts(observer.variables()["rdf"][1][:, 0], 25)
     assert error < 0.01
     assert abs(mean - 1) < 1.2 * SURE * error

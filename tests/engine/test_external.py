@@ -90,7 +90,7 @@ def test_sixty_beads_step_beside_the_reference(scheme, prediction, dimension, ax
         dimension, axes, scheme, prediction, skin=skin, gaussian=gaussian
     )
     for _ in range(20):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         assert_beside(simulation, reference, sums)
     assert (sums.walls[:, 1] > 0).all()
@@ -100,7 +100,7 @@ def test_smooth_walls_beside_a_langevin_thermostat():
     """Without friction of their own, and with noise on every bead."""
     simulation, reference = mixed_beads(3, (2,), wall_friction=0.0, per_bead=True)
     for _ in range(20):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
     assert_beside(simulation, reference, sums)
     assert not sums.walls[:, 2:].any()
@@ -126,11 +126,11 @@ def test_walls_alone_have_their_own_noise():
 def test_threads_and_calls_change_no_bit(scheme, skin):
     """Of the state, nor of what walls do: 1, 2 and 4 threads; one call, or three."""
     runs = [mixed_beads(3, (2,), scheme, skin=skin, threads=n)[0] for n in (1, 2, 4)]
-    sums = [simulation.advance(60, measure=True) for simulation in runs]
+    sums = [simulation.advance_measured(60) for simulation in runs]
     parts, _ = mixed_beads(3, (2,), scheme, skin=skin)
     for steps in (13, 1):
         parts.advance(steps)
-    sums.append(parts.advance(46, measure=True))
+    sums.append(parts.advance_measured(46))
     for simulation, found in zip([*runs, parts], sums):
         assert_same_state(simulation.state, runs[0].state)
         for name in ("virial", "energy", "walls"):
@@ -197,7 +197,7 @@ def test_energy_is_conserved_without_friction():
     simulation = make_simulation(system, position, velocity)
     totals = []
     for _ in range(20):
-        sums = simulation.advance(100, measure=True)
+        sums = simulation.advance_measured(100)
         kinetic = 0.5 * (simulation.state.velocity**2).sum()
         totals.append(kinetic + sums.energy.sum() + sums.walls[:, 0].sum())
     assert np.ptp(totals) < 1e-3 * 100
@@ -217,7 +217,7 @@ def free_beads(steps, every, wall_friction):
     simulation.advance(4000)
     pressures, squares = [], []
     for _ in range(steps // every):
-        sums = simulation.advance(every, measure=True)
+        sums = simulation.advance_measured(every)
         pressures.append(sums.walls[:, 1] / 25.0)
         squares.append((simulation.state.velocity**2).mean(axis=1))
     return np.array(pressures), np.array(squares)

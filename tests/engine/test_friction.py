@@ -60,7 +60,7 @@ def test_fifty_beads_with_a_list_step_beside_the_reference(dimension, gaussian):
     simulation, reference = mixed_beads(BOX[dimension], 50, 0.2, gaussian=gaussian)
     lists = []
     for _ in range(40):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         assert_beside(simulation, reference, sums)
         lists.append(simulation.state.reference[0, 0])
@@ -81,7 +81,7 @@ def test_many_pairs_at_a_high_density(dimension, skin):
     near = reference.separation(*np.triu_indices(count, 1))[1] < 1
     assert near.sum() > 10 * count
     for _ in range(10):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         assert_beside(simulation, reference, sums)
     together, _ = mixed_beads(box, count, skin, dt=0.004)
@@ -125,10 +125,10 @@ def test_friction_of_two_beads_is_that_of_their_last_velocities():
 def test_forty_steps_are_three_calls(dimension, skin, per_bead):
     """Bit for bit, measured on the way or not."""
     one, other = (mixed_beads(BOX[dimension], 50, skin, per_bead=per_bead)[0] for _ in range(2))
-    sums = one.advance(40, measure=True)
+    sums = one.advance_measured(40)
     for steps in (13, 1):
         other.advance(steps)
-    again = other.advance(26, measure=True)
+    again = other.advance_measured(26)
     assert_same_state(one.state, other.state)
     if skin:
         np.testing.assert_array_equal(one.state.reference, other.state.reference)

@@ -96,7 +96,7 @@ def test_one_bead_alone(dimension, skin):
     velocity = np.full((dimension, 1), 0.7)
     system = make_system(BOX[dimension], skin=skin)
     simulation = make_simulation(system, np.ones((dimension, 1)), velocity)
-    sums = simulation.advance(300, measure=True)
+    sums = simulation.advance_measured(300)
     straight, _ = wrapped(1.0 + 300 * system.dt * velocity, system.box)
     assert_same_place(simulation.state.position, straight, system.box, 1e-12)
     np.testing.assert_array_equal(simulation.state.velocity, velocity)

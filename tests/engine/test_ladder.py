@@ -102,7 +102,7 @@ def test_beads_at_the_same_place_stay_finite():
     system = make_system(BOX_3D, bonds=bonds, repulsion=np.full((2, 2), 25.0))
     place = np.full((3, 2), 1.5)
     simulation = make_simulation(system, place, np.zeros((3, 2)), np.array([0, 1], np.uint8))
-    sums = simulation.advance(10, measure=True)
+    sums = simulation.advance_measured(10)
     for array in (simulation.state.position, simulation.state.velocity, sums.virial, sums.energy):
         assert np.isfinite(array).all()
     np.testing.assert_array_equal(simulation.state.position, place)
@@ -152,7 +152,7 @@ def test_energy_of_a_bonded_pair_stays_within_its_bound():
     dt, omega, energies = 0.01, np.sqrt(2 * 100.0), []
     simulation = spring(dt)
     for _ in range(200):
-        energy = simulation.advance(1, measure=True).energy
+        energy = simulation.advance_measured(1).energy
         energies.append(energy.sum() + np.sum(simulation.state.velocity**2) / 2)
     first, bound = 100 * 0.2**2 / 2, (omega * dt) ** 2 / 4
     assert max(energies) < first * (1 + 1e-9)
@@ -172,7 +172,7 @@ def energy_error(dt, seed):
     kinetic = np.sum(simulation.state.velocity**2) / 2
     energies = [simulation.measure().energy.sum() + kinetic]
     for _ in range(50):
-        potential = simulation.advance(round(0.02 / dt), measure=True).energy.sum()
+        potential = simulation.advance_measured(round(0.02 / dt)).energy.sum()
         energies.append(potential + np.sum(simulation.state.velocity**2) / 2)
     return np.sqrt(np.mean((np.array(energies) - energies[0]) ** 2))
 
@@ -221,7 +221,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, gaussian
     """
     simulation, reference = fifty_beads(box, scheme, prediction, gaussian, mixed)
     for _ in range(20):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         assert np.abs(simulation.unfolded - reference.position).max() < 1e-9
         for name in ("velocity", "force"):
@@ -236,7 +236,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, gaussian
 def test_measuring_leaves_the_state_alone():
     """`measure` sees what the last step measured, up to the friction of another velocity."""
     simulation, _ = fifty_beads(BOX_3D, "gw-vv", 0.5, False, False)
-    last = simulation.advance(5, measure=True)
+    last = simulation.advance_measured(5)
     kept = simulation.state
     copies = {name: getattr(kept, name).copy() for name in ("position", "velocity", "force")}
     found = simulation.measure()

@@ -52,7 +52,7 @@ def test_fifty_beads_step_beside_the_reference(variant):
     simulation, reference = beads(*variant)
     lists = []
     for _ in range(40):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         place = by_identity(simulation, "position")
         assert_same_place(place, reference.position, simulation.system.box, 1e-9)

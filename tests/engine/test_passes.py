@@ -354,12 +354,12 @@ PHANTOM = {
 class States:
     """An observer that keeps simulations as it saw them."""
 
-    every, needs_forces = 4, False
+    every = 4
 
     def __init__(self):
         self.arrays, self.seen = {}, []
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         self.seen.append(Simulation(simulation.system, simulation.state))
 
 
@@ -394,11 +394,11 @@ def test_arrays_are_all_that_goes_on(phantom, taken):
     scene, whole, seen = phantom
     half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
     for simulation in seen[:taken]:
-        half.sample(simulation, None)
+        half.sample(simulation)
     assert np.isnan(half.variables()["passes"][1][taken:]).all()
     for name, array in half.arrays.items():
         other.arrays[name][...] = array.copy()
     for simulation in seen[taken:]:
-        other.sample(simulation, None)
+        other.sample(simulation)
     for name, array in whole.arrays.items():
         np.testing.assert_array_equal(other.arrays[name], array, err_msg=name)

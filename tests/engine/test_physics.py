@@ -31,12 +31,10 @@ MONTE_CARLO_PRESSURE = 23.653  # +- 0.002 at rho 3, a 25: no time step (spec of 
 class Velocities:
     """An observer that keeps all velocities."""
 
-    needs_forces = False
-
     def __init__(self, every):
         self.every, self.arrays, self.seen = every, {}, []
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         self.seen.append(simulation.state.velocity.copy())
 
 

@@ -77,7 +77,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, kind):
     (edges, shear), tilts, by_itself = BOXES[box], [], 0.0
     for _ in range(60):
         before = reference.position.copy()
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         reference.step()
         middle = 0.5 * (before + reference.position)
         carried = 0.02 * flow_of(simulation.system, middle)
@@ -173,7 +173,7 @@ def test_work_of_the_flow_becomes_energy():
     simulation = Simulation(system, calm.state)
     powers, energies = [], []
     for _ in range(round(4.0 / dt)):
-        sums = simulation.advance(1, measure=True)
+        sums = simulation.advance_measured(1)
         u = simulation.state.velocity
         powers.append(-rate * (u[0] @ u[1] + sums.virial[0, 0, 1]))
         energies.append(0.5 * np.sum(u**2) + sums.energy.sum())
@@ -196,7 +196,7 @@ def test_threads_do_not_change_a_bit(scheme, box):
         simulation = make_simulation(system, *start, threads=threads)
         for steps in calls[:-1]:
             simulation.advance(steps)
-        sums.append(simulation.advance(calls[-1], measure=True))
+        sums.append(simulation.advance_measured(calls[-1]))
         states.append(simulation.state)
     for state, found in zip(states[1:], sums[1:]):
         assert_same_state(state, states[0])
@@ -273,11 +273,11 @@ def test_displacement_is_that_about_the_flow():
     simulation = Simulation(system, make_start(scene))
     watch = Displacement(scene, system, every)
     simulation.advance(every)
-    watch.sample(simulation, None)
+    watch.sample(simulation)
     x, y = by_identity(simulation, "velocity").copy()
     for _ in range(40):
         simulation.advance(every)
-        watch.sample(simulation, None)
+        watch.sample(simulation)
     t = 40 * every * dt
     expected = np.stack([x * t - rate * y * t**2 / 2, y * t])
     place = np.stack([by_identity(simulation, "peculiar"), simulation.unfolded[1]])

@@ -48,7 +48,7 @@ def outcome(threads, box, beads=None, calls=(7, 8), **changes):
     simulation = make_simulation(system, position, velocity, species, threads=threads)
     for steps in calls[:-1]:
         simulation.advance(steps)
-    sums = simulation.advance(calls[-1], measure=True)
+    sums = simulation.advance_measured(calls[-1])
     return simulation.state, sums
 
 

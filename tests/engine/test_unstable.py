@@ -77,12 +77,12 @@ def test_state_stays_as_it_was():
 class Watch:
     """An observer that keeps the states it saw."""
 
-    every, needs_forces = 2, False
+    every = 2
 
     def __init__(self):
         self.arrays, self.seen = {}, []
 
-    def sample(self, simulation, sums):
+    def sample(self, simulation):
         self.seen.append(deepcopy(simulation.state))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,7 @@ from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
 from dpd.observe import observables
+from dpd.observe.thermal import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
 
@@ -130,7 +131,7 @@ def both_codes(
 
 def own_look(simulation: Simulation, every: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Positions and velocities by identity, and the pressure, some steps later."""
-    sums = simulation.advance(every, measure=True)
+    sums = simulation.advance_measured(every)
     state, system = simulation.state, simulation.system
     twice_kinetic = (state.velocity**2).sum()
     pressure = (twice_kinetic + np.trace(sums.virial[ALL_FORCES])) / (
@@ -169,28 +170,29 @@ def seen(
     changes = {
         "steps": {"sample": snapshots},
         "observe": [
-            {"thermo": {"every": 1, "pressure": False}},
             {"rdf": {"every": 1, "range": reach, "bin": BIN}},
             *({name: {"every": 1}} for name in watch),
         ],
     }
     scene = Scene(scene.data | changes, scene.where)
     system = system_of(scene)
-    observers = observables(scene, system)
-    pressure = np.empty(snapshots)
+    observers: Any = observables(scene, system)
+    thermal = ThermalMotion(scene, system)
+    kT, pressure = np.empty((2, snapshots))
     identity = np.arange(scene.beads, dtype=np.uint32)
     for k in range(snapshots):
         position, velocity, pressure[k] = look()
         position = np.ascontiguousarray(wrapped(position, scene.box)[0])
         # Observables of positions and velocities need neither forces nor a simulation.
         now = Snapshot(system, State(position, velocity, None, identity, None, k))
+        kT[k] = np.mean(thermal.velocities(now) ** 2)
         for observer in observers:
-            observer.sample(now, None)  # type: ignore[arg-type]
+            observer.sample(now)
     values: dict[str, np.ndarray] = {}
     for observer in observers:
         values |= {name: array for name, (_, array, _, _) in observer.variables().items()}
     none = np.full(snapshots, np.nan)
     return {
-        "r": values["r"], "rdf": values["rdf"], "kT": values["kT"], "pressure": pressure,
+        "r": values["r"], "rdf": values["rdf"], "kT": kT, "pressure": pressure,
         "bond": values.get("bond_mean", none),
     }  # fmt: skip

@@ -114,7 +114,7 @@ def one_by_one(simulation: Simulation, measure: bool) -> Advance:
 
     def advance(steps):
         for _ in range(steps):
-            simulation.advance(1, measure=measure)
+            simulation.advance_measured(1) if measure else simulation.advance(1)
 
     return advance
 

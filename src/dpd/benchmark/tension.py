@@ -125,7 +125,8 @@ def own_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
     own = simulation_of(scene, begin)
     observed = StressProfile(scene, own.system, 1, WIDTH)
     for _ in range(samples):
-        observed.sample(own, own.advance(EVERY))
+        own.advance(EVERY)
+        observed.sample(own)
     found = observed.variables()
     return np.stack([found[f"{name}_pressure_profile"][1] for name in DIRECTIONS], axis=1)
 

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.engine.sampling import ONE_CELL
 from dpd.engine.space import wrapped
 from dpd.engine.state import CONSERVATIVE, Sums
 from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
 
 if TYPE_CHECKING:
+    from dpd.engine.sampling import Across
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import State, System
 
@@ -27,20 +29,18 @@ CUTOFF = 1.0
 MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may become
 
 
-def advance_rescaling(simulation: Simulation, law: Pressure, steps: int, measure: bool) -> Sums:
-    """Advance a system at constant pressure.
+def sample_rescaling(
+    simulation: Simulation, law: Pressure, steps: int, at: np.ndarray, measure: bool, across: Across
+) -> Sums:
+    """Advance a system at constant pressure, and take sums after some steps.
 
     Parameters
     ----------
     simulation : Simulation
     law : Pressure
-    steps : int
-    measure : bool
-
-    Returns
-    -------
-    Sums
-        Of where the beads are in the end, in the box that they are in then.
+    steps, at, measure, across
+        See `dpd.engine.simulation.Simulation.sample`. A sample after a trial is of the box that
+        came out of it.
 
     Raises
     ------
@@ -48,18 +48,24 @@ def advance_rescaling(simulation: Simulation, law: Pressure, steps: int, measure
     UserError
         If the box becomes too large or too small.
     """
-    while True:
-        stretch = min(steps, law.every - simulation.state.step % law.every)
-        steps -= stretch
-        due = (simulation.state.step + stretch) % law.every == 0
-        sums = simulation.advance_in_box(stretch, due or (measure and steps == 0))
-        if due:
-            sums = rescale(simulation, law, sums)
-        if steps == 0:
-            return sums
+    parts, last = [], simulation.state.step + steps
+    while simulation.state.step < last:
+        step = simulation.state.step
+        trial = step + law.every - step % law.every
+        end, inside = min(last, trial), at[(step < at) & (at <= trial)]
+        if trial > last:
+            parts.append(simulation.sample_in_box(end - step, inside, measure, across))
+            break
+        before = inside[inside < trial]
+        found = simulation.sample_in_box(end - step, np.append(before, trial), True, across)
+        parts.append(found.of(slice(len(before))))
+        after = rescale(simulation, law, found.of(slice(-1, None)), across)
+        if trial in inside:
+            parts.append(after)
+    return Sums.joined(parts)
 
 
-def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
+def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across = ONE_CELL) -> Sums:
     """Try another volume.
 
     Parameters
@@ -68,22 +74,25 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
         Its state is replaced if the volume counts.
     law : Pressure
     sums : Sums
-        Of where the beads are.
+        One sample of where the beads are.
+    across : Across
+        See `dpd.engine.simulation.Simulation.sample`.
 
     Returns
     -------
     Sums
-        Of where the beads are then.
+        One sample of where the beads are then.
     """
     system, before, box = simulation.system, simulation.state, simulation.box
     kT, h = system.kT, law.every * system.dt
     random = draw(system.seed, before.step)
-    here = look_at(system, law, before, box, sums)
+    here = look_at(system, law, before, box, sums.of(-1))
     volume = law.trial(here, kT, h, random.normal)
     stretched = stretched_box(box, law.axes, volume / here.volume)
     refuse_box(law, system, stretched, before.step)
-    moved = simulation.begin_at(stretched_state(system, before, box, stretched))
-    there = look_at(system, law, simulation.state, stretched, moved)
+    simulation.state = stretched_state(system, before, box, stretched)
+    moved = simulation.call(0, [before.step], measure=True, across=across)
+    there = look_at(system, law, simulation.state, stretched, moved.of(-1))
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved
     simulation.state = before

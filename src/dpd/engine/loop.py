@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Protocol
+from functools import reduce
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from dpd.engine.checkpoint import next_look, next_sample, stretch_of
-from dpd.errors import Stopped
+from dpd.engine.sampling import ONE_CELL
+from dpd.errors import LostRun, Stopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import numpy as np
-
     from dpd.engine.checkpoint import Checkpoint
+    from dpd.engine.sampling import Across
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums
 
@@ -24,12 +27,18 @@ if TYPE_CHECKING:
         def every(self) -> int: ...
 
         @property
+        def arrays(self) -> dict[str, np.ndarray]: ...
+
+    class Recorder(Observer, Protocol):
+        """What it needs of one that takes sums."""
+
+        @property
         def needs_forces(self) -> bool: ...
 
         @property
-        def arrays(self) -> dict[str, np.ndarray]: ...
+        def across(self) -> Across: ...
 
-        def sample(self, simulation: Simulation, sums: Sums) -> None: ...
+        def record(self, sums: Sums) -> None: ...
 
 
 def run(
@@ -40,10 +49,13 @@ def run(
 ) -> int:  # fmt: skip
     """Equilibrate, then sample.
 
-    An observer has ``every`` (steps between its samples), ``needs_forces`` (whether it
-    reads virial or energy), ``sample(simulation, sums)``, and ``arrays``, a dict of the
-    arrays that it fills, which is all that a checkpoint keeps of it. One with ``equilibration``
-    counts its steps from the beginning of the run.
+    An observer has ``every`` (steps between its samples), and ``arrays``, a dict of the arrays that
+    it fills, which is all that a checkpoint keeps of it. One with ``equilibration`` counts its
+    steps from the beginning of the run. It looks at a configuration with ``sample(simulation)``,
+    for which the compiled loop ends; or it takes sums over beads and pairs, which the loop adds up
+    on its way: ``record(sums)``, with `dpd.engine.state.Sums` of one or more of its steps;
+    ``needs_forces`` says whether it reads virial or energy, ``across`` in which cells it needs the
+    sums over beads.
 
     Parameters
     ----------
@@ -77,16 +89,18 @@ def run(
     say = say or (lambda sentence: None)
     if checkpoint is not None:
         say(checkpoint.resume(simulation, observers, steps))
+    recorders: Any = [each for each in observers if hasattr(each, "record")]
+    lookers: Any = [each for each in observers if not hasattr(each, "record")]
     beads = simulation.state.identity.size
     begun = simulation.state.step
     saved, former = time.monotonic(), ""
     while (now := simulation.state.step) < last:
-        samples = [next_sample(observer, now, equilibrate) for observer in observers]
-        stop = min([next_look(now, observers, equilibrate, beads), last, *samples])
-        due = [observer for observer, at in zip(observers, samples) if at == stop]
-        sums = simulation.advance(stop - now, measure=any(o.needs_forces for o in due))
-        for observer in due:
-            observer.sample(simulation, sums)
+        samples = [next_sample(observer, now, equilibrate) for observer in lookers]
+        stop = min([next_look(now, lookers, equilibrate, beads), last, *samples])
+        advance_recording(simulation, stop, recorders, equilibrate)
+        for observer, at in zip(lookers, samples):
+            if at == stop:
+                observer.sample(simulation)
         if progress is not None:
             progress(stop)
         stop_now = stop < last and stopping is not None and stopping()
@@ -99,9 +113,38 @@ def run(
     return last - begun
 
 
-def advance_looking(
-    simulation: Simulation, steps: int, look: Callable[[], object], measure: bool = False
-) -> Sums:
+def advance_recording(
+    simulation: Simulation, stop: int, recorders: Sequence[Recorder], equilibrate: int
+) -> None:
+    """Advance to a step; those who take sums get those of their steps, also before a run blows up.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    stop : int
+    recorders : list
+    equilibrate : int
+        Steps of the run's equilibration.
+    """
+    now = simulation.state.step
+    due = [
+        np.arange(next_sample(each, now, equilibrate), stop + 1, each.every) for each in recorders
+    ]
+    steps = reduce(np.union1d, due, np.empty(0, np.int64))
+    across = max((each.across for each in recorders), key=lambda at: at.axis.size, default=ONE_CELL)
+    measure = any(each.needs_forces for each in recorders)
+    try:
+        sums = simulation.sample(stop - now, steps, measure, across)
+    except LostRun as lost:
+        if len(steps) and steps[0] < lost.step:
+            advance_recording(simulation, lost.step - 1, recorders, equilibrate)
+        raise
+    for each, own in zip(recorders, due):
+        if len(own):
+            each.record(sums.of(np.isin(steps, own)))
+
+
+def advance_looking(simulation: Simulation, steps: int, look: Callable[[], object]) -> None:
     """Advance by some steps, to the same bits, with a look now and then.
 
     Parameters
@@ -111,12 +154,10 @@ def advance_looking(
     look : callable
         Called between stretches of steps, a few times a second on small systems; it may raise
         something to end that.
-    measure : bool
-        See `dpd.engine.simulation.Simulation.advance`, also for what is returned.
     """
     stretch = stretch_of(simulation.state.identity.size)
     while steps > stretch:
         simulation.advance(stretch)
         steps -= stretch
         look()
-    return simulation.advance(steps, measure)
+    simulation.advance(steps)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.barostat import advance_rescaling, refuse_box
+from dpd.engine.barostat import refuse_box, sample_rescaling
 from dpd.engine.bonded import angles_of, bonds_of, buffers_of, number_of_batches
 from dpd.engine.cells import cell_buffers, grid_of
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
@@ -15,6 +15,7 @@ from dpd.engine.integrate import times_of
 from dpd.engine.lists import list_buffers
 from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
+from dpd.engine.sampling import ONE_CELL, moments_and_beads, sampled_buffers
 from dpd.engine.search import line_buffers, pair_buffers
 from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
@@ -23,6 +24,9 @@ from dpd.engine.threads import new_team, started
 from dpd.errors import LostRun, UserError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from dpd.engine.sampling import Across
     from dpd.engine.state import System
 
 CUTOFF = 1.0
@@ -135,25 +139,42 @@ class Simulation(Snapshot):
         self._rows: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # of the state, as views of rows
         self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()
+        self._listed: np.ndarray | None = None  # the reference of the list in the buffers
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
-            state.force = np.zeros_like(state.position)
-            self._call(0, measure=False)
+            self.call(0)
 
-    def advance(self, steps: int, measure: bool = False) -> Sums:
-        """Advance by ``steps`` >= 1 steps.
+    def advance(self, steps: int) -> None:
+        """Advance by ``steps`` >= 1 steps; for errors see `sample`."""
+        self.sample(steps, ())
+
+    def advance_measured(self, steps: int) -> Sums:
+        """The same; sums of the end, with forces, without an axis of samples."""
+        return self.sample(steps, [self.state.step + steps], measure=True).of(-1)
+
+    def measure(self) -> Sums:
+        """The same where the beads are, leaving the state alone."""
+        kept = self.state
+        try:
+            return self.call(0, [kept.step], measure=True).of(-1)
+        finally:
+            self.state = kept
+
+    def sample(
+        self, steps: int, samples: Iterable[int], measure: bool = False, across: Across = ONE_CELL
+    ) -> Sums:
+        """Advance by ``steps`` >= 1 steps, and take sums after some of them.
 
         Parameters
         ----------
         steps : int
+        samples : iterable of int
+            Numbers of these steps, the earliest first.
         measure : bool
-            Add up virial and energy where the beads are in the end: in the last step, or, where a
-            scheme has its force in the middle of a step, once more after it.
-
-        Returns
-        -------
-        Sums
-            Of no use unless measured.
+            Whether to add up virial and energy as well: in the evaluation of the forces at the end
+            of the step, or, where a scheme has its force in the middle of it, in one more.
+        across : Across
+            Cells in which sums over beads are kept apart.
 
         Raises
         ------
@@ -162,56 +183,56 @@ class Simulation(Snapshot):
         UserError
             With the same, if the box becomes too large or too small at constant pressure.
         """
+        at = np.array(list(samples), np.int64)
         if self.system.pressure is None:
-            return self.advance_in_box(steps, measure)
+            return self.sample_in_box(steps, at, measure, across)
         kept = self.state
         try:
-            return advance_rescaling(self, self.system.pressure, steps, measure)
+            return sample_rescaling(self, self.system.pressure, steps, at, measure, across)
         except UserError:
             self.state = kept
             raise
 
-    def advance_in_box(self, steps: int, measure: bool) -> Sums:
+    def sample_in_box(self, steps: int, at: np.ndarray, measure: bool, across: Across) -> Sums:
         """The same, with the box as it is now."""
-        if measure and self.system.scheme.middle:
-            self._call(steps, measure=False)
-            return self.measure()
-        return self._call(steps, measure)
-
-    def begin_at(self, state: State) -> Sums:
-        """Go on from another state of the system; evaluate its forces, and measure."""
-        state.force = np.zeros_like(state.position)
-        self.state = state
-        return self._call(0, measure=True)
-
-    def measure(self) -> Sums:
-        """Virials and energies where the beads are, leaving the state alone."""
-        kept = self.state
-        try:
-            return self._call(0, measure=True)
-        finally:
+        if not (measure and self.system.scheme.middle and len(at)):
+            return self.call(steps, at, measure, across)
+        end, parts = self.state.step + steps, []
+        for step in at:
+            self.call(step - self.state.step)
+            kept = self.state
+            parts.append(self.call(0, [step], measure, across))
             self.state = kept
+        if self.state.step < end:
+            self.call(end - self.state.step)
+        return Sums.joined(parts)
 
-    def _call(self, steps, measure):
-        """Advance, once more with larger buffers if they were too small."""
+    def call(
+        self, steps: int, samples: Iterable[int] = (), measure: bool = False,
+        across: Across = ONE_CELL,
+    ) -> Sums:  # fmt: skip
+        """Call the compiled loop; once more with larger buffers if they were too small.
+
+        For 0 steps the beads are sorted, and their forces evaluated where they are.
+        """
         self._put_images()
-        while (sums := self._attempt(steps, measure)) is None:
+        at = np.array(list(samples), np.int64)
+        while (sums := self._attempt(steps, at, measure, across)) is None:
             self._make_buffers()
         return sums
 
-    def _attempt(self, steps, measure):
+    def _attempt(self, steps, at, measure, across):
         """The same; None, and more room the next time, if the buffers were too small."""
         system, state, dimension = self.system, self.state, self.system.dimension
         beads = self._copied_beads()
         spare = Beads(*map(_empty_like, beads))
-        reference = None
+        listed = state.reference is not None and state.reference is self._listed
+        reference, self._listed = None, None
         if system.skin > 0:
             reference = self._copied("position" if state.reference is None else "reference")
-        force = self._copied("force")
-        if not steps:
-            force[:] = 0.0
-        shared = self._shared()
-        span = Span(state.step, steps, measure)
+        force = self._copied("force") if steps else np.zeros_like(beads.position)
+        shared = self._shared(len(at), across)
+        span = Span(state.step, steps, listed, at, measure, across)
         in_spare, lost = self._all_threads(beads, spare, force, reference, shared, span)
         need = shared.need.max(axis=0)
         if (need > self._room).any():
@@ -226,6 +247,7 @@ class Simulation(Snapshot):
             rows["reference"] = reference
         arrays = {name: axes_of(each, dimension) for name, each in rows.items()}
         self._rows = {name: (arrays[name], rows[name]) for name in rows}
+        self._listed = arrays.get("reference")
         self.state = State(
             **arrays,
             identity=beads.identity,
@@ -236,8 +258,21 @@ class Simulation(Snapshot):
             image=shared.image.T,
             peculiar=beads.peculiar,
         )
-        on_walls = None if shared.at_walls is None else shared.at_walls.sums
-        return Sums(shared.virial.sum(axis=0), shared.energy.sum(axis=0), on_walls)
+        return self._sums(at, shared.sampled, measure)
+
+    def _sums(self, at, sampled, measure):
+        """Sums as they are given, of samples in the box as it is now."""
+        samples, d = len(at), self.system.dimension
+        moments, beads = moments_and_beads(sampled)
+        sums = Sums(at, np.full(samples, self.volume), beads, moments)
+        if not measure:
+            return sums
+        walls = sampled.walls
+        return sums._replace(
+            virial=sampled.virial.reshape(samples, 2, d, d),
+            energy=sampled.energy,
+            walls=None if walls is None else walls.reshape(samples, -1, DRAG + d),
+        )
 
     def _copied_beads(self):
         """Copies of the state's arrays as kernels take them.
@@ -275,6 +310,7 @@ class Simulation(Snapshot):
     def _make_buffers(self):
         """Buffers for the plan, with the room that has been needed so far."""
         grid, beads = self._plan.grid, self.state.identity.size
+        self._listed = None
         self._cells = cell_buffers(grid, beads, self._threads)
         self._own = [self._buffers(self._room) for _ in range(self._threads)]
 
@@ -300,21 +336,25 @@ class Simulation(Snapshot):
             room=room,
         )
 
-    def _shared(self):
+    def _shared(self, samples, across):
         """What the threads share during a call."""
         plan, dimension, beads = self._plan, self.system.dimension, self.state.identity.size
         tasks = number_of_batches(plan.bonds) + len(plan.grid.blocks.piece) - 1
         renews = plan.scheme.renewal is not None
+        virial, energy = np.zeros((tasks, 2, dimension, dimension)), np.zeros((tasks, 2))
+        at_walls = self._at_walls()
+        walls = None if at_walls is None else at_walls.sums
         return Shared(
             cells=self._cells,
             slot=None if plan.bonds is None else np.empty(beads, np.uint32),
-            virial=np.zeros((tasks, 2, dimension, dimension)),
-            energy=np.zeros((tasks, 2)),
+            virial=virial,
+            energy=energy,
             moved=np.zeros(self._threads),
             lost=np.zeros((self._threads, 2)),
-            at_walls=self._at_walls(),
+            at_walls=at_walls,
             image=np.array(self.state.image.T, np.int32, order="C"),
             excess=empty_rows(beads, row_width(dimension)) if renews else None,
+            sampled=sampled_buffers(samples, beads, dimension, across, virial, energy, walls),
             need=np.zeros((self._threads, self._room.size), np.int64),
         )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from dpd.physics.schemes import Scheme
 from dpd.physics.shear import Shear
 from dpd.physics.soft import Soft
 from dpd.physics.wall import WallFriction, Walls
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class Beads(NamedTuple):
@@ -52,22 +55,47 @@ OF_PAIRS, OF_BONDS = 0, 1
 
 
 class Sums(NamedTuple):
-    """Virials and energies of one evaluation of the forces.
+    """Sums over all beads and pairs, at each of some steps.
 
     Attributes
     ----------
-    virial : (2, dimension, dimension) array
+    step : (samples,) int64 array
+    volume : (samples,) array
+        Of the box at that step, see `dpd.engine.simulation.Snapshot`.
+    beads : (samples, cells) array
+        Beads in each cell across a flow, see `dpd.engine.sampling.Across`.
+    moments : (samples, cells, q, q) array
+        The sum of m w w over the beads of a cell, with w = (v, 1, s): velocity, one, and the place
+        in the cell along each axis across the flow, in layers from the middle.
+    virial : (samples, 2, dimension, dimension) array or None
         Sum over pairs, bonds and angles of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
-    energy : (2,) array
+        None where forces are not measured, as what follows.
+    energy : (samples, 2) array or None
         `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them.
-    walls : (walls, 2 + dimension) array or None
+    walls : (samples, walls, 2 + dimension) array or None
         Sums over what each wall does to beads, see `dpd.engine.external.AtWalls`; no part of the
-        virial.
+        virial. None without walls.
     """
 
-    virial: np.ndarray
-    energy: np.ndarray
+    step: np.ndarray
+    volume: np.ndarray
+    beads: np.ndarray
+    moments: np.ndarray
+    virial: np.ndarray = None  # type: ignore[assignment]  # forces are measured where it is read
+    energy: np.ndarray = None  # type: ignore[assignment]
     walls: np.ndarray | None = None
+
+    def of(self, samples: np.ndarray | slice | int) -> Sums:
+        """Some samples of it; of one sample, given by its number, without that axis."""
+        return Sums._make(None if array is None else array[samples] for array in self)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Sums]) -> Sums:
+        """Samples of several, one after the other, of what all of them have."""
+        return cls._make(
+            None if any(one is None for one in each) else np.concatenate(each)
+            for each in zip(*parts)
+        )
 
 
 @dataclass(frozen=True)

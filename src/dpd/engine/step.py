@@ -71,6 +71,7 @@ from dpd.engine.pair import (
     measure_pairs,
 )
 from dpd.engine.rows import copy_row
+from dpd.engine.sampling import Across, Sampled, add_up_beads, move_sums
 from dpd.engine.search import Line, Pairs, Search, longest_line, next_pairs, place_of_piece
 from dpd.engine.space import Slide
 from dpd.engine.threads import (
@@ -150,6 +151,7 @@ class Shared(NamedTuple):
         Boxes that each identity has crossed.
     excess : array with a row for each bead, or None
         See `dpd.engine.integrate.change_since`; None for a scheme that takes friction once.
+    sampled : Sampled
     need : (threads, 3) int64 array
         What there must be room for, in `Own.room`; each thread's own may differ.
     """
@@ -163,6 +165,7 @@ class Shared(NamedTuple):
     at_walls: AtWalls | None
     image: np.ndarray
     excess: np.ndarray | None
+    sampled: Sampled
     need: np.ndarray
 
 
@@ -206,13 +209,22 @@ class Span(NamedTuple):
         Steps done before: they are the key of the noise.
     steps : int
         0 to evaluate the force where the beads are.
+    listed : bool
+        Whether the list at the reference is still in the buffers, from the call before.
+    samples : (samples,) int64 array
+        Steps after which sums are taken, the earliest first.
     measure : bool
-        Whether the last evaluation adds up virial and energy.
+        Whether they are taken of virial and energy too.
+    across : Across
+        Cells in which sums over beads are kept apart.
     """
 
     done: int
     steps: int
+    listed: bool
+    samples: np.ndarray
     measure: bool
+    across: Across
 
 
 class Evaluation(NamedTuple):
@@ -264,7 +276,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
     image, mine = shared.image, share_of(team, len(beads.identity))
     need, room = shared.need[team.rank], own.room
-    step, pending, swapped = span.done, 0.0, False
+    step, pending, swapped, taken = span.done, 0.0, False, 0
     lost = Lost(np.int64(-1), step, 0.0)
     for s in range(max(span.steps, 1)):
         if span.steps > 0:
@@ -291,14 +303,15 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
             find_slots(shared.slot, beads.identity, mine)
         renew_list(
             team, plan, beads.position, reference, mine, own.listed, own.line, own.pairs,
-            shared.cells, need, room, sort_now, s == 0,
+            shared.cells, need, room, sort_now, s == 0 and not span.listed,
         )  # fmt: skip
         if sort_now:
             need[OF_LINE] = longest_line(shared.cells.most, grid.base)
         barrier(team)
         if is_short(shared.need, room):
             break
-        now = Evaluation(step, step_keys(plan.seed, step), span.measure and s + 1 >= span.steps)
+        sample_now = taken < len(span.samples) and step == span.samples[taken]
+        now = Evaluation(step, step_keys(plan.seed, step), span.measure and sample_now)
         add_bonded(
             team, plan, beads.position, force, plan.bonds, plan.angles, shared.slot, shared.virial,
             shared.energy, own, now.measure,
@@ -313,10 +326,14 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if is_short(shared.need, room):
             break
         add_to_beads(team, plan, beads, force, mine, shared.at_walls, own.near, now)
-        if s + 1 < span.steps and plan.kick_waits:
+        pending = 0.0
+        if s + 1 < span.steps and plan.kick_waits and not sample_now:
             pending = times.kick
         elif span.steps > 0:
             finish(team, plan, beads, force, image, own, mine, shared.excess, own.cached, now.keys)
+        if sample_now:
+            take_sample(team, plan, beads, span.across, shared.sampled, taken)
+            taken += 1
     return swapped, lost
 
 
@@ -482,6 +499,21 @@ def finish(team, plan, beads, force, image, own, mine, excess, cached, keys):
         x, v, force, image, beads.identity, mine, own.wrap, times, edges, plan.slide,
         plan.scheme.middle,
     )  # fmt: skip
+
+
+@inlined()
+def take_sample(team, plan, beads, across, sampled, k):
+    """Take sums over all beads and pairs after a step, as the k-th sample."""
+    barrier(team)  # all have come to the end of the step
+    add_up_beads(
+        team, beads.position, beads.velocity, beads.species, plan.mass, across, sampled, plan.edges
+    )
+    barrier(team)
+    if team.rank == 0:
+        move_sums(sampled.moments, k, sampled.moments_of)
+        move_sums(sampled.virial, k, sampled.virial_of)
+        move_sums(sampled.energy, k, sampled.energy_of)
+        move_sums(sampled.walls, k, sampled.walls_of)
 
 
 @inlined(given="excess")

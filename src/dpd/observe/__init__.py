@@ -1,8 +1,8 @@
 """What is measured while a system runs: one file an observable.
 
-An observable has ``every`` (steps between its samples), ``needs_forces``,
-``sample(simulation, sums)``, ``arrays`` (all that it keeps, so that a checkpoint can hold
-it) and ``variables()`` (name to (dimensions, array, units, long_name) for the file).
+An observable has ``every`` (steps between its samples), ``sample(simulation)`` or ``record(sums)``
+(see `dpd.engine.loop.run`), ``arrays`` (all that it keeps, so that a checkpoint can hold it) and
+``variables()`` (name to (dimensions, array, units, long_name) for the file).
 
 One that writes a file of its own (`dpd.scene.beside`) takes its path, and has ``file_bytes``, its
 size, and ``file`` (None without a path). That goes on with what a former process has left
@@ -44,8 +44,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.scene.scene import Scene
 
     # Name to (dimensions, array, units, long_name).
@@ -60,10 +59,7 @@ if TYPE_CHECKING:
         """What an observable has, as said above."""
 
         every: int
-        needs_forces: bool
         arrays: dict[str, np.ndarray]
-
-        def sample(self, simulation: Simulation, sums: Sums) -> None: ...
 
         def variables(self) -> Variables: ...
 

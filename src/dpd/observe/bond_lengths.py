@@ -11,7 +11,6 @@ from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
     from dpd.scene.scene import Scene
 
@@ -32,8 +31,6 @@ class PairBondLengths:
         End of the distribution, and largest width of its bins, in r_c.
     """
 
-    needs_forces = False
-
     def __init__(
         self, scene: Scene, system: BondedSystem, every: int, range: float, bin: float
     ) -> None:
@@ -49,7 +46,7 @@ class PairBondLengths:
         self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)

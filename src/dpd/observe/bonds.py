@@ -11,7 +11,6 @@ from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
     from dpd.scene.scene import Scene
 
@@ -31,8 +30,6 @@ class BondLengths:
         Bin width in r_c.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: BondedSystem, every: int, bin: float) -> None:
         self.every = every
         self._system = system
@@ -42,7 +39,7 @@ class BondLengths:
         self.averages = BlockSums((len(self._edges) + 1,), samples)
         self.arrays = self.averages.arrays | {"longest": np.full(samples, np.nan)}
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)

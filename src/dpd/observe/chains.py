@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
@@ -35,8 +35,6 @@ class Chains:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._kinds = scene.molecules
@@ -45,7 +43,7 @@ class Chains:
         self.averages = BlockSums((len(self._kinds), numbers), scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state = simulation.state
         whole = in_one_piece(self._kinds, state.by_identity(state.position), simulation.box)

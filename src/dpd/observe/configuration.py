@@ -10,7 +10,7 @@ from dpd.particles.tilt import FACTORS, tilt_factors
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -28,8 +28,6 @@ class Configuration:
         Steps between looks; the last one stays.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self.arrays: dict[str, np.ndarray] = {
@@ -40,7 +38,7 @@ class Configuration:
         if system.pressure is not None:
             self.arrays["edges"] = np.full(system.dimension, np.nan)
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state = simulation.state
         self.arrays["position"][...] = state.by_identity(state.position)

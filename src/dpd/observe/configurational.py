@@ -10,7 +10,7 @@ from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -30,8 +30,6 @@ class Configurational:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -39,7 +37,7 @@ class Configurational:
         self.averages = BlockSums((2,), scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         system = replace(self._system, box=simulation.box)
         self.averages.add(force_and_curvature(system, simulation.state))

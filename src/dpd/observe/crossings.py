@@ -11,7 +11,6 @@ from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
     from dpd.scene.scene import Scene
 
@@ -34,8 +33,6 @@ class Crossings:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
@@ -47,7 +44,7 @@ class Crossings:
             "pairs": np.full(MOST * bonds, -1, np.int64),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state, arrays = simulation.state, self.arrays
         members = self._system.members

@@ -10,7 +10,7 @@ from dpd.scene.grids import frames_of, grid_shape
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -37,8 +37,6 @@ class DensityField:
         Largest width of a cell in r_c; each axis is cut into equal cells.
     """
 
-    needs_forces = False
-
     def __init__(
         self, scene: Scene, system: System, every: int, average: int, spacing: float
     ) -> None:
@@ -53,7 +51,7 @@ class DensityField:
             "box": np.zeros((frames_of(scene), system.dimension)),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Add a look to its frame."""
         state, shape = simulation.state, self._shape
         box = self._system.extent if self._system.walls is not None else simulation.box

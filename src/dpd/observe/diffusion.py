@@ -10,7 +10,7 @@ from dpd.observe.following import Followed
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -32,8 +32,6 @@ class Diffusion:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -50,7 +48,7 @@ class Diffusion:
             "molecules": np.full((samples, len(scene.molecules)), np.nan),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Follow the beads, and compare with the start."""
         arrays = self.arrays
         at = int(arrays["taken"][0])

@@ -11,7 +11,7 @@ from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -32,8 +32,6 @@ class Displacement:
         Steps between samples: the shortest lag.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -47,7 +45,7 @@ class Displacement:
         self.averages = MultipleTau(scene.steps.sample // every, shape, 2)
         self.arrays = self.averages.arrays | self._followed.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         self.averages.add(self._tracked(simulation), squares)
 

@@ -11,7 +11,7 @@ from dpd.observe.chains import in_one_piece
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -33,8 +33,6 @@ class EndPoints:
         End of the distribution, and largest width of its bins, in r_c.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
         self.every = every
         self._kinds = scene.molecules
@@ -44,7 +42,7 @@ class EndPoints:
         self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state = simulation.state
         whole = in_one_piece(self._kinds, state.by_identity(state.position), simulation.box)

@@ -11,7 +11,6 @@ from dpd.observe.multitau import MultipleTau
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
     from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
@@ -32,8 +31,6 @@ class EndToEnd:
         Steps between samples: the shortest lag.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
@@ -46,7 +43,7 @@ class EndToEnd:
         self.averages = MultipleTau(samples, (system.dimension, len(lengths)), 1)
         self.arrays = self.averages.arrays | {"square": np.zeros(len(lengths))}
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state, members = simulation.state, self._members
         position = state.by_identity(state.position)

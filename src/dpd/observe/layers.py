@@ -41,6 +41,16 @@ class Layers:
         self.count = int(np.ceil(self._length / thickness))
         self.volume = system.volume * (self._length / extent) / self.count
 
+    @property
+    def low(self) -> float:
+        """Where in the engine's box the first layer begins, in r_c."""
+        return float(self._low)
+
+    @property
+    def per_length(self) -> float:
+        """Layers in 1 r_c, in the system's box."""
+        return float(self.count / self._length)
+
     def of(self, simulation: Snapshot) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
         layer = self.places(simulation).astype(np.int64)

@@ -11,7 +11,7 @@ from dpd.engine.queries.pairs import neighbour_pairs
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -36,8 +36,6 @@ class Mixing:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -53,7 +51,7 @@ class Mixing:
             "order": np.full((samples, len(self._pairs)), np.nan),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample; 0 where no two beads are near each other."""
         state = simulation.state
         position = state.by_identity(state.position)

@@ -12,7 +12,7 @@ from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -32,8 +32,6 @@ class PairEnergies:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._repulsion, self._kinds = np.asarray(scene.repulsion, dtype=float), scene.kinds
@@ -42,7 +40,7 @@ class PairEnergies:
         self.averages = BlockSums((len(self._pairs),), scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state = simulation.state
         position = state.by_identity(state.position)

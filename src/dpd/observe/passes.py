@@ -10,7 +10,6 @@ from dpd.engine.queries.passes import passed_bonds
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
     from dpd.scene.scene import Scene
 
@@ -27,8 +26,6 @@ class Passes:
         Steps between samples: beads are taken to move in straight lines between.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
@@ -38,7 +35,7 @@ class Passes:
             "passes": np.full(scene.steps.sample // every, np.nan),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample; the first one has none before it."""
         state, arrays = simulation.state, self.arrays
         # What passes does so in any box, so all are taken in the one that the run began with.

@@ -12,7 +12,7 @@ from dpd.scene.flow import profile_axis
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -36,8 +36,6 @@ class Profile:
         Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
-    needs_forces = False
-
     def __init__(
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
@@ -51,7 +49,7 @@ class Profile:
             # The edge along the axis, summed over the samples.
             self.arrays = self.arrays | {"length": np.zeros(1)}
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state, bins = simulation.state, self._slices.count
         slices = self._slices.of(simulation)

@@ -12,7 +12,7 @@ from dpd.observe.blocks import BlockSums
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -41,8 +41,6 @@ class RadialDistribution:
         Bin width in r_c.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
         self.every = every
         self._system = system
@@ -52,7 +50,7 @@ class RadialDistribution:
         self.arrays = self.averages.arrays
         self._beads = scene.beads
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         box, farthest = simulation.box, self._edges[-1]
         if farthest > min(box) / 2:

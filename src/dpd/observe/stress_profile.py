@@ -15,7 +15,7 @@ from dpd.scene.flow import profile_axis
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -57,8 +57,6 @@ class StressProfile:
     cuts each line at each edge of a slice.
     """
 
-    needs_forces = False
-
     def __init__(
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
@@ -74,7 +72,7 @@ class StressProfile:
             # The edge along the axis, summed over the samples.
             self.arrays = self.arrays | {"length": np.zeros(1)}
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         system, state = replace(self._system, box=simulation.box), simulation.state
         slices = Slices(self._layers.axis, self._layers.count, *self._layers.bounds(simulation))

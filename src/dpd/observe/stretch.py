@@ -12,7 +12,6 @@ from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
     from dpd.observe import BondedSystem, Variables
     from dpd.scene.scene import Scene
 
@@ -39,8 +38,6 @@ class Stretch:
         With bonds.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: BondedSystem) -> None:
         self.every = min(EVERY, scene.steps.sample)
         self._members = system.members
@@ -48,7 +45,7 @@ class Stretch:
         self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
         self.arrays = {"count": np.zeros(1, np.int64)}
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Look, and end the run if there are too many for all of its looks."""
         state = simulation.state
         position = state.by_identity(state.position)

@@ -13,7 +13,7 @@ from dpd.scene.grids import wave_numbers
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -40,8 +40,6 @@ class StructureFactor:
         Largest |q| in 1 / r_c.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int, max: float) -> None:
         self.every = every
         self._system = system
@@ -56,7 +54,7 @@ class StructureFactor:
         )
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state = simulation.state
         position = state.by_identity(state.position)[:, self._order]

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.engine.sampling import ONE_CELL, Across
 from dpd.observe.layers import Layers
 from dpd.scene.flow import flows, gradient_axes, momentum_axes
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Snapshot
-    from dpd.engine.state import System
+    from dpd.engine.state import Sums, System
     from dpd.scene.scene import Scene
 
 FINEST = 1.0  # r_c, thickness of cells across a flow
@@ -22,52 +23,68 @@ TINY = 1e-9  # of the largest: below, a number is 0 but for rounding
 class ThermalMotion:
     """Velocities whose squares give kT and the kinetic part of the pressure.
 
-    Along each axis c = (v - u) / sqrt(1 - h), so that <m c^2> = kT for each bead: a fit u to
-    independent velocities, by least squares weighted by mass, takes up the share h of a bead's
-    degree of freedom (its leverage; the sum of all h is the number of coefficients). In a fluid at
-    rest u is the velocity of the centre of mass, and h = m / sum m, along `momentum_axes`: all in a
+    In a fluid at rest they are those about the centre of mass, along `momentum_axes`: all in a
     closed fluid, those along walls without friction, none with Langevin's thermostat or rough
-    walls. Where something drives a flow (`flows`), u is its profile at this moment: in each cell
-    across it (`gradient_axes`) a constant and a slope, one for all species: where a force drives
-    them through each other, that counts as heat. A bead with h = 1 says nothing of kT; the others
-    then count for it.
+    walls. Where something drives a flow (`flows`), they are those about its profile at this moment:
+    in each cell across it (`gradient_axes`) a constant and a slope, one for all species: where a
+    force drives them through each other, that counts as heat. A fit by least squares, weighted by
+    mass, takes up as many degrees of freedom as it has coefficients, and those that are left stand
+    for all.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+
+    Attributes
+    ----------
+    across : Across
+        The cells of the fit.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
-        self._system, self._layers = system, None
+        self._system, self._layers, self.across = system, None, ONE_CELL
         self._at_rest = np.isin(np.arange(scene.dimension), momentum_axes(scene))[:, None]
         if flows(scene):
             axes = gradient_axes(scene)
-            across = float(np.prod([system.extent[axis] for axis in axes]))
-            least = LEAST * (1 + len(axes)) * across / scene.beads
+            extent = float(np.prod([system.extent[axis] for axis in axes]))
+            least = LEAST * (1 + len(axes)) * extent / scene.beads
             thickness = max(FINEST, least ** (1 / len(axes)))
             self._layers = [Layers(system, axis, thickness) for axis in axes]
+            each = ((at.axis, at.low, at.per_length, at.count) for at in self._layers)
+            self.across = Across(*map(np.array, zip(*each)))
 
-    def kinetic(self, simulation: Snapshot, total: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """(dimension, dimension) array: the sum of m c c over all beads; NaN where none is free.
+    def kinetic(self, sums: Sums) -> np.ndarray:
+        """(samples, dimension, dimension) array: the sum of m c c; NaN where no bead is free.
 
         Parameters
         ----------
-        simulation : Snapshot
-        total : (dimension,) array
-            The sum of m v.
-        second : (dimension, dimension) array
-            The sum of m v v, from which that of m c c follows for beads of one mass without a flow.
+        sums : Sums
+            Taken in the cells of `across`.
         """
-        system, state = self._system, simulation.state
-        if self._layers is not None or system.masses is not None:
-            thermal = self.velocities(simulation)
-            return np.einsum("an,bn->ab", thermal, system.mass_of(state.species) * thermal)
-        beads, at_rest = state.identity.size, self._at_rest[:, 0]
-        centre = np.where(at_rest, total / beads, 0.0)
-        crossed = np.outer(centre, total)
-        about = second - crossed - crossed.T + beads * np.outer(centre, centre)
+        d, beads = self._system.dimension, sums.beads.sum(axis=1)
+        second, crossed, matrix = (
+            sums.moments[..., :d, :d], sums.moments[..., :d, d:], sums.moments[..., d:, d:]
+        )  # fmt: skip
+        inverse = _inverse(matrix)
+        fitted = np.einsum("scap,scpq,scbq->sab", crossed, inverse, crossed)
+        coefficients = np.einsum("scpq,scqp->s", matrix, inverse)
+        # Along some axes alone: then sum m u_a v_b = sum m u_a u_b, if along a.
+        along = np.ones(d, bool) if self._layers is not None else self._at_rest[:, 0]
+        about = second.sum(axis=1) - (along | along[:, None]) * fitted
+        free = beads[:, None] - coefficients[:, None] * along
         with np.errstate(divide="ignore", invalid="ignore"):
-            times = np.sqrt(np.where(at_rest, np.float64(beads) / (beads - 1), 1.0))
-            return about * np.outer(times, times)
+            times = np.sqrt(np.where(free > 0.5, beads[:, None] / free, np.nan))
+        return about * times[:, None] * times[..., None]
 
     def velocities(self, simulation: Snapshot) -> np.ndarray:
-        """(dimension, n) array: c of each bead, in storage order; NaN where none is free."""
+        """(dimension, n) array: c of each bead, in storage order; NaN where none is free.
+
+        Each counts as one degree of freedom, however few beads are about it: c = (v - u) /
+        sqrt(1 - h), so that <m c^2> = kT for each bead: a fit u to independent velocities takes up
+        the share h of a bead's degree of freedom (its leverage; the sum of all h is the number of
+        coefficients). A bead with h = 1 says nothing of kT; the others then count for it.
+        """
         state, momenta = simulation.state, self._system.momenta(simulation.state)
         mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
         if self._layers is not None:
@@ -99,17 +116,20 @@ class ThermalMotion:
 
 
 def _inverse(matrix):
-    """Inverses of the matrices of all cells, (cells, functions, functions).
+    """Inverses of matrices along the last two axes: of each cell, of its functions.
 
     A function that is one of the others in a cell, as its beads lie, adds nothing there.
     """
-    if matrix.shape[1] > 2:
+    if matrix.shape[-1] > 2:
         return np.linalg.pinv(matrix, rcond=TINY, hermitian=True)
-    a, b, c = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1]
-    determinant, inverse = a * c - b * b, np.zeros_like(matrix)
-    both = determinant > TINY * a * (a + c)
-    one = ~both & (a > 0)
+    inverse, a = np.zeros_like(matrix), matrix[..., 0, 0]
+    one = a > 0
+    if matrix.shape[-1] > 1:
+        b, c = matrix[..., 0, 1], matrix[..., 1, 1]
+        determinant = a * c - b * b
+        both = determinant > TINY * a * (a + c)
+        for place, element in (((0, 0), c), ((0, 1), -b), ((1, 0), -b), ((1, 1), a)):
+            inverse[(both, *place)] = element[both] / determinant[both]
+        one &= ~both
     inverse[one, 0, 0] = 1 / a[one]
-    for place, element in (((0, 0), c), ((0, 1), -b), ((1, 0), -b), ((1, 1), a)):
-        inverse[(both, *place)] = element[both] / determinant[both]
     return inverse

@@ -10,7 +10,7 @@ from dpd.engine.external import ENERGY
 from dpd.observe.thermal import ThermalMotion
 
 if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
+    from dpd.engine.sampling import Across
     from dpd.engine.state import Sums, System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
@@ -72,28 +72,29 @@ class Thermo:
         if pressure and system.walls is not None:
             self.arrays["wall_energy"] = np.full(n, np.nan)
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
-        """Take one sample."""
-        arrays, state = self.arrays, simulation.state
-        # In one piece: sums over beads that lie apart in memory take ten times as long. And not as
-        # a product of matrices, whose last bits hang on the number of cores that it takes.
-        velocity = np.ascontiguousarray(state.velocity)
-        momenta = np.multiply(self._system.mass_of(state.species), velocity)
-        total, second = momenta.sum(axis=1), np.einsum("an,bn->ab", momenta, velocity)
-        kinetic = self._thermal.kinetic(simulation, total, second)
-        at = int(arrays["taken"][0])
-        arrays["taken"][0] += 1
-        arrays["kT"][at] = np.trace(kinetic) / momenta.size
-        arrays["momentum"][at] = total
+    @property
+    def across(self) -> Across:
+        """Cells of the flow's profile."""
+        return self._thermal.across
+
+    def record(self, sums: Sums) -> None:
+        """Take some samples."""
+        arrays, d, first = self.arrays, self._system.dimension, int(self.arrays["taken"][0])
+        at = slice(first, first + len(sums.step))
+        arrays["taken"][0] = at.stop
+        kinetic, moments = self._thermal.kinetic(sums), sums.moments.sum(axis=1)
+        beads = sums.beads.sum(axis=1)
+        arrays["kT"][at] = np.trace(kinetic, axis1=1, axis2=2) / (d * beads)
+        arrays["momentum"][at] = moments[:, :d, d]
         if "volume" in arrays:
-            arrays["volume"][at] = simulation.volume
+            arrays["volume"][at] = sums.volume
         if self.needs_forces:
             arrays["kinetic"][at] = kinetic
-            arrays["motion"][at] = 0.5 * np.trace(second)
+            arrays["motion"][at] = 0.5 * np.trace(moments[:, :d, :d], axis1=1, axis2=2)
             arrays["virial"][at] = sums.virial
             arrays["energy"][at] = sums.energy
             if sums.walls is not None:
-                arrays["wall_energy"][at] = sums.walls[:, ENERGY].sum()
+                arrays["wall_energy"][at] = sums.walls[:, :, ENERGY].sum(axis=1)
 
     def variables(self) -> Variables:
         """Series for the file."""

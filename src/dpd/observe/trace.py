@@ -11,7 +11,7 @@ from dpd.observe.chains import unwrapped
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -29,8 +29,6 @@ class Trace:
         Steps between samples.
     """
 
-    needs_forces = False
-
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -43,7 +41,7 @@ class Trace:
             "trace": np.full(shape, np.nan),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state, arrays, box = simulation.state, self.arrays, self._system.box
         beads = state.by_identity(state.position)[:, None, : self._length]

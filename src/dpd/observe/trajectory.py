@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.scene.scene import Scene
 
 
@@ -37,8 +37,6 @@ class Trajectory:
         Of the file; without one, nothing is written.
     """
 
-    needs_forces = False
-
     def __init__(
         self, scene: Scene, system: System, every: int, species: Sequence[str] | None = None,
         velocities: bool = True, equilibration: bool = False, path: Path | None = None,
@@ -61,7 +59,7 @@ class Trajectory:
         joined = len(scene.bonded), len(scene.angled)
         self.file_bytes = bytes_of(steps // every, self._written.sum(), *joined, velocities)
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Append a frame."""
         from dpd.particles.gsd_files import frame_of
         from dpd.particles.particles import of_scene, only

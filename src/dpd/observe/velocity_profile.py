@@ -12,7 +12,7 @@ from dpd.scene.flow import momentum_axes, profile_axis
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
+    from dpd.engine.state import System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
@@ -39,8 +39,6 @@ class VelocityProfile:
         Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
-    needs_forces = False
-
     def __init__(
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
@@ -55,7 +53,7 @@ class VelocityProfile:
         self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
+    def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
         state = simulation.state
         layer, velocity = self._layers.of(simulation), state.velocity

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.external import DRAG, PUSH
+from dpd.engine.sampling import ONE_CELL
 from dpd.scene.walls import AXES
 
 if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums, System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
@@ -31,7 +31,7 @@ class WallForces:
         Steps between samples.
     """
 
-    needs_forces = True
+    needs_forces, across = True, ONE_CELL
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
@@ -49,13 +49,14 @@ class WallForces:
             "friction": np.full((n, len(axes), d), np.nan),
         }
 
-    def sample(self, simulation: Simulation, sums: Sums) -> None:
-        """Take one sample."""
-        at, on_beads = int(self.arrays["taken"][0]), sums.walls
+    def record(self, sums: Sums) -> None:
+        """Take some samples."""
+        first, on_beads = int(self.arrays["taken"][0]), sums.walls
         assert on_beads is not None  # the run measures forces for whoever needs them
-        self.arrays["taken"][0] += 1
-        self.arrays["pressure"][at] = on_beads[:, PUSH] / self._area
-        self.arrays["friction"][at] = -on_beads[:, DRAG:] / self._area[:, None]
+        at = slice(first, first + len(sums.step))
+        self.arrays["taken"][0] = at.stop
+        self.arrays["pressure"][at] = on_beads[:, :, PUSH] / self._area
+        self.arrays["friction"][at] = -on_beads[:, :, DRAG:] / self._area[:, None]
 
     def variables(self) -> Variables:
         """Series for the file."""

@@ -94,14 +94,15 @@ class Probe:
 
     def run(self, time: float) -> None:
         """Go on for a time in tau."""
-        system = self._simulation.system
+        simulation, across, d = self._simulation, self._thermal.across, self._dimension
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
-            sums = advance_looking(self._simulation, self._every, self._look, measure=True)
-            mass = system.mass_of(self._simulation.state.species)
-            self.kT.append(float(np.mean(mass * self._thermal.velocities(self._simulation) ** 2)))
-            excess = np.trace(sums.virial[CONSERVATIVE]) / (self._dimension * self._volume)
-            self.excess.append(float(excess))
+            if self._every > 1:
+                advance_looking(simulation, self._every - 1, self._look)
+            sums = simulation.sample(1, [simulation.state.step + 1], measure=True, across=across)
+            kinetic, virial = self._thermal.kinetic(sums)[0], sums.virial[0, CONSERVATIVE]
+            self.kT.append(float(np.trace(kinetic) / (d * sums.beads.sum())))
+            self.excess.append(float(np.trace(virial) / (d * self._volume)))
 
     def means(self, settling: float) -> list[tuple[float, float]]:
         """(mean, error) of kT and of the excess pressure, after a time to settle."""

@@ -1,0 +1,164 @@
+"""Sums over all beads and pairs, taken in the loop at some of its steps."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dpd.engine.integrate import of_bead
+from dpd.jit import inlined
+
+PER_TASK = 1024  # beads that one thread adds up: the order of sums is the same for any team
+
+
+class Across(NamedTuple):
+    """Equal cells across a flow: layers along some axes. Without an axis all beads are in one cell.
+
+    Attributes
+    ----------
+    axis : (axes,) int64 array
+    low : (axes,) array
+        Where the first layer begins.
+    per : (axes,) array
+        Layers in 1 r_c.
+    layers : (axes,) int64 array
+        How many.
+    """
+
+    axis: np.ndarray
+    low: np.ndarray
+    per: np.ndarray
+    layers: np.ndarray
+
+
+ONE_CELL = Across(np.empty(0, np.int64), np.empty(0), np.empty(0), np.empty(0, np.int64))
+
+
+class Sampled(NamedTuple):
+    """Sums of each sample, flat, and those of tasks that they are added up from.
+
+    Attributes
+    ----------
+    moments, virial, energy : (samples, width) arrays
+        As `dpd.engine.state.Sums` has them.
+    walls : (samples, width) array or None
+        None without walls.
+    place : (tasks, axes) array
+        Where a bead is in its cell.
+    of_beads : (tasks, cells, q + 1, q) array
+        The moments of `PER_TASK` beads each, and their number.
+    moments_of, virial_of, energy_of : (tasks, width) arrays
+        That, and what tasks have found, flat; 0 between samples.
+    walls_of : (1, width) array or None
+    """
+
+    moments: np.ndarray
+    virial: np.ndarray
+    energy: np.ndarray
+    walls: np.ndarray | None
+    place: np.ndarray
+    of_beads: np.ndarray
+    moments_of: np.ndarray
+    virial_of: np.ndarray
+    energy_of: np.ndarray
+    walls_of: np.ndarray | None
+
+
+def sampled_buffers(
+    samples: int, beads: int, dimension: int, across: Across, virial: np.ndarray,
+    energy: np.ndarray, walls: np.ndarray | None,
+) -> Sampled:  # fmt: skip
+    """Room for so many samples of what is found in these arrays."""
+    tasks, axes = -(-beads // PER_TASK), len(across.axis)
+    cells, q = int(np.prod(across.layers)), dimension + 1 + axes
+    of_beads = np.zeros((tasks, cells, q + 1, q))
+    parts: dict[str, Any] = {
+        "moments": of_beads.reshape(tasks, -1),
+        "virial": virial.reshape(len(virial), -1),
+        "energy": energy,
+        "walls": None if walls is None else walls.reshape(1, -1),
+    }
+    rows: dict[str, Any] = {
+        name: None if each is None else np.empty((samples, each.shape[1]))
+        for name, each in parts.items()
+    }
+    return Sampled(
+        **rows,
+        place=np.zeros((tasks, axes)),
+        of_beads=of_beads,
+        **{f"{name}_of": each for name, each in parts.items()},
+    )
+
+
+def moments_and_beads(sampled: Sampled) -> tuple[np.ndarray, np.ndarray]:
+    """(samples, cells, q, q) and (samples, cells) arrays: the moments whole, and the numbers."""
+    _, cells, rows, q = sampled.of_beads.shape
+    found = sampled.moments.reshape(-1, cells, rows, q)
+    upper = np.triu(found[:, :, :q])
+    return upper + np.triu(upper, 1).swapaxes(2, 3), found[:, :, q, 0]
+
+
+@inlined()
+def add_up_beads(team, x, v, species, mass, across, sampled, edges):
+    """Add up the moments of the velocities, all threads together."""
+    for task in range(team.rank, sampled.place.shape[0], team.size):
+        first, end = task * PER_TASK, (task + 1) * PER_TASK
+        if end > x.shape[0]:
+            end = x.shape[0]
+        add_moments(
+            sampled.of_beads[task], sampled.place[task], x, v, species, mass, across,
+            np.uint64(first), np.uint64(end), edges,
+        )  # fmt: skip
+
+
+@inlined()
+def add_moments(moments, place, x, v, species, mass, across, first, end, edges):
+    """Add the sums of m w w over some beads, cell by cell, and their number.
+
+    With w = (v, 1, s), s being the places of a bead along the axes of its cell, in layers from the
+    middle. Of the symmetric matrix one half is added up; the number is in the row below.
+    """
+    axes, one = len(across.axis), len(edges)
+    for s in range(first, end):
+        m, cell = mass_of(mass, species, s), np.int64(0)
+        for a in range(axes):
+            along = (x[s, across.axis[a]] - across.low[a]) * across.per[a]
+            layer = np.int64(along)
+            if layer >= across.layers[a]:
+                layer = across.layers[a] - 1
+            place[a] = along - layer - 0.5
+            cell = cell * across.layers[a] + layer
+        into = moments[cell]
+        into[one + 1 + axes, 0] += 1.0
+        into[one, one] += m
+        for k in range(len(edges)):
+            momentum = m * v[s, k]
+            into[k, one] += momentum
+            for q in range(k, len(edges)):
+                into[k, q] += momentum * v[s, q]
+            for a in range(axes):
+                into[k, one + 1 + a] += momentum * place[a]
+        for a in range(axes):
+            into[one, one + 1 + a] += m * place[a]
+            for b in range(a, axes):
+                into[one + 1 + a, one + 1 + b] += m * place[a] * place[b]
+
+
+@inlined()
+def mass_of(mass, species, s):
+    """The mass of the bead in slot s."""
+    if mass is None:
+        return 1.0
+    return of_bead(mass, species, s)
+
+
+@inlined(given="to")
+def move_sums(to, k, parts):
+    """Put the sums of all tasks into row k, and zero in their place."""
+    for q in range(to.shape[1]):
+        total = 0.0
+        for task in range(parts.shape[0]):
+            total += parts[task, q]
+            parts[task, q] = 0.0
+        to[k, q] = total
