@@ -32,7 +32,7 @@ def pairs_of(samples, lag, apart, expected):
 
 def two_quantities(now, then):
     """A product, and a difference that tells the later sample from the earlier one."""
-    return np.stack([(now * then).sum(axis=0), now[0] - then[0]])
+    return np.stack([(now * then).sum(axis=1), now[0] - then[:, 0]], axis=1)
 
 
 def correlate(series, expected):
@@ -84,7 +84,7 @@ def test_a_series_that_ends_early():
     np.testing.assert_array_equal(lag, [1, 2, 3, 4, 5])
     np.testing.assert_array_equal(counts[0], [5, 4, 3, 2, 1])
     np.testing.assert_array_equal(counts[1:], 0)
-    np.testing.assert_allclose(means[4], two_quantities(series[5], series[0]), rtol=1e-14)
+    np.testing.assert_allclose(means[4], two_quantities(series[5], series[:1])[0], rtol=1e-14)
     lag, means, counts, sums = correlate(series[:1], 1700).results()
     assert (lag.shape, means.shape) == ((0,), (0, 2, 3))
     assert (counts.shape, sums.shape) == ((PARTS, 0), (PARTS, 0, 2))

@@ -216,7 +216,7 @@ def test_correlations_that_go_on(samples):
     series = np.random.default_rng(part).normal(size=(whole, 2, 3))
 
     def compare(now, then):
-        return np.stack([(now * then).sum(axis=0), now[0] - then[0]])
+        return np.stack([(now * then).sum(axis=1), now[0] - then[:, 0]], axis=1)
 
     def added(into, some):
         for sample in some:

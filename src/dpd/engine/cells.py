@@ -6,6 +6,7 @@ stretch of memory. The place of a cell in its row is called its level.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,7 +15,7 @@ from numba import int64, uint32, uint64
 
 from dpd.engine.images import along_lattice
 from dpd.engine.rows import copy_row, rows_of
-from dpd.engine.space import longest_cutoffs
+from dpd.engine.space import edges_of, longest_cutoffs
 from dpd.jit import inlined, inlined_exactly
 
 if TYPE_CHECKING:
@@ -97,6 +98,12 @@ def grid_of(box: Sequence[float], cutoff: float) -> Grid:
     """The `Grid` with as many cells as fit with edges not below the cutoff."""
     cutoffs = longest_cutoffs(box, cutoff)
     shape = tuple(max(1, int(edge / longest)) for edge, longest in zip(box, cutoffs))
+    return _grid(edges_of(box), shape)
+
+
+@lru_cache(maxsize=8)
+def _grid(box, shape):
+    """The same, of so many cells; kept, as observables ask for it again and again."""
     across, edges = np.array(shape[:-1]), np.array(box[:-1])
     here = np.array(list(product(*map(range, across))))
     around = list(product((-1, 0, 1), repeat=len(across)))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.engine.integrate import of_bead
+from dpd.engine.threads import Share
 from dpd.jit import inlined
+
+if TYPE_CHECKING:
+    from dpd.engine.step import Shared
 
 PER_TASK = 1024  # beads that one thread adds up: the order of sums is the same for any team
 
@@ -65,19 +69,16 @@ class Sampled(NamedTuple):
     walls_of: np.ndarray | None
 
 
-def sampled_buffers(
-    samples: int, beads: int, dimension: int, across: Across, virial: np.ndarray,
-    energy: np.ndarray, walls: np.ndarray | None,
-) -> Sampled:  # fmt: skip
-    """Room for so many samples of what is found in these arrays."""
-    tasks, axes = -(-beads // PER_TASK), len(across.axis)
+def sampled_buffers(samples: int, beads: int, across: Across, shared: Shared) -> Sampled:
+    """Room for so many samples of what threads find."""
+    tasks, axes, (_, _, dimension, _) = -(-beads // PER_TASK), len(across.axis), shared.virial.shape
     cells, q = int(np.prod(across.layers)), dimension + 1 + axes
     of_beads = np.zeros((tasks, cells, q + 1, q))
     parts: dict[str, Any] = {
         "moments": of_beads.reshape(tasks, -1),
-        "virial": virial.reshape(len(virial), -1),
-        "energy": energy,
-        "walls": None if walls is None else walls.reshape(1, -1),
+        "virial": shared.virial.reshape(len(shared.virial), -1),
+        "energy": shared.energy,
+        "walls": None if shared.at_walls is None else shared.at_walls.sums.reshape(1, -1),
     }
     rows: dict[str, Any] = {
         name: None if each is None else np.empty((samples, each.shape[1]))
@@ -92,11 +93,10 @@ def sampled_buffers(
 
 
 def moments_and_beads(sampled: Sampled) -> tuple[np.ndarray, np.ndarray]:
-    """(samples, cells, q, q) and (samples, cells) arrays: the moments whole, and the numbers."""
-    _, cells, rows, q = sampled.of_beads.shape
-    found = sampled.moments.reshape(-1, cells, rows, q)
-    upper = np.triu(found[:, :, :q])
-    return upper + np.triu(upper, 1).swapaxes(2, 3), found[:, :, q, 0]
+    """(samples, cells, q, q) and (samples, cells) arrays: the moments, and the numbers."""
+    samples, (cells, rows, q) = len(sampled.moments), sampled.of_beads.shape[1:]
+    found = sampled.moments.reshape(samples, cells, rows, q)
+    return found[:, :, :q], found[:, :, q, 0]
 
 
 @inlined()
@@ -106,21 +106,45 @@ def add_up_beads(team, x, v, species, mass, across, sampled, edges):
         first, end = task * PER_TASK, (task + 1) * PER_TASK
         if end > x.shape[0]:
             end = x.shape[0]
-        add_moments(
-            sampled.of_beads[task], sampled.place[task], x, v, species, mass, across,
-            np.uint64(first), np.uint64(end), edges,
-        )  # fmt: skip
+        some = Share(np.uint64(first), np.uint64(end))
+        if len(across.axis) == 0:
+            find_one_cell(sampled.of_beads[task, 0], v, species, mass, some, edges)
+        else:
+            add_moments(
+                sampled.of_beads[task], sampled.place[task], x, v, species, mass, across, some,
+                edges,
+            )  # fmt: skip
 
 
 @inlined()
-def add_moments(moments, place, x, v, species, mass, across, first, end, edges):
+def find_one_cell(moments, v, species, mass, some, edges):
+    """Find those of one cell, where w = (v, 1), in registers, which is three times as fast."""
+    one, z = len(edges), len(edges) - 1  # in two dimensions z is y
+    total, px, py, pz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for s in range(some.first, some.end):
+        m = mass_of(mass, species, s)
+        mx, my, mz = m * v[s, 0], m * v[s, 1], m * v[s, z]
+        total += m
+        px, py, pz = px + mx, py + my, pz + mz
+        xx, xy, xz = xx + mx * v[s, 0], xy + mx * v[s, 1], xz + mx * v[s, z]
+        yy, yz, zz = yy + my * v[s, 1], yz + my * v[s, z], zz + mz * v[s, z]
+    for k, q, found in (
+        (0, 0, xx), (0, 1, xy), (0, z, xz), (1, 1, yy), (1, z, yz), (z, z, zz),
+        (0, one, px), (1, one, py), (z, one, pz), (one, one, total),
+    ):  # fmt: skip
+        moments[k, q] = moments[q, k] = found
+    moments[one + 1, 0] = some.end - some.first
+
+
+@inlined()
+def add_moments(moments, place, x, v, species, mass, across, some, edges):
     """Add the sums of m w w over some beads, cell by cell, and their number.
 
     With w = (v, 1, s), s being the places of a bead along the axes of its cell, in layers from the
-    middle. Of the symmetric matrix one half is added up; the number is in the row below.
+    middle. The number is in the row below the matrix.
     """
     axes, one = len(across.axis), len(edges)
-    for s in range(first, end):
+    for s in range(some.first, some.end):
         m, cell = mass_of(mass, species, s), np.int64(0)
         for a in range(axes):
             along = (x[s, across.axis[a]] - across.low[a]) * across.per[a]
@@ -135,13 +159,16 @@ def add_moments(moments, place, x, v, species, mass, across, first, end, edges):
         for k in range(len(edges)):
             momentum = m * v[s, k]
             into[k, one] += momentum
-            for q in range(k, len(edges)):
+            into[one, k] += momentum
+            for q in range(len(edges)):
                 into[k, q] += momentum * v[s, q]
             for a in range(axes):
                 into[k, one + 1 + a] += momentum * place[a]
+                into[one + 1 + a, k] += momentum * place[a]
         for a in range(axes):
             into[one, one + 1 + a] += m * place[a]
-            for b in range(a, axes):
+            into[one + 1 + a, one] += m * place[a]
+            for b in range(axes):
                 into[one + 1 + a, one + 1 + b] += m * place[a] * place[b]
 
 

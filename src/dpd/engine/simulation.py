@@ -137,9 +137,9 @@ class Simulation(Snapshot):
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
         self._rows: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # of the state, as views of rows
+        self._spare: Beads | None = None
         self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()
-        self._listed: np.ndarray | None = None  # the reference of the list in the buffers
         unlisted = system.skin > 0 and state.reference is None
         if state.force is None or unlisted:
             self.call(0)
@@ -225,20 +225,21 @@ class Simulation(Snapshot):
         """The same; None, and more room the next time, if the buffers were too small."""
         system, state, dimension = self.system, self.state, self.system.dimension
         beads = self._copied_beads()
-        spare = Beads(*map(_empty_like, beads))
+        spare = self._spare or Beads(*map(_empty_like, beads))
         listed = state.reference is not None and state.reference is self._listed
         reference, self._listed = None, None
         if system.skin > 0:
             reference = self._copied("position" if state.reference is None else "reference")
         force = self._copied("force") if steps else np.zeros_like(beads.position)
-        shared = self._shared(len(at), across)
+        shared = self._shared_now(len(at), across)
+        across = across if len(at) else ONE_CELL
         span = Span(state.step, steps, listed, at, measure, across)
-        in_spare, lost = self._all_threads(beads, spare, force, reference, shared, span)
-        need = shared.need.max(axis=0)
-        if (need > self._room).any():
-            self._room = np.maximum(self._room, (SPARE_ROOM * need).astype(np.int64))
+        in_spare, lost, short = self._all_threads(beads, spare, force, reference, shared, span)
+        beads, self._spare = (spare, beads) if in_spare else (beads, spare)
+        if short:
+            need = SPARE_ROOM * shared.need.max(axis=0)
+            self._room = np.maximum(self._room, need.astype(np.int64))
             return None
-        beads = spare if in_spare else beads
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
         self._refuse_behind(shared.at_walls)
@@ -264,15 +265,14 @@ class Simulation(Snapshot):
         """Sums as they are given, of samples in the box as it is now."""
         samples, d = len(at), self.system.dimension
         moments, beads = moments_and_beads(sampled)
-        sums = Sums(at, np.full(samples, self.volume), beads, moments)
+        sums = Sums(at, np.full(samples, self.volume if samples else 0.0), beads, moments)
         if not measure:
             return sums
         walls = sampled.walls
-        return sums._replace(
-            virial=sampled.virial.reshape(samples, 2, d, d),
-            energy=sampled.energy,
-            walls=None if walls is None else walls.reshape(samples, -1, DRAG + d),
-        )
+        if walls is not None:
+            walls = walls.reshape(samples, walls.shape[1] // (DRAG + d), DRAG + d)
+        virial = sampled.virial.reshape(samples, 2, d, d)
+        return sums._replace(virial=virial, energy=sampled.energy, walls=walls)
 
     def _copied_beads(self):
         """Copies of the state's arrays as kernels take them.
@@ -309,9 +309,8 @@ class Simulation(Snapshot):
 
     def _make_buffers(self):
         """Buffers for the plan, with the room that has been needed so far."""
-        grid, beads = self._plan.grid, self.state.identity.size
-        self._listed = None
-        self._cells = cell_buffers(grid, beads, self._threads)
+        self._listed: np.ndarray | None = None  # the reference of the list that is in them
+        self._shared = self._shared_buffers()
         self._own = [self._buffers(self._room) for _ in range(self._threads)]
 
     def _buffers(self, room):
@@ -336,27 +335,36 @@ class Simulation(Snapshot):
             room=room,
         )
 
-    def _shared(self, samples, across):
-        """What the threads share during a call."""
+    def _shared_buffers(self):
+        """What the threads share in a call without samples; the image is yet to be added."""
         plan, dimension, beads = self._plan, self.system.dimension, self.state.identity.size
         tasks = number_of_batches(plan.bonds) + len(plan.grid.blocks.piece) - 1
-        renews = plan.scheme.renewal is not None
-        virial, energy = np.zeros((tasks, 2, dimension, dimension)), np.zeros((tasks, 2))
-        at_walls = self._at_walls()
-        walls = None if at_walls is None else at_walls.sums
-        return Shared(
-            cells=self._cells,
+        renews, at_walls = plan.scheme.renewal is not None, self._at_walls()
+        shared = Shared(
+            cells=cell_buffers(plan.grid, beads, self._threads),
             slot=None if plan.bonds is None else np.empty(beads, np.uint32),
-            virial=virial,
-            energy=energy,
+            virial=np.zeros((tasks, 2, dimension, dimension)),
+            energy=np.zeros((tasks, 2)),
             moved=np.zeros(self._threads),
             lost=np.zeros((self._threads, 2)),
             at_walls=at_walls,
-            image=np.array(self.state.image.T, np.int32, order="C"),
+            image=None,
             excess=empty_rows(beads, row_width(dimension)) if renews else None,
-            sampled=sampled_buffers(samples, beads, dimension, across, virial, energy, walls),
+            sampled=None,
             need=np.zeros((self._threads, self._room.size), np.int64),
         )
+        return shared._replace(sampled=sampled_buffers(0, beads, ONE_CELL, shared))
+
+    def _shared_now(self, samples, across):
+        """The same for a call that takes so many samples."""
+        shared, at_walls = self._shared, self._shared.at_walls
+        if at_walls is not None:
+            at_walls.sums[:] = at_walls.deepest[:] = 0.0
+        if samples:
+            shared.virial[:] = shared.energy[:] = 0.0  # of a call that has failed
+            beads = self.state.identity.size
+            shared = shared._replace(sampled=sampled_buffers(samples, beads, across, shared))
+        return shared._replace(image=np.array(self.state.image.T, np.int32, order="C"))
 
     def _at_walls(self):
         """Where is noted what happens at walls, if there are any."""

@@ -270,13 +270,14 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     bool
         Whether the beads are in ``spare`` in the end, in the order of the last sort by cell.
     Lost
-        A bead that moved too far. The call has no result then, nor where ``shared.need`` is more
-        than the buffers hold.
+        A bead that moved too far. The call has no result then.
+    bool
+        Whether ``shared.need`` is more than the buffers hold. Nor has it a result then.
     """
     edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
     image, mine = shared.image, share_of(team, len(beads.identity))
     need, room = shared.need[team.rank], own.room
-    step, pending, swapped, taken = span.done, 0.0, False, 0
+    step, pending, swapped, short, taken = span.done, 0.0, False, False, 0
     lost = Lost(np.int64(-1), step, 0.0)
     for s in range(max(span.steps, 1)):
         if span.steps > 0:
@@ -308,7 +309,8 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if sort_now:
             need[OF_LINE] = longest_line(shared.cells.most, grid.base)
         barrier(team)
-        if is_short(shared.need, room):
+        short = is_short(shared.need, room)
+        if short:
             break
         sample_now = taken < len(span.samples) and step == span.samples[taken]
         now = Evaluation(step, step_keys(plan.seed, step), span.measure and sample_now)
@@ -323,7 +325,8 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         )  # fmt: skip
         barrier(team)
         new_round(team)
-        if is_short(shared.need, room):
+        short = is_short(shared.need, room)
+        if short:
             break
         add_to_beads(team, plan, beads, force, mine, shared.at_walls, own.near, now)
         pending = 0.0
@@ -334,7 +337,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if sample_now:
             take_sample(team, plan, beads, span.across, shared.sampled, taken)
             taken += 1
-    return swapped, lost
+    return swapped, lost, short
 
 
 @inlined()

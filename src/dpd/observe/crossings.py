@@ -58,7 +58,8 @@ class Crossings:
         at = int(arrays["taken"][0])
         arrays["taken"][0] += 1
         arrays["crossings"][at] = len(pairs)
-        arrays["begun"][at] = np.isin(pairs, arrays["pairs"], invert=True).sum()
+        former = arrays["pairs"][: int(arrays["crossings"][at - 1]) if at else 0]
+        arrays["begun"][at] = np.isin(pairs, former, invert=True).sum()
         arrays["pairs"][:] = -1
         arrays["pairs"][: len(pairs)] = pairs
 

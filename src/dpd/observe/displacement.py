@@ -78,5 +78,5 @@ class Displacement:
 
 def squares(now: np.ndarray, then: np.ndarray) -> np.ndarray:
     """Squared displacements: mean of the two innermost beads, and centre of mass."""
-    found = ((now - then) ** 2).sum(axis=0)
-    return np.stack([0.5 * (found[0] + found[1]), found[2]])
+    found = ((now - then) ** 2).sum(axis=1)
+    return np.stack([0.5 * (found[:, 0] + found[:, 1]), found[:, 2]], axis=1)

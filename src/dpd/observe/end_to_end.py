@@ -95,4 +95,4 @@ def along_chain(kind: Molecule) -> np.ndarray:
 
 def product(now: np.ndarray, then: np.ndarray) -> np.ndarray:
     """Scalar products of vectors."""
-    return (now * then).sum(axis=0)[None]
+    return (now * then).sum(axis=1)[:, None]

@@ -13,6 +13,7 @@ KEPT = 16  # samples kept at each level, and so the lags of the first
 COARSER = 4  # steps of a level in those of the level below
 PARTS = 10  # of the run, for errors that know about what all molecules share
 FARTHEST = 0.5  # of the run: lags reach so far at least
+AT_ONCE = 16_384  # numbers of earlier samples, which stay in the cache
 EACH = "each"  # name of the array with every contribution to a part of the run
 
 
@@ -84,7 +85,8 @@ class MultipleTau:
         ----------
         sample : array
         compare : callable
-            Of a sample and an earlier one; gives a (quantities, molecules) array.
+            Of a sample and some earlier ones, along a first axis of their own; gives a (lags,
+            quantities, molecules) array.
         """
         taken = int(self.arrays["taken"][0])
         for level in _levels_at(taken, len(self.arrays["kept"])):
@@ -95,10 +97,13 @@ class MultipleTau:
         arrays, number = self.arrays, taken // COARSER**level
         kept = arrays["kept"][level]
         found = np.zeros((KEPT, self._quantities))
-        for lag in _lags(level, number):
-            one = compare(sample, kept[(number - lag) % KEPT])
-            arrays["sums"][level, lag - 1] += one
-            found[lag - 1] = one.mean(axis=1)
+        lags, some = _lags(level, number), max(1, AT_ONCE // sample.size)
+        for first in range(lags.start, lags.stop, some):
+            end = min(first + some, lags.stop)
+            earlier = kept[(number - np.arange(first, end)) % KEPT]
+            one = compare(sample, earlier)
+            arrays["sums"][level, first - 1 : end - 1] += one
+            found[first - 1 : end - 1] = one.mean(axis=2)
         self._count(level, taken, found)
         if EACH in arrays and number > 0:
             arrays[EACH][_rows(taken) + level] = found

@@ -16,13 +16,13 @@ SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 ROOM = 16  # pairs found, at first
 
 
-def longest_bond(bond: np.ndarray, box: Sequence[float], what: str) -> float:
-    """Length of the longest bond.
+def refuse_longer(longest: float, box: Sequence[float], what: str) -> None:
+    """Refuse a bond longer than half the smallest edge: its nearest image is not its own.
 
     Parameters
     ----------
-    bond : (dimension, bonds) array
-        End to end, at nearest images.
+    longest : float
+        Length of the longest bond.
     box : tuple
     what : str
         What is looked for, for the message.
@@ -30,15 +30,12 @@ def longest_bond(bond: np.ndarray, box: Sequence[float], what: str) -> float:
     Raises
     ------
     UserError
-        If it is longer than half the smallest edge: its nearest image is not its own.
     """
-    longest = float(np.sqrt((bond**2).sum(axis=0).max())) if bond.shape[1] else 0.0
     if longest > 0.5 * min(box):
         raise UserError(
             f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): "
             f"{what} cannot be told; take a larger box or stiffer bonds"
         )
-    return longest
 
 
 @inlined()

@@ -9,8 +9,8 @@ import numpy as np
 from dpd.engine.queries.bond_pairs import (
     SMALLEST_CELL,
     all_found,
-    longest_bond,
     note_pair,
+    refuse_longer,
     share_a_bead,
 )
 from dpd.engine.queries.sorting import sorted_beads
@@ -54,7 +54,9 @@ def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[floa
     bond = nearest(position[:, members[:, 1]] - end, box)
     half = 0.5 * bond
     middle, _ = wrapped(end + half, box)
-    reach = longest_bond(bond, box, "crossings") * (1.0 + SLACK) + SLACK
+    longest = float(np.sqrt((bond**2).sum(axis=0).max(initial=0.0)))
+    refuse_longer(longest, box, "crossings")
+    reach = longest * (1.0 + SLACK) + SLACK
     middles = sorted_beads(middle, box, max(reach, SMALLEST_CELL))
     return all_found(_crossing, middles, rows_of(half), members, reach)
 

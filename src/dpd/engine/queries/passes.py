@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.engine.images import nearest_image
 from dpd.engine.queries.bond_pairs import (
     SMALLEST_CELL,
     all_found,
-    longest_bond,
     note_pair,
+    refuse_longer,
     share_a_bead,
 )
 from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.search import first_place, next_pairs
-from dpd.engine.space import nearest, wrapped
+from dpd.engine.space import edges_of
 from dpd.jit import inlined, kernel
 
 if TYPE_CHECKING:
@@ -72,25 +73,51 @@ def passed_bonds(
     """
     if not len(members):
         return np.empty((2, 0), np.uint32)
-    first, second = members[:, 0], members[:, 1]
-    start = before[:, first]
-    bond = nearest(before[:, second] - start, box)
-    longest_bond(bond, box, "passes")
-    move = np.stack([nearest(after[:, end] - before[:, end], box) for end in (first, second)])
-    # Where a bond is half way decides which image of another one is near.
-    middle = start + 0.5 * bond + 0.25 * (move[0] + move[1])
-    offset = start - middle
-    ends = np.stack([offset, offset + bond])  # relative to the middle, before
-    # A bond reaches no further from its middle than its ends do, at either time.
-    radius = np.sqrt(np.maximum(_squares(ends), _squares(ends + move)))
+    middle, squares = np.empty((3, len(members))), np.zeros((5, len(members)))
+    ends, move = np.empty((2, 2, 3, len(members)))
+    _follow(middle, squares, ends, move, before, after, members, edges_of(box))
+    radius, longest = np.sqrt(squares[:4].max(axis=0)), np.sqrt(squares[4].max())
+    refuse_longer(float(longest), box, "passes")
     reach = min(2 * float(radius.max()), 0.5 * min(box))
-    middles = sorted_beads(wrapped(middle, box)[0], box, max(reach, SMALLEST_CELL))
+    middles = sorted_beads(middle, box, max(reach, SMALLEST_CELL))
     return all_found(_passed, middles, radius, ends, move, members, reach)
 
 
-def _squares(ends):
-    """Larger square of the distances of both ends from the middle, for each bond."""
-    return (ends**2).sum(axis=1).max(axis=0)
+@kernel()
+def _follow(middle, squares, ends, move, before, after, members, edges):
+    """Find how bonds move.
+
+    Parameters
+    ----------
+    middle : (3, bonds) array
+        Where the middle of each bond is half way, in the box: it decides which image of another
+        bond is near.
+    squares : (5, bonds) array
+        Zeros, to add up squared distances from there: of both ends before and after, further than
+        which the bond does not reach; and its squared length before.
+    ends, move : (2, 3, bonds) arrays
+        Of both ends: where they are before, relative to that middle, and how they move.
+    before, after, members, edges
+        See `passed_bonds`.
+    """
+    for k in range(len(edges)):
+        edge = edges[k]
+        for b in range(len(members)):
+            one, other = before[k, members[b, 0]], before[k, members[b, 1]]
+            bond = nearest_image(other - one, edge)
+            first = nearest_image(after[k, members[b, 0]] - one, edge)
+            second = nearest_image(after[k, members[b, 1]] - other, edge)
+            half = 0.5 * bond + 0.25 * (first + second)
+            place = one + half
+            place -= edge * np.floor(place / edge)
+            middle[k, b] = place if place < edge else 0.0
+            ends[0, k, b], ends[1, k, b] = -half, bond - half
+            move[0, k, b], move[1, k, b] = first, second
+            squares[0, b] += half * half
+            squares[1, b] += (bond - half) ** 2
+            squares[2, b] += (first - half) ** 2
+            squares[3, b] += (bond - half + second) ** 2
+            squares[4, b] += bond * bond
 
 
 @inlined()
