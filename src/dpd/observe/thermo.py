@@ -32,8 +32,8 @@ class Thermo:
     N kT / V and the virial: it is -dF/dV, as N beads have N free places whatever their momentum.
     (Their flux of momentum, which other programs print, is kT / V less.) P is given with the
     conservative force in the virial and with all forces (Eq. 15, second and first line). Where
-    something drives a flow, its profile takes the place of v_c (`dpd.observe.thermal`); the total
-    energy alone holds it. A cluster alone in a box keeps its angular momentum too, which is not
+    something drives a flow, its profile takes the place of v_c, and the number of its coefficients
+    that of l_a (`dpd.observe.thermal`); the total energy alone holds the flow. A cluster alone in a box keeps its angular momentum too, which is not
     taken off: that energy stays as the start has left it.
 
     Forces of walls and body forces are no part of the virial. Between walls P is an average over
@@ -48,7 +48,7 @@ class Thermo:
     every : int
         Steps between samples.
     pressure : bool
-        Whether to measure pressure and energy, which costs a second look at the pairs.
+        Whether to measure pressure and energy, which takes a sixth of a step.
     """
 
     def __init__(self, scene: Scene, system: System, every: int, pressure: bool) -> None:
