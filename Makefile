@@ -1,8 +1,9 @@
 # make        set up, and run the quick study
 # make resume the same after Snakemake was killed
-# make test   set up, and pass the tests, but for those of the whole smoke study
-# make study  pass those
+# make test   set up, and pass the tests: each promise, with a few of its cases
+# make thorough  pass the others: all cases, long statistics, the whole smoke study
 PYTHON ?= python3
+TESTS = .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 quick: .venv/ready
 	.venv/bin/snakemake --cores 2
@@ -12,10 +13,10 @@ resume: .venv/ready
 	.venv/bin/snakemake --cores 2 $(OPTIONS)
 
 test: .venv/ready
-	.venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder -m "not study"
+	$(TESTS) -m "not thorough"
 
-study: .venv/ready
-	.venv/bin/python -m pytest -m study
+thorough: .venv/ready
+	$(TESTS) -m thorough
 
 .venv/ready: requirements.txt pyproject.toml
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'Python 3.11 or newer is needed: make PYTHON=python3.11')"
@@ -25,4 +26,4 @@ study: .venv/ready
 	.venv/bin/python -m compileall -q src paper_figures
 	touch $@
 
-.PHONY: quick resume test study
+.PHONY: quick resume test thorough

@@ -32,10 +32,19 @@ SCENE = {
 
 
 def pytest_collection_modifyitems(items):
-    """Mark the tests that wait for the whole smoke study."""
+    """Mark what is left to `make thorough`: the smoke study, and most cases of tests with many."""
+    cases = {}
     for item in items:
         if "study" in getattr(item, "fixturenames", ()):
-            item.add_marker("study")
+            item.add_marker("thorough")
+        if item.get_closest_marker("few"):
+            cases.setdefault(item.nodeid.split("[")[0], []).append(item)
+    for same in cases.values():
+        (few,) = same[0].get_closest_marker("few").args
+        kept = {i * len(same) // few for i in range(few)}  # from all over the table
+        for number, item in enumerate(same):
+            if number not in kept:
+                item.add_marker("thorough")
 
 
 @pytest.fixture(scope="session")

@@ -333,6 +333,7 @@ def test_the_whole_scenes_have_every_key():
     }
 
 
+@pytest.mark.few(60)
 @pytest.mark.parametrize(
     ("whole", "place"),
     [

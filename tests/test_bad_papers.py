@@ -150,6 +150,7 @@ def test_where_there_is_no_axis_none_is_named(unfold):
     assert message.endswith("no axis 'q'; there are none")
 
 
+@pytest.mark.few(40)
 @pytest.mark.parametrize("place", list(places(PAPER)), ids=key_of)
 def test_any_value_at_any_key_of_a_paper(unfold, place):
     """Either points with names of their own, or one sentence with the file."""

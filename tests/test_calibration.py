@@ -85,7 +85,6 @@ def made(name, samples, runs=RUNS, seed=3):
     return process(np.random.default_rng(seed), samples, runs, **settings)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", PROCESSES)
 def test_series_cover(name):
     """Fast and slow down to 20 correlation times, and both together down to 25 or 30 of the slow.
@@ -102,7 +101,6 @@ def test_series_cover(name):
     assert found.width < 1.5
 
 
-@pytest.mark.slow
 def test_noise_that_is_taken_back():
     """As of the force on a wall: over some twenty samples, beyond where a window closes."""
     white = np.random.default_rng(4).normal(size=(5200, 400))
@@ -112,14 +110,12 @@ def test_noise_that_is_taken_back():
     assert 0.6 < rms_z(mean, error) < 1.05  # by the samples alone it is 0.24
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("samples", [200, 400, 1000])
 def test_white_noise_is_hardly_widened(samples):
     """By about a tenth at most, in the median; of 100 samples by 13 %."""
     assert 0.97 < coverage(made("white", samples), 0.0).width < 1.12
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["white", "n / 200", "n / 50", "n / 20"])
 @pytest.mark.parametrize("count", [50, 30, 25, 15, 10, 5, 3, 2])
 def test_blocks_cover(name, count):
@@ -134,7 +130,6 @@ def test_blocks_cover(name, count):
         assert jumps(error) < {"n / 20": 0.2, "n / 50": 0.12}.get(name, 0.05)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["white", "n / 50", "n / 20"])
 def test_jackknives_cover(name):
     """The exponential of the mean, from blocks, from tenths of a run, and from molecules."""
@@ -172,7 +167,7 @@ def walks(rng, molecules, together):
     return Resampled(LAGS, sums.sum(axis=1) / counts.sum(axis=1), np.array(without), others)
 
 
-@pytest.mark.slow
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("molecules", "together"), [(32, 0), (32, 0.2), (160, 0.137)])
 def test_displacements_cover(molecules, together):
     """D and the exponent of free diffusion, of molecules alone and of those that move together.
@@ -192,7 +187,6 @@ def test_displacements_cover(molecules, together):
         assert jumps(error) < 0.2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("points", "degrees"), [(3, 16), (4, 9), (8, 16), (8, 1000)])
 def test_fits_cover(points, degrees):
     """The slope of points whose errors have some degrees of freedom each."""
@@ -322,7 +316,7 @@ def melt(seed, duration):
     return {name: found[name][1] for name in ("kT", "pressure", "bond_energy")}
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_intervals_of_simulations_cover():
     """Runs of a melt: 100 of 40 tau against one of 6000 with its own error, and pieces of that.
 

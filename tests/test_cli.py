@@ -36,7 +36,7 @@ def test_run_a_scene(tmp_path):
     for word in ("kT", "pressure (conservative virial)", "bead-steps per second"):
         assert word in done.stdout
     variables, attributes = read(tmp_path / "run.nc")
-    assert variables["kT"].shape == (100,)
+    assert variables["kT"].shape == (50,)
     assert {"scene", "scene_digest", "sources", "seed", "numba"} <= set(attributes)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml"]
 

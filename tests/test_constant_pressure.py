@@ -242,6 +242,7 @@ def process(data, result):
     )  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_killed_process_resumes_to_the_same_bits(tmp_path):
     """SIGKILL in the middle, a new process, and the file of a run that was never killed."""
     data = merge(FLUID, {"steps": {"sample": 4000}})

@@ -158,6 +158,7 @@ def runs(folder):
     return found
 
 
+@pytest.mark.thorough
 def test_a_changed_contact_runs_again_and_an_unchanged_one_does_not(tmp_path):
     """Through the pipeline: measure, derive, simulate; then other sources, then another core."""
     folder = copy_repository(tmp_path / "copy")

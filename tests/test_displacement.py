@@ -180,6 +180,7 @@ class Far:
         self.moved.append(moved / self.arrays["edges"][:, None])
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["at rest", "shear", "constant pressure"])
 def test_samples_any_distance_apart_follow_as_those_of_every_step(kind):
     """Some beads cross the box and a third of it, or images turn round, between two of them."""

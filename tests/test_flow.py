@@ -126,6 +126,7 @@ def test_two_flows_have_no_net_momentum(two_flows):
     assert abs(two_flows.pressure.attrs["mean"] - 23.75) < 0.1
 
 
+@pytest.mark.thorough
 def test_rough_walls_hold_the_fluid(channel):
     """Viscosity as in the bulk, of a fluid that is a little denser; no slip within 0.15 r_c."""
     found = channel_flow(channel, STRENGTH, APART)

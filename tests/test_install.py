@@ -110,6 +110,7 @@ def test_metadata(wheel):
     assert any(name.endswith("licenses/LICENSE") for name in archive.namelist())
 
 
+@pytest.mark.thorough
 def test_a_scene_away_from_the_repository(installed):
     """The command makes a result; Python reads it and draws a figure; digests are the same."""
     scene = installed.folder / "fluid.yaml"

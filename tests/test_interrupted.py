@@ -81,6 +81,7 @@ LATER = "stopping after the steps under way; a second Ctrl-C ends at once"
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("wait", [0.0, 0.3, 1.5])
 def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
@@ -156,7 +157,7 @@ def test_runs_that_begin_together(here):
     """One of them makes the result; the others say why they do not, or come later."""
     started = [begin("run", "scene.yaml", "-o", "run.nc") for _ in range(5)]
     ended = [(process.communicate(timeout=200)[1], process.returncode) for process in started]
-    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 100
+    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 50
     assert any(code == 0 for _, code in ended)
     for errors, code in ended:
         there = errors == "" or "run.nc: is there already, of the same scene" in errors
@@ -201,6 +202,7 @@ NOBODY = {
 }
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", NOBODY)
 def test_a_summary_that_nobody_reads_is_no_failure(here, name):
     """The result is there and whole, and the exit code 0."""
@@ -210,7 +212,7 @@ def test_a_summary_that_nobody_reads_is_no_failure(here, name):
         capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0 and done.stderr == "", done.stderr
-    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 100
+    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 50
 
 
 @pytest.mark.parametrize("where", [">/dev/full", "| true"])
@@ -271,7 +273,7 @@ def test_a_user_without_a_home(monkeypatch):
     assert cache_folder("valid").is_absolute()
 
 
-@pytest.mark.slow
+@pytest.mark.few(1)
 @pytest.mark.parametrize("fault", ["no folder", "no room"])
 def test_kernels_that_cannot_be_kept(here, fault):
     """The run compiles its own, says so once, and has its result."""
@@ -287,7 +289,7 @@ def test_kernels_that_cannot_be_kept(here, fault):
     warned = [line for line in done.stderr.splitlines() if "cannot be kept" in line]
     others = [line for line in done.stderr.splitlines() if ": step " not in line]
     assert warned == others and len(warned) == 1, done.stderr
-    assert read("run.nc")[0]["kT"].size == 100
+    assert read("run.nc")[0]["kT"].size == 50
 
 
 def test_a_result_that_is_there_stays(here):

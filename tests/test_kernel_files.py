@@ -132,6 +132,7 @@ for point in points:
 """
 
 
+@pytest.mark.thorough
 def test_runs_compile_nothing_after_kernels_were_compiled(python, tmp_path):
     """Also where an observable compares each sample with the one before."""
     answer(python(COMPILE_ALL))

@@ -53,7 +53,7 @@ def resume(folder, *more):
     return done.stdout + done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("jobs", ["have ended", "are at work", "are killed too"])
 def test_make_resume_goes_on_after_a_kill(mine, jobs):
     """No other command is needed; what the jobs made after the kill is taken."""

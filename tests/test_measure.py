@@ -129,6 +129,7 @@ def test_the_schema_knows_the_measurements():
     assert schema("paper")["properties"]["measurements"]["items"]["enum"] == list(MEASUREMENTS)
 
 
+@pytest.mark.thorough
 def test_what_is_planned(tmp_path):
     """The benchmark's own jobs and no other paper's; one figure's; none by default."""
     folder = copy_repository(tmp_path / "copy")
@@ -198,6 +199,7 @@ def test_without_lammps(monkeypatch, tmp_path):
     assert "<strong>Warning.</strong> LAMMPS is not installed" in caption and "nan" not in caption
 
 
+@pytest.mark.thorough
 def test_scaling(results):
     """Positive rates of every size, density and number of threads; memory and start sensible."""
     data = made(results, "scaling")

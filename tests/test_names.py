@@ -137,6 +137,7 @@ PLACES = {
 }
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("place", PLACES)
 def test_snakemake_refuses_them(tmp_path, place):
     """One sentence, nothing planned, nothing executed."""

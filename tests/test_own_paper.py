@@ -1,6 +1,5 @@
 """A paper of one's own: the example that people copy, and the least that a paper needs."""
 
-import pytest
 import xarray as xr
 
 from dpd.pipeline.study import read_config
@@ -12,7 +11,6 @@ def test_nothing_makes_the_example_unless_it_is_asked_for():
     assert "example" not in read_config()["papers"]
 
 
-@pytest.mark.slow
 def test_the_example(tmp_path):
     """Its runs, its figure, its report; a copy under another name works as well."""
     folder = copy_repository(tmp_path / "copy")
@@ -32,7 +30,6 @@ def test_the_example(tmp_path):
     assert planned(folder, "--config", "papers=[mine]") == {}
 
 
-@pytest.mark.slow
 def test_the_least_that_a_paper_needs(tmp_path):
     """A title and a sweep: it has a report, with what its runs say of themselves."""
     folder = copy_repository(tmp_path / "copy")

@@ -220,7 +220,8 @@ def write_each_kind(folder):
     """A file of each kind; the checkpoint is that of a run that was stopped."""
     for kind in ("gsd", "data", "nc"):
         write(melt(3), folder / f"melt.{kind}")
-    scene = Scene(SCENE | {"observe": [{"thermo": {"every": 50}}, "configuration"]})
+    watched = [{"thermo": {"every": 50}}, {"rdf": {"every": 50, "range": 2}}, "configuration"]
+    scene = Scene(SCENE | {"observe": watched})
     simulate(scene, folder / "run.nc", make_start(scene))
     write_start(scene, folder / "start.nc")
     with pytest.raises(UserError, match="stopped"):

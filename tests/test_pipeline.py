@@ -94,6 +94,7 @@ def edit(path, old, new):
     path.write_text(text.replace(old, new))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["smoke", "quick", "paper"])
 def test_dry_run_of_every_study(tmp_path, name):
     """Every study can be planned: a job per run, sweep, figure, and start that runs share."""

@@ -212,7 +212,7 @@ NAMED = [
 ]
 
 
-@pytest.mark.slow
+@pytest.mark.few(1)
 @pytest.mark.parametrize("system", [*NAMED, *random_scenes()], ids=str)
 def test_promises_hold(system):
     """In a longer run with other noise kT is within the tolerance, and so is the pressure."""

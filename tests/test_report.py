@@ -255,6 +255,7 @@ def test_a_page_without_git(monkeypatch, tmp_path):
     assert overlay._committed("config/config.yaml") is None
 
 
+@pytest.mark.thorough
 def test_studies_with_true_errors_agree(tmp_path, capsys):
     """`dpd compare` finds of two what it predicts; a mistaken error shows."""
     rng, rows, degrees = np.random.default_rng(3), 2000, 8.0

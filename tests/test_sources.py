@@ -113,6 +113,7 @@ print(json.dumps([module.__file__ for module in modules]))
 LATE = {str(path) for path in (PACKAGE / "particles").glob("*.py")}
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("stage", STAGES)
 def test_all_that_a_stage_imports_is_found(stage):
     """Compared with what Python has in fact imported; functions may import more, later."""

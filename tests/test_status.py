@@ -386,6 +386,7 @@ def stopped_point(tmp_path_factory):
     return folder
 
 
+@pytest.mark.few(10)
 @pytest.mark.parametrize("name", DAMAGE)
 @pytest.mark.parametrize("file", ["run.nc", "run.checkpoint", "run.nc.lock", "log"])
 def test_garbage_among_results(stopped_point, tmp_path, monkeypatch, file, name):

@@ -144,6 +144,7 @@ def give_figure(folder, text=FIGURE):
     return pages / "line.py"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("figures", [0, 1])
 def test_some_papers_have_a_report_of_their_own(mine, figures):
     """Even one without figures, verdicts and sweeps; the shared report stays as it is."""
@@ -174,6 +175,7 @@ def test_all_papers_in_another_order_share_one_report(mine):
         assert f"results/quick/{name}" in said.stdout + said.stderr
 
 
+@pytest.mark.thorough
 def test_a_failed_report_leaves_the_former_one(mine):
     """Page and table stay, and are made again once they can be."""
     give_figure(mine)
@@ -221,6 +223,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_figure_files(mine, name):
     """File, line and what is needed in one sentence, no traceback, nothing written."""
@@ -237,6 +240,7 @@ def test_broken_figure_files(mine, name):
     assert not (mine / "figures").exists()
 
 
+@pytest.mark.thorough
 def test_what_figures_share(mine):
     """A fault there is blamed on that file; an edit there redraws the figures beside it."""
     own = "from paper_figures.mine.shared import TOP\n\n" + FIGURE.replace("2.0]", "TOP]")
@@ -263,6 +267,7 @@ def test_a_figure_without_its_file_is_refused(mine):
     assert "Traceback" not in said
 
 
+@pytest.mark.thorough
 def test_a_comment_on_published_numbers_redraws_nothing(mine):
     """Nor does an entry of another figure; one of its own does."""
     measured = 'from dpd.analysis.verdicts import Measured\n    return {"y": Measured(2.0, 0.1)}'
@@ -278,6 +283,7 @@ def test_a_comment_on_published_numbers_redraws_nothing(mine):
     assert planned(mine, *ALONE)["draw_figure"] == 1
 
 
+@pytest.mark.thorough
 def test_snakemake_from_elsewhere(mine, tmp_path):
     """With -s the results are in the repository; with -d they are where it says."""
     elsewhere = tmp_path / "elsewhere"
@@ -296,6 +302,7 @@ def git(folder, *arguments):
     subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
 
 
+@pytest.mark.thorough
 def test_an_edit_that_the_study_replaces_is_not_silent(tmp_path):
     """One that the quick study replaces: what is in force, and where to edit it."""
     folder = copy_repository(tmp_path / "copy")
@@ -362,6 +369,7 @@ def test_show_says_where_each_value_comes_from(tmp_path):
     assert done.returncode == 1 and "did you mean 'segregation_" in done.stderr
 
 
+@pytest.mark.thorough
 def test_a_renamed_sweep_keeps_its_runs(mine):
     """With `seeds: OLD_NAME` and its folder moved nothing is simulated again."""
     sweep = {"scene": SCENE | {"observe": ["thermo"]}}

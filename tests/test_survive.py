@@ -219,6 +219,7 @@ def wait_for_step(path, step):
     return True
 
 
+@pytest.mark.thorough
 def test_a_run_killed_at_random_moments_ends_like_one_that_was_not(tmp_path):
     """SIGKILL twice, SIGTERM and Ctrl-C once, at steps that differ from day to day."""
     rng = np.random.default_rng()

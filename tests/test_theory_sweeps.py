@@ -279,6 +279,7 @@ def test_plan_and_status_know_the_sweep():
     assert "nowhere/mine/sweeps/fluids.nc" in page_sources(results, [paper])
 
 
+@pytest.mark.thorough
 def test_a_figure_of_theory_starts_no_simulation(tmp_path):
     """A calculation and a figure, and nothing else; an edited axis makes that again."""
     repository = copy_repository(tmp_path)

@@ -195,6 +195,7 @@ def test_a_run_that_goes_on_asks_for_nothing(folder, dpd):
     assert sorted(os.listdir()) == ["long.yaml", "run.nc", "scene.yaml"]
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("first", ["pass", "own(*arguments)"])
 @pytest.mark.parametrize("every", [0, 60])
 def test_an_extension_killed_after_its_result_is_not_made_twice(done, dpd, first, every):

@@ -105,7 +105,7 @@ def test_a_study_knows_of_trajectories(papers):
     assert refused.returncode != 0 and "MissingRuleException" in refused.stdout + refused.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_study_makes_trajectories(papers):
     done = snakemake(papers, *OF_PAPERS)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]

@@ -196,7 +196,7 @@ def asking_system(draft: str | Path, size: int) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as problem:
         with open(draft, "wb") as file:
-            os.posix_fallocate(file.fileno(), 0, max(size, OVERHEAD))
+            os.posix_fallocate(file.fileno(), 0, size + OVERHEAD)
         raise OSError(reason(problem)) from None
 
 

@@ -68,6 +68,7 @@ def stars(box, tabled, **changes):
     return system, position % np.array(box)[:, None], velocity
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("box", "tabled"), [(BOX_2D, False), (BOX_3D, True)], ids=["2D, one law", "3D, tables"]
 )
@@ -93,6 +94,7 @@ def energy_at(system, position):
     return sum(reference.energy)
 
 
+@pytest.mark.few(1)
 @BOXES
 def test_forces_and_curvature_are_derivatives_of_the_energy(box):
     """Along every coordinate, by small steps; the Laplacian over all of them."""

@@ -57,6 +57,7 @@ BESIDE += [("euler", 0.5, "3D", True), ("dpd-vv", 0.5, "3D", True)]
 BESIDE += [("verlet-no-acceleration", 0.5, "2D", False)]
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("scheme, prediction, law, mixed", BESIDE)
 def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
     """Boxes, places, velocities, forces and sums agree to 1e-9 over 40 steps."""
@@ -104,6 +105,7 @@ def other(scheme, threads=1, **changes):
     return make_simulation(system, position, velocity, species, threads=threads)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("changes", SYSTEMS.values(), ids=SYSTEMS)
 @pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv"])
 def test_threads_and_calls_do_not_matter(scheme, changes):
@@ -121,6 +123,7 @@ def test_threads_and_calls_do_not_matter(scheme, changes):
     np.testing.assert_array_equal(first.energy, last.energy)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme", ["shardlow", "lowe-andersen", "aboba"])
 def test_calls_do_not_matter_where_momentum_is_exchanged(scheme):
     one, two = other(scheme), other(scheme)
@@ -132,6 +135,7 @@ def test_calls_do_not_matter_where_momentum_is_exchanged(scheme):
     np.testing.assert_array_equal(first.virial, last.virial)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("core", [None, (0.4, 200.0, 0.2)], ids=["soft", "core"])
 def test_pressure_is_minus_the_derivative_of_the_energy(law, core):

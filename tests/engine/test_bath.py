@@ -43,6 +43,7 @@ def mixed_beads(dimension, skin, scheme="gw-vv", prediction=0.65, gaussian=False
     return simulation, Reference(system, scheme, prediction, position, velocity, species)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("scheme, dimension, skin", every_second(SCHEMES, [2, 3], [0.0, 0.2]))
 def test_fifty_beads_step_beside_the_reference(scheme, dimension, skin, gaussian):
@@ -61,6 +62,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, dimension, skin, gaussian
         np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-9)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_cells_and_list_agree(dimension):
     """After 20 steps, a few of them with a new list, but for the order of sums: to 1e-11."""
@@ -73,6 +75,7 @@ def test_cells_and_list_agree(dimension):
     np.testing.assert_allclose(*velocities, rtol=0, atol=1e-10)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 def test_forty_steps_are_three_calls(skin, gaussian):

@@ -47,6 +47,7 @@ def assert_beside(simulation, reference):
     np.testing.assert_allclose(force, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("scheme", "dimension", "changes"),
     [
@@ -94,6 +95,7 @@ def couples(dimension, scheme, **changes):
     return simulation, Reference(system, scheme, 0.5, position, velocity, species)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("scheme", "dimension"),
     [("shardlow", 3), ("lowe-andersen", 3), ("aboba", 3), ("shardlow", 2), ("lowe-andersen", 2)],
@@ -266,6 +268,7 @@ def heavy_and_light(request):
     return mixture(request.param, 0.01, UNEQUAL, TABLE), mixture(request.param, 0.01, EQUAL, TABLE)
 
 
+@pytest.mark.few(1)
 def test_each_species_has_the_temperature(heavy_and_light):
     """<m v^2> / 3 is 1 for each within 5 standard errors (below 1 %) and 0.5 % for the scheme."""
     for found in heavy_and_light:

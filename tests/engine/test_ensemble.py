@@ -56,6 +56,7 @@ TRIALS = {
 }
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("time, every, estimate", TRIALS.values(), ids=TRIALS)
 def test_volumes_of_an_ideal_gas(time, every, estimate):
     """A Gamma distribution, whatever the trials: by Kolmogorov and Smirnov, 1 in 1000.
@@ -79,6 +80,7 @@ def test_volumes_where_one_axis_alone_is_stretched():
     assert stats.kstest(volume, stats.gamma(BEADS + 1, scale=1 / TARGET).cdf).pvalue > 1e-3
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("bath", [True, False])
 def test_volumes_of_few_beads(bath):
     """Shape N + 1, in a bath that takes momentum and without: the mean of 15 beads is 7 % larger
@@ -146,6 +148,7 @@ def test_the_standard_fluid_at_its_own_pressure():
     assert abs(spread - expected) < 1.2 * SURE * unsure
 
 
+@pytest.mark.thorough
 def test_g_of_an_ideal_gas_is_one():
     """With the volume of each sample; with the mean volume it would be N / (N - 1), 5 % more.
 

@@ -78,6 +78,7 @@ def assert_beside(simulation, reference, sums):
     assert np.abs(sums.walls - reference.at_walls).max() < 1e-9 * scale
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (2,)), (3, (0, 2))])
@@ -106,6 +107,7 @@ def test_smooth_walls_beside_a_langevin_thermostat():
     assert not sums.walls[:, 2:].any()
 
 
+@pytest.mark.thorough
 def test_walls_alone_have_their_own_noise():
     """A bead at a wall does not share noise with the Langevin thermostat, nor with other walls."""
     alone = {"body_force": None}
@@ -137,6 +139,7 @@ def test_threads_and_calls_change_no_bit(scheme, skin):
             np.testing.assert_array_equal(getattr(found, name), getattr(sums[0], name))
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "scheme", ["euler", "gw-vv", "dpd-vv", "shardlow", "lowe-andersen", "aboba"]
 )
@@ -223,6 +226,7 @@ def free_beads(steps, every, wall_friction):
     return np.array(pressures), np.array(squares)
 
 
+@pytest.mark.thorough
 def test_an_ideal_gas_presses_with_density_times_kT():
     """On both walls, within four standard errors of 200 samples, 0.5 %.
 

@@ -60,6 +60,7 @@ def test_a_crowd_on_one_point(skin):
     assert np.abs(simulation.state.velocity.sum(axis=1)).max() < 1e-9 * CROWD
 
 
+@pytest.mark.few(1)
 @BOTH
 def test_two_beads_at_one_place(dimension, skin):
     """At rest they stay, bonded or not; a third beside them is pushed by both alike."""

@@ -46,6 +46,7 @@ def beads(dimension, mixed, core, skin, dt=0.01):
     return simulation, Reference(system, "gw-vv", 0.65, position, velocity, species)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("variant", VARIANTS, ids=str)
 def test_fifty_beads_step_beside_the_reference(variant):
     """Forty steps, several of them with a new list, agree to 1e-9 like those of the cells."""

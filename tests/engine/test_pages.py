@@ -100,7 +100,6 @@ USES_IT = """
 """
 
 
-@pytest.mark.slow
 def test_a_new_pair_force_is_one_page(tmp_path):
     """Force, virial, energy and curvature come from it, and nothing else has to know of it."""
     (tmp_path / "own_page.py").write_text(textwrap.dedent(OWN_PAGE))

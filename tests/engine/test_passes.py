@@ -288,6 +288,7 @@ CASES = [
 ]
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_random_bonds_pass_as_the_roots_say(case, seed):

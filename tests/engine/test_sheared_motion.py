@@ -65,6 +65,7 @@ def fifty_beads(box, shear, scheme, prediction, kind):
     )
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("scheme, prediction, kind, box", CASES)
 def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, kind):
     """Sixty steps, in which images slide by more than a whole edge.
@@ -140,6 +141,7 @@ def bonded(box, shear, seed=7, **changes):
     return make_simulation(system, position, velocity, (np.arange(120) % 2).astype(np.uint8))
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("box", BOXES)
 def test_the_force_is_the_slope_of_the_energy(box):
     """Of pairs and bonds across images that have slid, by differences over 2e-5 r_c."""

@@ -131,6 +131,7 @@ def arrays_of(variables):
     return {name: array for name, (_, array, *_) in variables.items()}
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("base", [SLAB, PLANE], ids=["3D", "2D"])
 @pytest.mark.parametrize(
     "more", [{}, {"walls": True}, PRESSED], ids=["periodic", "walls", "constant pressure"]

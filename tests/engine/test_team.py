@@ -52,6 +52,7 @@ def outcome(threads, box, beads=None, calls=(7, 8), **changes):
     return simulation.state, sums
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("case", CASES)
 def test_threads_do_not_change_a_bit(case):
     one, one_sums = outcome(1, **CASES[case])

@@ -20,7 +20,6 @@ PLUGIN = "snakemake_executor_plugin_slurm"
 absent = [*missing(), *([PLUGIN] if importlib.util.find_spec(PLUGIN) is None else [])]
 pytestmark = [
     pytest.mark.slurm,
-    pytest.mark.slow,
     pytest.mark.skipif(bool(absent), reason=f"not installed: {', '.join(absent)}"),
 ]
 

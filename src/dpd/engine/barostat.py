@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.sampling import ONE_CELL
 from dpd.engine.space import wrapped
 from dpd.engine.state import CONSERVATIVE, Sums
 from dpd.errors import UserError
@@ -65,7 +64,7 @@ def sample_rescaling(
     return Sums.joined(parts)
 
 
-def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across = ONE_CELL) -> Sums:
+def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across) -> Sums:
     """Try another volume.
 
     Parameters

@@ -83,7 +83,8 @@ class ThermalMotion:
         Each counts as one degree of freedom, however few beads are about it: c = (v - u) /
         sqrt(1 - h), so that <m c^2> = kT for each bead: a fit u to independent velocities takes up
         the share h of a bead's degree of freedom (its leverage; the sum of all h is the number of
-        coefficients). A bead with h = 1 says nothing of kT; the others then count for it.
+        coefficients). A bead with h = 1 says nothing of kT; the others then count for it. In a
+        fluid at rest all have the same, so that the sum is that of `kinetic`.
         """
         state, momenta = simulation.state, self._system.momenta(simulation.state)
         mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
@@ -91,7 +92,7 @@ class ThermalMotion:
             flow, leverage = self._flow(simulation, momenta, mass)
         elif self._at_rest.any():
             flow = self._at_rest * momenta.sum(axis=1, keepdims=True) / mass.sum()
-            leverage = self._at_rest * mass / mass.sum()
+            leverage = self._at_rest * np.full(mass.shape, 1 / mass.size)
         else:
             return state.velocity
         free = 1 - leverage > TINY

@@ -33,8 +33,9 @@ class Thermo:
     (Their flux of momentum, which other programs print, is kT / V less.) P is given with the
     conservative force in the virial and with all forces (Eq. 15, second and first line). Where
     something drives a flow, its profile takes the place of v_c, and the number of its coefficients
-    that of l_a (`dpd.observe.thermal`); the total energy alone holds the flow. A cluster alone in a box keeps its angular momentum too, which is not
-    taken off: that energy stays as the start has left it.
+    that of l_a (`dpd.observe.thermal`); the total energy alone holds the flow. A cluster alone in a
+    box keeps its angular momentum too, which is not taken off: that energy stays as the start has
+    left it.
 
     Forces of walls and body forces are no part of the virial. Between walls P is an average over
     the space between the planes, which near them is not that of the bulk. The shear stress is minus
