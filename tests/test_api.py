@@ -120,6 +120,7 @@ def test_a_result_is_described(fluid):
     assert 0 < fluid.kT.error < 0.1 and "mean" not in fluid.momentum.attrs
 
 
+@pytest.mark.thorough
 def test_results_of_all_observables_can_be_kept(folder):
     """A dataset goes into a file of xarray's and back; load reads that too."""
     chains = CHAINS | {
@@ -377,6 +378,7 @@ with ThreadPoolExecutor(6) as pool:
 """
 
 
+@pytest.mark.thorough
 def test_several_threads_run_and_load(folder):
     """In a process of their own, which the library would end; all with the bits of one alone."""
     dpd.run(SCENE, output="run.nc", progress=False)

@@ -85,6 +85,7 @@ def made(name, samples, runs=RUNS, seed=3):
     return process(np.random.default_rng(seed), samples, runs, **settings)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", PROCESSES)
 def test_series_cover(name):
     """Fast and slow down to 20 correlation times, and both together down to 25 or 30 of the slow.
@@ -110,6 +111,7 @@ def test_noise_that_is_taken_back():
     assert 0.6 < rms_z(mean, error) < 1.05  # by the samples alone it is 0.24
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("samples", [200, 400, 1000])
 def test_white_noise_is_hardly_widened(samples):
     """By about a tenth at most, in the median; of 100 samples by 13 %."""
@@ -130,6 +132,7 @@ def test_blocks_cover(name, count):
         assert jumps(error) < {"n / 20": 0.2, "n / 50": 0.12}.get(name, 0.05)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["white", "n / 50", "n / 20"])
 def test_jackknives_cover(name):
     """The exponential of the mean, from blocks, from tenths of a run, and from molecules."""
@@ -202,6 +205,7 @@ def test_fits_cover(points, degrees):
     assert jumps(error) < 0.03
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("tau", "slow"), [(0.5, 1.0), (5.0, 1.0), (8.0, 0.3)])
 def test_replicas_share_what_is_known_of_their_correlation(tau, slow):
     """Of three that are 400 samples long: intervals cover, and errors jump less than of each."""
@@ -268,6 +272,7 @@ def recorded(rng, shared, samples=400, walkers=24):
     })  # fmt: skip
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("shared", [0.0, 0.4, 0.7])
 def test_errors_at_lags_of_which_a_run_has_few(monkeypatch, shared):
     """Half a run: right to a third, whether walkers share steps or not; the same of slopes."""

@@ -68,7 +68,7 @@ def stars(box, tabled, **changes):
     return system, position % np.array(box)[:, None], velocity
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("box", "tabled"), [(BOX_2D, False), (BOX_3D, True)], ids=["2D, one law", "3D, tables"]
 )
@@ -214,6 +214,7 @@ SCENE = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_any_number_of_threads_makes_the_same_bits():
     """With tables and angles, in several batches."""
     scene = Scene(SCENE | {"pairs": {"search": "list"}})
@@ -236,6 +237,7 @@ class Interrupted(Exception):
     """What stops a run from outside."""
 
 
+@pytest.mark.thorough
 def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
     """State and all that was observed of trees."""
     names = ("thermo", "chains", "end_points", "bond_lengths", "end_to_end", "trace")
@@ -262,6 +264,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
             np.testing.assert_array_equal(one.arrays[name], array, err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_table_of_equal_laws_is_one_law():
     """To rounding, after twenty steps."""
     plain = {"bond": {"stiffness": 50, "length": 0.5}, "angle": {"stiffness": 5, "angle": 150}}

@@ -57,7 +57,7 @@ BESIDE += [("euler", 0.5, "3D", True), ("dpd-vv", 0.5, "3D", True)]
 BESIDE += [("verlet-no-acceleration", 0.5, "2D", False)]
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme, prediction, law, mixed", BESIDE)
 def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
     """Boxes, places, velocities, forces and sums agree to 1e-9 over 40 steps."""
@@ -79,6 +79,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
     assert reference.accepted > 0
 
 
+@pytest.mark.thorough
 def test_reference_tries_in_vain_as_well():
     """A compressibility that is far too large: some trials count and some do not, in both."""
     system, position, velocity, species = fifty_beads("3D")
@@ -105,7 +106,7 @@ def other(scheme, threads=1, **changes):
     return make_simulation(system, position, velocity, species, threads=threads)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("changes", SYSTEMS.values(), ids=SYSTEMS)
 @pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv"])
 def test_threads_and_calls_do_not_matter(scheme, changes):
@@ -123,7 +124,7 @@ def test_threads_and_calls_do_not_matter(scheme, changes):
     np.testing.assert_array_equal(first.energy, last.energy)
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", ["shardlow", "lowe-andersen", "aboba"])
 def test_calls_do_not_matter_where_momentum_is_exchanged(scheme):
     one, two = other(scheme), other(scheme)
@@ -135,7 +136,7 @@ def test_calls_do_not_matter_where_momentum_is_exchanged(scheme):
     np.testing.assert_array_equal(first.virial, last.virial)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("core", [None, (0.4, 200.0, 0.2)], ids=["soft", "core"])
 def test_pressure_is_minus_the_derivative_of_the_energy(law, core):
@@ -173,6 +174,7 @@ def test_momentum_stays_at_zero():
     assert np.abs(simulation.state.velocity.sum(axis=1)).max() < 1e-11
 
 
+@pytest.mark.thorough
 def test_a_drift_is_no_pressure_and_stays():
     """The same volumes as at rest, to rounding; the centre of mass goes on as fast as before."""
     system, position, velocity, species = fifty_beads("3D", masses=np.array([1.0, 2.5, 0.5]))
@@ -217,6 +219,7 @@ def test_random_numbers_of_trials():
     assert abs(np.corrcoef(found[:-1, 0], found[1:, 0])[0, 1]) < 4 / np.sqrt(4000)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "target, sentence",
     [(1e-3, "empties the box"), (1e5, "is too high for it")],

@@ -43,7 +43,7 @@ def mixed_beads(dimension, skin, scheme="gw-vv", prediction=0.65, gaussian=False
     return simulation, Reference(system, scheme, prediction, position, velocity, species)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("scheme, dimension, skin", every_second(SCHEMES, [2, 3], [0.0, 0.2]))
 def test_fifty_beads_step_beside_the_reference(scheme, dimension, skin, gaussian):
@@ -62,7 +62,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, dimension, skin, gaussian
         np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-9)
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_cells_and_list_agree(dimension):
     """After 20 steps, a few of them with a new list, but for the order of sums: to 1e-11."""
@@ -75,7 +75,7 @@ def test_cells_and_list_agree(dimension):
     np.testing.assert_allclose(*velocities, rtol=0, atol=1e-10)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 def test_forty_steps_are_three_calls(skin, gaussian):
@@ -118,6 +118,7 @@ def noise_of_beads(box, beads, steps, gaussian=False):
     return np.array(found) / np.sqrt(2 * GAMMA * 1.5 / DT)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_noise_of_axes_beads_and_steps_is_uncorrelated(dimension, gaussian):
@@ -186,6 +187,7 @@ def over_beads(values):
     return flat.mean(axis=1), flat.std(axis=1, ddof=1) / np.sqrt(flat.shape[1])
 
 
+@pytest.mark.few(1)
 def test_temperature_at_a_small_step(free):
     """kT is 1 within 4 standard errors, each below 0.5 %; with lambda 1/2 it is so exactly."""
     mean, error = over_beads(np.mean(free[0] ** 2, axis=0))
@@ -193,6 +195,7 @@ def test_temperature_at_a_small_step(free):
     assert abs(mean[0] - 1) < 4 * error[0]
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("prediction", "expected"), [(0.5, 1.0), (0.65, 1 / 1.06)])
 def test_temperature_at_a_large_step(prediction, expected):
     """kT / (1 + (lambda - 1/2) gamma dt), at gamma dt 0.4, within 4 standard errors.

@@ -47,7 +47,7 @@ def assert_beside(simulation, reference):
     np.testing.assert_allclose(force, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("scheme", "dimension", "changes"),
     [
@@ -95,7 +95,7 @@ def couples(dimension, scheme, **changes):
     return simulation, Reference(system, scheme, 0.5, position, velocity, species)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("scheme", "dimension"),
     [("shardlow", 3), ("lowe-andersen", 3), ("aboba", 3), ("shardlow", 2), ("lowe-andersen", 2)],
@@ -117,6 +117,7 @@ def test_couples_exchange_beside_the_reference(scheme, dimension):
     assert np.abs(reference.velocity - before).max() > 1
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", ["gw-vv", "shardlow"])
 def test_equal_values_are_one_value(scheme):
     """A table of 4.5 and masses of 1 give what the number gives, to rounding."""
@@ -129,6 +130,7 @@ def test_equal_values_are_one_value(scheme):
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-10)
 
 
+@pytest.mark.thorough
 def test_one_species_has_its_mass():
     """Beads of mass 4 move as the reference says; a pair alone as beads of 1 in half the time."""
     position, velocity = random_beads(BOX[3], 40)
@@ -142,6 +144,7 @@ def test_one_species_has_its_mass():
     assert reference.mass.min() == 4
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv"])
 def test_threads_give_the_same_bits(scheme):
     """One, two and four."""
@@ -268,7 +271,7 @@ def heavy_and_light(request):
     return mixture(request.param, 0.01, UNEQUAL, TABLE), mixture(request.param, 0.01, EQUAL, TABLE)
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 def test_each_species_has_the_temperature(heavy_and_light):
     """<m v^2> / 3 is 1 for each within 5 standard errors (below 1 %) and 0.5 % for the scheme."""
     for found in heavy_and_light:
@@ -279,6 +282,7 @@ def test_each_species_has_the_temperature(heavy_and_light):
         assert abs(mean - 1) < 0.005 + 5 * error
 
 
+@pytest.mark.thorough
 def test_structure_does_not_depend_on_masses(heavy_and_light):
     """Pressure and g(r) of both systems are the same within 5 standard errors of the difference.
 

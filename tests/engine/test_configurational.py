@@ -29,6 +29,7 @@ def potential(position, species, repulsion, bonds, box):
     return pairs.sum() + 0.5 * stiffness * (stretch**2).sum()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_sums_are_derivatives_of_the_potential(dimension):
     """Slope and curvature of the energy along every coordinate, by small steps."""

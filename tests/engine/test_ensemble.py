@@ -80,7 +80,7 @@ def test_volumes_where_one_axis_alone_is_stretched():
     assert stats.kstest(volume, stats.gamma(BEADS + 1, scale=1 / TARGET).cdf).pvalue > 1e-3
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("bath", [True, False])
 def test_volumes_of_few_beads(bath):
     """Shape N + 1, in a bath that takes momentum and without: the mean of 15 beads is 7 % larger

@@ -90,7 +90,7 @@ def test_lowe_draws_as_often_as_asked():
     assert abs(np.var(drawn) / 2 - 1) < 4 * np.sqrt(2 / len(drawn))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme, dimension, skin", every_second(SPLIT, [2, 3], [0.0, 0.2]))
 def test_momentum_is_kept_and_calls_may_be_split(scheme, dimension, skin):
     """To rounding; and forty steps are thirteen, one and twenty-six, bit for bit."""
@@ -105,7 +105,7 @@ def test_momentum_is_kept_and_calls_may_be_split(scheme, dimension, skin):
     assert np.abs(one.state.velocity.sum(axis=1)).max() < 1e-12
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @SCHEMES
 def test_cells_and_list_exchange_alike(scheme):
     """The order of pairs differs, which one step of exchanges shows at second order only."""
@@ -121,7 +121,7 @@ def test_cells_and_list_exchange_alike(scheme):
     assert np.abs(ends[0] - ends[1]).max() < 0.05 * moved
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @SEARCHES
 @pytest.mark.parametrize("scheme", [*SPLIT, "gw-vv"])
 def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin):
@@ -140,7 +140,7 @@ def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin):
     assert_same_state(one.state, other.state)
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @SCHEMES
 def test_without_friction_it_is_velocity_verlet(scheme):
     """gw-vv without friction, to rounding; for aboba, its other half: energy is kept as well."""
@@ -155,7 +155,7 @@ def test_without_friction_it_is_velocity_verlet(scheme):
     assert_same_place(found, expected, BOX[3], within)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @SCHEMES
 @pytest.mark.parametrize("friction, dt", [(4.5, 0.05), (40.5, 0.02)])
 def test_temperature_of_free_beads_is_exact(scheme, friction, dt):

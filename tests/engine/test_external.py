@@ -78,7 +78,7 @@ def assert_beside(simulation, reference, sums):
     assert np.abs(sums.walls - reference.at_walls).max() < 1e-9 * scale
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (2,)), (3, (0, 2))])
@@ -97,6 +97,7 @@ def test_sixty_beads_step_beside_the_reference(scheme, prediction, dimension, ax
     assert (sums.walls[:, 1] > 0).all()
 
 
+@pytest.mark.thorough
 def test_smooth_walls_beside_a_langevin_thermostat():
     """Without friction of their own, and with noise on every bead."""
     simulation, reference = mixed_beads(3, (2,), wall_friction=0.0, per_bead=True)
@@ -124,6 +125,7 @@ def test_walls_alone_have_their_own_noise():
     assert abs(correlation) < 4 / np.sqrt(3 * near.sum())
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("scheme", "skin"), [("gw-vv", 0.0), ("gw-vv", 0.2), ("dpd-vv", 0.0)])
 def test_threads_and_calls_change_no_bit(scheme, skin):
     """Of the state, nor of what walls do: 1, 2 and 4 threads; one call, or three."""
@@ -139,7 +141,7 @@ def test_threads_and_calls_change_no_bit(scheme, skin):
             np.testing.assert_array_equal(getattr(found, name), getattr(sums[0], name))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "scheme", ["euler", "gw-vv", "dpd-vv", "shardlow", "lowe-andersen", "aboba"]
 )
@@ -162,6 +164,7 @@ def energy_at(system, position, species):
     return sums.energy.sum() + sums.walls[:, 0].sum()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (0, 2))])
 def test_the_force_is_minus_the_gradient_of_the_energy(dimension, axes):
     """Of pairs, bonds and walls together, by differences over 2e-5 r_c."""
@@ -191,6 +194,7 @@ def test_the_page_of_walls_is_consistent(z):
     assert page.weight(z) == pytest.approx(min(1, max(0, 1 - z)))
 
 
+@pytest.mark.thorough
 def test_energy_is_conserved_without_friction():
     """Of beads that bounce between walls: total energy drifts by less than 1e-3 kT a bead."""
     edges = (3.0, 3.0, 4.0)
@@ -272,6 +276,7 @@ def test_no_bead_passes_the_gap_unseen():
             simulation.advance(30)
 
 
+@pytest.mark.thorough
 def test_configurational_temperature_knows_walls():
     """Squared force and curvature are those of the potential with walls, by the plain engine."""
     simulation, _ = mixed_beads(

@@ -49,6 +49,7 @@ def assert_beside(simulation, reference, sums):
     np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-9)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_fifty_beads_with_a_list_step_beside_the_reference(dimension, gaussian):
@@ -67,6 +68,7 @@ def test_fifty_beads_with_a_list_step_beside_the_reference(dimension, gaussian):
     assert 1 < len(set(lists)) < 40
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_many_pairs_at_a_high_density(dimension, skin):
@@ -117,6 +119,7 @@ def test_friction_of_two_beads_is_that_of_their_last_velocities():
     np.testing.assert_array_equal(found[:, 0], -found[:, 1])
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(  # each bead with a bath as in `test_bath`, which compiles the kernels
     ("dimension", "skin", "per_bead"),
     [(2, 0.0, False), (2, 0.2, False), (3, 0.0, False), (3, 0.2, False), (2, 0.2, True),
@@ -189,6 +192,7 @@ def test_momentum_is_conserved_to_rounding(dimension, skin):
     assert np.mean(simulation.state.velocity**2) > 0.5
 
 
+@pytest.mark.thorough
 def test_temperature_of_free_beads_at_a_large_step():
     """At gamma dt 0.4 on each bead kT is that of the scheme, within 4 standard errors.
 

@@ -32,6 +32,7 @@ def at_one_point(dimension, count):
     return np.repeat(middle, count, axis=1), velocity
 
 
+@pytest.mark.few(1)
 @BOTH
 def test_all_beads_on_one_point(dimension, skin):
     """No direction to push in, so no force; then they part as the reference's beads do."""
@@ -50,6 +51,7 @@ def test_all_beads_on_one_point(dimension, skin):
     assert_same_place(place, reference.position, system.box, 1e-8)
 
 
+@pytest.mark.few(1)
 @SEARCHES
 def test_a_crowd_on_one_point(skin):
     """Thousands of beads in one cell, a step short enough for their friction: momentum stays."""
@@ -75,6 +77,7 @@ def test_two_beads_at_one_place(dimension, skin):
         np.testing.assert_allclose(force, expected, atol=1e-9)
 
 
+@pytest.mark.few(1)
 @BOTH
 def test_a_bond_of_half_the_box(dimension, skin):
     """Either image is right: the pull has its size, both ends feel it, momentum stays."""
@@ -117,6 +120,7 @@ def test_a_species_without_beads():
         np.testing.assert_allclose(by_identity(one, name), by_identity(other, name), rtol=1e-9)
 
 
+@pytest.mark.few(1)
 @BOTH
 def test_coordinates_far_outside_the_box(dimension, skin):
     """They are those of their image inside, to what is left of their digits."""
@@ -142,6 +146,7 @@ def test_beads_that_are_nowhere(name, value):
         make_simulation(make_system(BOX[3]), **start)
 
 
+@pytest.mark.few(3)
 @DIMENSIONS
 @pytest.mark.parametrize("edge", [2.0, 2.3, 3.0, 4.0])
 def test_boxes_of_two_to_four_cutoffs(dimension, edge):

@@ -46,7 +46,7 @@ def beads(dimension, mixed, core, skin, dt=0.01):
     return simulation, Reference(system, "gw-vv", 0.65, position, velocity, species)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("variant", VARIANTS, ids=str)
 def test_fifty_beads_step_beside_the_reference(variant):
     """Forty steps, several of them with a new list, agree to 1e-9 like those of the cells."""
@@ -87,6 +87,7 @@ def test_two_beads_meet_at_a_core():
     assert pair(1.01) == (0.0, 0.0)
 
 
+@pytest.mark.thorough
 def test_two_beads_meet_at_a_smooth_core():
     """A straight line from F_max at the diameter to a (1 - r) at the end of the width."""
     pair = partial(force_and_energy, SMOOTH_CORE)
@@ -100,6 +101,7 @@ def test_two_beads_meet_at_a_smooth_core():
     assert np.abs(np.diff(energies)).max() < 0.101
 
 
+@pytest.mark.thorough
 def test_ten_steps_are_three_and_seven_with_a_list():
     """Bit for bit, whether or not the list is made anew at the start of a call."""
     one, other = (beads(*VARIANTS[1])[0] for _ in range(2))

@@ -65,7 +65,7 @@ def fifty_beads(box, shear, scheme, prediction, kind):
     )
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme, prediction, kind, box", CASES)
 def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, kind):
     """Sixty steps, in which images slide by more than a whole edge.
@@ -97,6 +97,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, kind):
     assert min(np.diff(tilts)) < 0 < max(np.diff(tilts))
 
 
+@pytest.mark.thorough
 def test_free_beads_move_as_without_flow():
     """Without forces a bead moves in a straight line of the laboratory, through any image."""
     box, rate, dt, steps = (3.0, 2.5), -0.7, 0.05, 400
@@ -141,7 +142,7 @@ def bonded(box, shear, seed=7, **changes):
     return make_simulation(system, position, velocity, (np.arange(120) % 2).astype(np.uint8))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("box", BOXES)
 def test_the_force_is_the_slope_of_the_energy(box):
     """Of pairs and bonds across images that have slid, by differences over 2e-5 r_c."""
@@ -184,6 +185,7 @@ def test_work_of_the_flow_becomes_energy():
     assert energies[-1] - energies[0] == pytest.approx(work, rel=5e-4)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("scheme", "box"), [("gw-vv", "2D"), ("dpd-vv", "3D")])
 def test_threads_do_not_change_a_bit(scheme, box):
     """Nor does it when steps are done in several calls, or measured."""
@@ -286,6 +288,7 @@ def test_displacement_is_that_about_the_flow():
     np.testing.assert_allclose(place - watch.arrays["begun"], expected, rtol=0, atol=1e-10)
 
 
+@pytest.mark.thorough
 def test_langevin_holds_kT_about_the_flow():
     """An ideal gas in a fast flow, within 5 standard errors of 4000 beads: kT along y and z.
 

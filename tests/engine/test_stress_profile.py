@@ -65,6 +65,7 @@ def many_stars(draw):
     return system, (position + shift) % np.array(box)[:, None], kinds, axis, count
 
 
+@pytest.mark.thorough
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(many_stars())
 def test_every_line_in_every_slice(case):
@@ -82,6 +83,7 @@ def test_every_line_in_every_slice(case):
     assert np.abs(found.sum(axis=1) - total).max() < 1e-12 * scale
 
 
+@pytest.mark.few(1)
 @BOXES
 def test_normal_pressure_follows_from_forces(box):
     """Momentum is conserved: from place to place it changes by the forces on beads in between.
@@ -102,6 +104,7 @@ def test_normal_pressure_follows_from_forces(box):
         )
 
 
+@pytest.mark.few(1)
 @BOXES
 def test_step_by_step_beside_the_reference(box):
     """Ten steps, with friction and noise, which are no part of it."""
@@ -131,7 +134,7 @@ def arrays_of(variables):
     return {name: array for name, (_, array, *_) in variables.items()}
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("base", [SLAB, PLANE], ids=["3D", "2D"])
 @pytest.mark.parametrize(
     "more", [{}, {"walls": True}, PRESSED], ids=["periodic", "walls", "constant pressure"]
@@ -158,6 +161,7 @@ def test_each_sample_is_the_tensor_of_the_box(base, more):
             )
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("axis", ["x", "z"])
 def test_walls_beside_the_reference(axis):
     """Bins, kinetic part and what walls carry, as plain NumPy has them at one time."""
@@ -185,6 +189,7 @@ def test_walls_beside_the_reference(axis):
         np.testing.assert_allclose(profile["wall_pressure_profile"][0], carried, atol=1e-9)
 
 
+@pytest.mark.thorough
 def test_forces_of_walls_balance_those_of_beads():
     """At any one time, what walls add to the normal virial ends on each bead with its force."""
     smooth = {"thermostat": {"gamma": 0}, "walls": {"axis": "z", "repulsion": 30}}
@@ -206,6 +211,7 @@ def test_forces_of_walls_balance_those_of_beads():
     np.testing.assert_allclose(through - through[0], expected, atol=1e-9 * np.abs(through).max())
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("data", [SLAB, SLAB | WALLS, PLANE], ids=["3D", "walls", "2D"])
 def test_threads_change_no_bit(data):
     """One, two and four."""
