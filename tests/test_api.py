@@ -405,6 +405,7 @@ def test_one_function_opens_netcdf_files():
     }  # fmt: skip  # the last in a text for users
 
 
+@pytest.mark.thorough
 def test_a_sweep_keeps_what_is_finished(folder):
     """More values and replicas leave former runs alone, and each has noise of its own."""
     first = dpd.sweep(FLUID, AXES, replicas=np.int64(2), output="sweep", progress=False)

@@ -256,6 +256,7 @@ def test_the_command_shows_three_equations(tmp_path):
     assert single.returncode == 0 and "molecules of 1 bead, 3 per" in single.stdout
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [

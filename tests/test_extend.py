@@ -164,7 +164,7 @@ def assert_same(one, other):
         assert told[name] == also[name], name
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("case", CASES)
 def test_longer_is_as_planned_that_long(tmp_path, case):
     """Every variable of every observable, whatever it looked at when the shorter run ended."""
@@ -393,7 +393,7 @@ def started(*arguments):
     )  # fmt: skip
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("place", ["run.nc", "longer.nc"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_killed_and_gone_on(folder, dpd, number, place):

@@ -4,6 +4,8 @@ import os
 import shutil
 from pathlib import Path
 
+import pytest
+
 from dpd.report.failures import MOST, failures
 from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
@@ -38,6 +40,7 @@ def test_many_sentences_are_cut(tmp_path):
     assert len(found) == MOST + 1 and found[-1] == f"and 3 more in {tmp_path}"
 
 
+@pytest.mark.thorough
 def test_a_workflow_ends_with_them(tmp_path):
     """Below all that Snakemake says."""
     folder = copy_repository(tmp_path / "copy")
@@ -50,6 +53,7 @@ def test_a_workflow_ends_with_them(tmp_path):
     assert last.endswith("(results/smoke/logs/groot_warren_1997/runs/fluid/replica=0.log)")
 
 
+@pytest.mark.thorough
 def test_a_log_without_room_costs_no_run(tmp_path, monkeypatch):
     """`tee` fails, as on a full disk, and the run is there; where the run fails, the job does."""
     failing = tmp_path / "bin" / "tee"

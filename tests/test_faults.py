@@ -347,7 +347,7 @@ def test_the_full_scene_is_good(folder, dpd, monkeypatch):
     assert dpd("run", "scene.yaml", "-o", "run.nc") == (0, "")
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(12)
 @pytest.mark.parametrize("place", EVERY_PLACE, ids=lambda place: ".".join(map(str, place)))
 def test_a_value_that_is_hostile_is_refused_or_taken(folder, dpd, place, monkeypatch):
     """In every place of a scene: a sentence, or a scene that could run."""

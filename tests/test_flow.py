@@ -103,6 +103,7 @@ def test_errors_are_the_scatter_of_blocks():
     assert np.median(slip_error) == pytest.approx(slip.std(), rel=0.25)
 
 
+@pytest.mark.thorough
 def test_two_flows_give_the_common_viscosity(two_flows):
     """0.85 within 0.02 and three standard errors, of which one is below 4 %."""
     found = viscosity_of_two_flows(two_flows, STRENGTH, EDGE)
@@ -110,6 +111,7 @@ def test_two_flows_give_the_common_viscosity(two_flows):
     assert abs(found.value - 0.85) < 0.02 + 3 * found.error
 
 
+@pytest.mark.thorough
 def test_two_flows_have_no_net_momentum(two_flows):
     """kT and pressure are about the flow: that of `velocity_profile`, and the same along all axes.
 
@@ -135,6 +137,7 @@ def test_rough_walls_hold_the_fluid(channel):
     assert found.slip.error < 0.1
 
 
+@pytest.mark.thorough
 def test_walls_take_up_the_force_that_drives_the_flow(channel):
     """Half of it each, 3 * 0.03 * 12 / 2 per area, within four standard errors."""
     for wall in (0, 1):
@@ -169,6 +172,7 @@ def test_the_pressure_on_walls_is_that_of_the_bulk():
     assert off < 4 * np.hypot(error, np.hypot(*errors) / 2) + 0.005 * mean
 
 
+@pytest.mark.thorough
 def test_moving_walls_shear_the_fluid():
     """Couette flow: a straight profile between the velocities of the walls, and one stress."""
     walls = CHANNEL["walls"] | {"velocity": [[-1, 0, 0], [1, 0, 0]]}

@@ -147,6 +147,7 @@ def sources_of(installed):
     return [path for path in files if "__pycache__" not in path.parts]
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "stage",
     [

@@ -143,6 +143,7 @@ def test_the_cavity_function_is_smooth_where_the_potential_ends():
     assert (at_zero - near) / (at_zero - nearer) == pytest.approx(4, rel=0.05)
 
 
+@pytest.mark.thorough
 def test_no_solution_names_the_last_state_that_converged():
     """A mixture that separates: fluctuations of composition grow without bound."""
     with pytest.raises(NoSolution, match=r"HNC has no solution at density 1\.5, 1\.5") as caught:

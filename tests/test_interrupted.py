@@ -273,7 +273,7 @@ def test_a_user_without_a_home(monkeypatch):
     assert cache_folder("valid").is_absolute()
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("fault", ["no folder", "no room"])
 def test_kernels_that_cannot_be_kept(here, fault):
     """The run compiles its own, says so once, and has its result."""

@@ -68,7 +68,7 @@ def unchecked(monkeypatch):
     monkeypatch.setattr(limits, "stretched_share", lambda *given: 0.0)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "change",
     [{}, {"box": 4, "bond": {"stiffness": 50, "length": 3}}, {"bond": {"stiffness": 0}},

@@ -227,6 +227,7 @@ def test_a_machine_with_one_core(monkeypatch):
     assert (found[:, 0] > 1e3).all() and np.isnan(found[:, 1]).all()
 
 
+@pytest.mark.thorough
 def test_schemes_by_name(results):
     """Each scheme on both workloads, gw-vv with both lambdas; friction twice costs more."""
     cost = made(results, "schemes").cost
@@ -245,12 +246,14 @@ def test_a_scheme_that_blows_up_is_left_out():
     assert "Left out" in data.description and "euler on W1" in data.description
 
 
+@pytest.mark.thorough
 def test_features_have_a_cost(results):
     data = made(results, "features")
     assert {"bonds (dimers)", "rigid core", "virial every step", "g(r)"} <= set(data.feature.values)
     assert (data.cost > 0).all() and (data.bare_cost > 0).all()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_are_made(results, name):
     """Picture, numbers with units, and a caption with what was measured, and a table."""

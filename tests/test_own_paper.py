@@ -1,5 +1,6 @@
 """A paper of one's own: the example that people copy, and the least that a paper needs."""
 
+import pytest
 import xarray as xr
 
 from dpd.pipeline.study import read_config
@@ -11,6 +12,7 @@ def test_nothing_makes_the_example_unless_it_is_asked_for():
     assert "example" not in read_config()["papers"]
 
 
+@pytest.mark.thorough
 def test_the_example(tmp_path):
     """Its runs, its figure, its report; a copy under another name works as well."""
     folder = copy_repository(tmp_path / "copy")

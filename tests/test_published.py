@@ -55,6 +55,7 @@ def repeated(source, numbers):
     return precise(" ".join(t.string for t in tokens if t.type != tokenize.COMMENT)) & numbers
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("path", FILES, ids=[f"{p.parent.name}-{p.stem}" for p in FILES])
 def test_no_figure_file_repeats_a_published_number(path):
     """It reads it from published.yaml."""

@@ -241,6 +241,7 @@ def of_kind(names, *kinds):
     return {name for name in names if name.split()[0] in kinds}
 
 
+@pytest.mark.thorough
 def test_comments_change_nothing(changed):
     """In a kernel; and nothing does in what only words messages."""
     assert changed("src/dpd/engine/search.py", "# edited\n") == set()
@@ -258,6 +259,7 @@ def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
 FIGURE_OF_CHAINS = "figure liu_2008 fig04_snapshot"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("module", "named"),
     [("crossings", {"crossings"}), ("rdf", {"rdf"}), ("chains", {"chains", "trace", "end_points"})],
@@ -288,6 +290,7 @@ def test_an_edited_analysis_changes_the_figures_that_use_it(changed):
     assert not of_kind(names, "run", "start", "kernels")
 
 
+@pytest.mark.thorough
 def test_an_edited_helper_changes_the_figures_that_import_it(copy):
     """It alone; an edited figure itself alone."""
     folder, _ = copy

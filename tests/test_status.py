@@ -8,6 +8,8 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import netCDF4
@@ -15,6 +17,7 @@ import numpy as np
 import pytest
 import yaml
 
+from dpd.commands.main import main
 from dpd.digest import ROOT
 from dpd.files import read
 from dpd.pipeline.jobs import open_logs
@@ -49,9 +52,16 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+def look(*arguments):
+    """The command in this process: exit code, output and errors."""
+    with redirect_stdout(StringIO()) as output, redirect_stderr(StringIO()) as errors:
+        code = main(["status", *map(str, arguments)])
+    return code, output.getvalue(), errors.getvalue()
+
+
 def status(*arguments):
     """What the command says as JSON; it must not fail, nor warn."""
-    code, output, errors = dpd("status", "--json", *map(str, arguments))
+    code, output, errors = look("--json", *arguments)
     assert code == 0 and errors == "", errors
     return json.loads(output)
 
@@ -116,7 +126,7 @@ def test_a_run_at_work_and_after(here):
         left = (run["steps"] - run["step"]) / run["rate"]
         assert run["seconds_left"] == pytest.approx(left)
         assert run["measured"]["kT"] == pytest.approx(1, abs=0.2)
-        assert "at work: run.nc" in dpd("status")[1] + dpd("status", ".")[1]
+        assert "at work: run.nc" in look()[1] + look(".")[1]
         process.kill()
         wait_for(lambda: worker_on("run.nc") is None or not worker_on("run.nc").alive)
         run = only_run("run.nc")  # nobody has asked after the process yet
@@ -133,7 +143,7 @@ def test_a_run_before_its_first_step(here):
     with alone("run.nc", print):
         run = only_run("run.nc")
         assert run["state"] == AT_WORK and run["step"] is None
-        assert "it begins" in dpd("status", "run.nc")[1]
+        assert "it begins" in look("run.nc")[1]
 
 
 def test_kT_and_pressure_are_means_of_the_samples_so_far(here):
@@ -245,7 +255,7 @@ def test_a_study_without_results(here):
     assert found["study"] == "smoke" and found["folder"] == "results/smoke"
     assert found["counts"] == {AT_WORK: 0, DONE: 0, STOPPED: 0, FAILS: 0, WAITS: len(found["runs"])}
     assert {job["state"] for job in found["jobs"]} == {WAITS}
-    assert "there are no results yet" in dpd("status", "results/smoke")[1]
+    assert "there are no results yet" in look("results/smoke")[1]
     assert not Path("results").exists()
     assert status()["study"] == yaml.safe_load((ROOT / "config/config.yaml").read_text())["study"]
 
@@ -260,7 +270,7 @@ def test_a_point_of_a_study(here):
     assert found["left"]["core_seconds"] == pytest.approx(rest / (run["rate"] * run["beads"]))
     assert found["left"]["seconds"] is None and found["left"]["cores"] == 0
     assert found["left"]["borrowed"] == found["counts"][WAITS]
-    text = dpd("status", "results/smoke", "--papers", PAPER)[1]
+    text = look("results/smoke", "--papers", PAPER)[1]
     assert "by the rates of other sweeps; nothing is at work" in text
     for name, words in (("sources", "other sources"), ("scene_digest", "edited")):
         with netCDF4.Dataset(RESULT, "a") as file:
@@ -275,7 +285,7 @@ def test_a_point_that_failed(here):
     assert simulate("--start", "start.nc") == 1
     run = point_of(status("results/smoke"))
     assert run["state"] == FAILS and run["why"].startswith("start.nc: not a whole NetCDF file")
-    assert "start.nc: not a whole NetCDF file" in dpd("status", "results/smoke")[1]
+    assert "start.nc: not a whole NetCDF file" in look("results/smoke")[1]
     LOG.write_text("Traceback (most recent call last):\n  File ...\nKeyError: 'kT'\n")
     assert point_of(status("results/smoke"))["why"] == "KeyError: 'kT'"
     for last in ("scene: stopped at step 5 of 9, as asked", "interrupted"):
@@ -284,6 +294,7 @@ def test_a_point_that_failed(here):
         assert run["state"] == STOPPED and "begins anew" in run["why"]
 
 
+@pytest.mark.thorough
 def test_a_point_at_work_and_killed(here):
     """As Snakemake starts it; and one that is not in the study any more."""
     folder = Path("results/paper", PAPER, "runs")
@@ -301,7 +312,7 @@ def test_a_point_at_work_and_killed(here):
         assert "not in the study" in stray["why"]
         left = found["left"]
         assert left["cores"] == 2 and left["seconds"] >= left["core_seconds"] / 2 * 0.99
-        text = dpd("status", "results/paper", "--papers", PAPER)[1]
+        text = look("results/paper", "--papers", PAPER)[1]
         assert (
             f"at work: {PAPER} fluid {POINT}" in text and "on the 2 cores that are at work" in text
         )
@@ -427,7 +438,7 @@ def test_what_is_no_study_and_no_run(here):
         "gone/quickly": "there is no such run; allowed: ",
     }
     for path, words in cases.items():
-        code, output, errors = dpd("status", path)
+        code, output, errors = look(path)
         assert code == 1 and output == "" and errors.count("\n") == 1, errors
         assert errors.startswith(f"error: {path}: {words}"), errors
     code, _, errors = dpd("status", "--watch", "0", "smoke")

@@ -162,6 +162,7 @@ def test_some_papers_have_a_report_of_their_own(mine, figures):
     assert planned(mine, *ALONE) == {}
 
 
+@pytest.mark.thorough
 def test_all_papers_in_another_order_share_one_report(mine):
     """All of config/config.yaml make report.html; a subset has one name, whatever its order."""
     edit(mine / "config" / "config.yaml", "papers: [", "papers: [mine, ")
@@ -192,6 +193,7 @@ def test_a_failed_report_leaves_the_former_one(mine):
     assert page.read_bytes() != before and planned(mine, *ALONE) == {}
 
 
+@pytest.mark.thorough
 def test_a_failed_figure_leaves_the_report(mine):
     """Nothing that depends on it is begun."""
     path = give_figure(mine)

@@ -109,6 +109,7 @@ def test_a_homogeneous_fluid_has_one_pressure(data):
         assert np.sqrt((((mean - pressure) / error) ** 2).mean()) < 2
 
 
+@pytest.mark.thorough
 def test_walls_carry_what_the_fluid_does_not():
     """The sum is the same everywhere, also behind the planes: the force per area on each wall."""
     # At dt 0.04 the fluid's pressure is 1 % smaller in the middle than on the walls.

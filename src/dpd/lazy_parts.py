@@ -6,7 +6,8 @@ them. Here a part is lowered and simplified, function by
 function; a kernel links in each part below it once, and is optimised and emitted as a whole.
 
 Nor do they count who holds an array. What Python passes to a kernel lives until the kernel returns,
-and kernels make no arrays; to count cost 5 % of the time of a step, and a fifth of that to compile.
+and kernels of the engine make no arrays; to count cost 5 % of the time of a step, and a fifth of
+that to compile.
 
 All that is private in Numba stands here: the option ``_nrt``, ``state.library`` of its compiler,
 and what `RELIED_ON` names of a code library. Where a version of Numba has something else,

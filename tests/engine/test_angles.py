@@ -129,6 +129,7 @@ def three_beads(angle, rest, stiffness=5.0):
     return by_identity(simulation, "force"), simulation.measure()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("angle", [0.3, 1.2, 2.0, 3.0, np.pi - 1e-6])
 def test_force_and_energy_of_one_angle(angle):
     """k (theta - theta_0) over the length of each bond, across it; no torque, no trace."""

@@ -43,7 +43,7 @@ def mixed_beads(dimension, skin, scheme="gw-vv", prediction=0.65, gaussian=False
     return simulation, Reference(system, scheme, prediction, position, velocity, species)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("scheme, dimension, skin", every_second(SCHEMES, [2, 3], [0.0, 0.2]))
 def test_fifty_beads_step_beside_the_reference(scheme, dimension, skin, gaussian):
@@ -207,6 +207,7 @@ def test_temperature_at_a_large_step(prediction, expected):
     assert abs(mean[0] - expected) < 4 * error[0]
 
 
+@pytest.mark.few(1)
 def test_velocity_forgets_itself_at_the_rate_gamma(free):
     """What the scheme makes of exp(-gamma t) within 4 standard errors, for eight times.
 

@@ -205,6 +205,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
             np.testing.assert_array_equal(other.arrays[name], array)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv", "shardlow"])
 def test_momentum_is_conserved_to_rounding(scheme):
     """sum of m v, with forces near 100 and masses of 3."""
@@ -294,6 +295,7 @@ def test_structure_does_not_depend_on_masses(heavy_and_light):
         assert np.all(np.abs(one - other) < 5 * np.hypot(error, more) + 1e-12)
 
 
+@pytest.mark.few(1)
 def test_kinetic_pressure_is_that_of_momenta(heavy_and_light):
     """The trace of the pressure tensor is rho kT and the excess; momentum is that at the start."""
     found = heavy_and_light[0]

@@ -68,6 +68,7 @@ def test_it_is_the_temperature_in_equilibrium():
     assert abs(mean[0] / mean[1] - 1) < 4 * spread < 0.05
 
 
+@pytest.mark.thorough
 def test_a_scene_may_ask_for_it(tmp_path):
     """Its blocks stand in the file; with a rigid core it is refused."""
     import netCDF4

@@ -56,7 +56,7 @@ TRIALS = {
 }
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("time, every, estimate", TRIALS.values(), ids=TRIALS)
 def test_volumes_of_an_ideal_gas(time, every, estimate):
     """A Gamma distribution, whatever the trials: by Kolmogorov and Smirnov, 1 in 1000.
@@ -73,6 +73,7 @@ def test_volumes_of_an_ideal_gas(time, every, estimate):
     assert abs(kinetic.mean() / free - 1) < SURE * np.sqrt(2 / free / 200) + 0.005
 
 
+@pytest.mark.thorough
 def test_volumes_where_one_axis_alone_is_stretched():
     """The same distribution, and of the normal pressure alone."""
     law = Pressure(TARGET, 0.5, 1 / TARGET, (2,), 5)

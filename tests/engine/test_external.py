@@ -78,7 +78,7 @@ def assert_beside(simulation, reference, sums):
     assert np.abs(sums.walls - reference.at_walls).max() < 1e-9 * scale
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (2,)), (3, (0, 2))])
@@ -164,7 +164,7 @@ def energy_at(system, position, species):
     return sums.energy.sum() + sums.walls[:, 0].sum()
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (0, 2))])
 def test_the_force_is_minus_the_gradient_of_the_energy(dimension, axes):
     """Of pairs, bonds and walls together, by differences over 2e-5 r_c."""

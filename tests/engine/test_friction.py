@@ -150,6 +150,7 @@ SCENE = {
 }
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("dt", "search"), [(0.03, "cells"), (0.005, "list")])
 def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path, dt, search):
     """The force in the checkpoint holds the friction of the velocities beside it."""

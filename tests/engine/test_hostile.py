@@ -107,6 +107,7 @@ def test_one_bead_alone(dimension, skin):
     assert not sums.virial.any() and not sums.energy.any()
 
 
+@pytest.mark.thorough
 def test_a_species_without_beads():
     """A table with more species than there are beads of changes nothing."""
     position, velocity = random_beads(BOX[3], 60)

@@ -209,7 +209,7 @@ def fifty_beads(box, scheme, prediction, gaussian, mixed):
     )
 
 
-@pytest.mark.few(14)
+@pytest.mark.few(6)
 @pytest.mark.parametrize("mixed", [False, True], ids=["one species", "species and bonds"])
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])

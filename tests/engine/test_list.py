@@ -126,6 +126,7 @@ SCENE = {
 }
 
 
+@pytest.mark.thorough
 def test_an_interrupted_run_with_a_list_goes_on_to_the_same_bits(tmp_path):
     """The checkpoint keeps the reference that the list follows from."""
 

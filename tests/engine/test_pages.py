@@ -100,6 +100,7 @@ USES_IT = """
 """
 
 
+@pytest.mark.thorough
 def test_a_new_pair_force_is_one_page(tmp_path):
     """Force, virial, energy and curvature come from it, and nothing else has to know of it."""
     (tmp_path / "own_page.py").write_text(textwrap.dedent(OWN_PAGE))

@@ -106,6 +106,7 @@ def test_pressure_rises_from_the_virial_to_the_mean_field():
     assert max(error for _, error in points) < 0.001
 
 
+@pytest.mark.thorough
 def test_pressure_does_not_depend_on_the_time_step():
     """At rho 2, dt 0.01 and 0.005 agree within 4 combined errors, 0.3 %."""
     (one, error), (half, other) = excess(12, 2, 0.01, 120), excess(12, 2, 0.005, 120)

@@ -163,6 +163,7 @@ def test_the_force_is_the_slope_of_the_energy(box):
             assert -slope == pytest.approx(force[axis, bead], rel=1e-4, abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_work_of_the_flow_becomes_energy():
     """Without thermostat: energy about the flow grows by minus rate times V P_xy.
 
@@ -230,6 +231,7 @@ SCENE = {
 }
 
 
+@pytest.mark.thorough
 def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
     """State and all observables; how far images have slid follows from the step."""
 

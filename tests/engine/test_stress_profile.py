@@ -161,7 +161,7 @@ def test_each_sample_is_the_tensor_of_the_box(base, more):
             )
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("axis", ["x", "z"])
 def test_walls_beside_the_reference(axis):
     """Bins, kinetic part and what walls carry, as plain NumPy has them at one time."""

@@ -82,7 +82,9 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across) -
     Sums
         One sample of where the beads are then.
     """
-    system, before, box = simulation.system, simulation.state, simulation.box
+    system, before, box, kept = (
+        simulation.system, simulation.state, simulation.box, simulation.kept
+    )  # fmt: skip
     kT, h = system.kT, law.every * system.dt
     random = draw(system.seed, before.step)
     here = look_at(system, law, before, box, sums.of(-1))
@@ -94,7 +96,7 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across) -
     there = look_at(system, law, simulation.state, stretched, moved.of(-1))
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved
-    simulation.state = before
+    simulation.put_back(kept)
     return sums
 
 

@@ -49,7 +49,7 @@ def add_tilt(apart, n, tilt, slide):
 def squared_distance(one, i, other, j, edges):
     """Squared distance of row i of one array from row j of another, at nearest images.
 
-    Not under shear: whoever asks for it is refused there.
+    Not under shear: scenes that ask for it are refused there.
     """
     r2 = 0.0
     for k in range(len(edges)):
@@ -86,7 +86,7 @@ def put_inside(x, image, identity, mine, wrap, edges, slide):
             edge = wrap[0, t]
             boxes = np.floor(entries[first + t] * wrap[1, t])
             inside = entries[first + t] - edge * boxes
-            entries[first + t] = inside if inside < edge else 0.0
+            entries[first + t] = max(inside, 0.0) if inside < edge else 0.0  # by rounding
             wrap[2, t] = boxes if inside < edge else boxes + 1.0
             outside += abs(wrap[2, t])
         if outside > 0.0:

@@ -80,7 +80,7 @@ def list_pairs(team, x, search, reach, listed):
 
 @inlined()
 def farthest_move(x, reference, mine, edges):
-    """Largest squared distance of a bead from where the list was made; any without a list."""
+    """Largest squared distance of a bead from where the list was made; infinity without a list."""
     if reference is None:
         return np.inf
     farthest = 0.0
@@ -90,13 +90,13 @@ def farthest_move(x, reference, mine, edges):
 
 
 @inlined()
-def listed_pairs(first, end, x, listed, pairs, edges, slide):
+def listed_pairs(first, end, x, slots, pairs, edges, slide):
     """Fill the pairs with some of the list from ``first`` to ``end``; return how many."""
     n, start = np.uint64(min(np.int64(PAIRS_AT_ONCE), end - first)), np.uint64(first)
     i, j, separation = pairs.i, pairs.j, pairs.separation
     for p in range(n):
-        i[p] = listed[0, start + p]
-        j[p] = listed[1, start + p]
+        i[p] = slots[0, start + p]
+        j[p] = slots[1, start + p]
     for p in range(n):
         for k in range(len(edges)):
             separation[k, p] = x[i[p], k] - x[j[p], k]

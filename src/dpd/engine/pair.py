@@ -196,7 +196,10 @@ def cache_pairs(cached, count, pairs, n, species, edges):
         return count
     ends, drag, end = cached.ends, cached.drag, np.uint64(count)
     if count + np.int64(n) >= ends.shape[1]:
-        return count + np.int64(n) + 1
+        more = np.int64(1)
+        for p in range(n):
+            more += np.int64(pairs.weight_over_r[p] > 0.0)
+        return max(count, ends.shape[1]) + more
     for p in range(n):
         i, j = pairs.i[p], pairs.j[p]
         weight = of_pair(cached.root, species, i, j) * pairs.weight_over_r[p]

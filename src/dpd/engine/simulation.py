@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from dpd.engine.state import System
 
 CUTOFF = 1.0
-SPARE_ROOM = 1.5  # times what buffers were too small for
+SPARE_ROOM = 2.0  # times what buffers were too small for
 
 
 class Unstable(LostRun):
@@ -154,11 +154,20 @@ class Simulation(Snapshot):
 
     def measure(self) -> Sums:
         """The same where the beads are, leaving the state alone."""
-        kept = self.state
+        kept = self.kept
         try:
-            return self.call(0, [kept.step], measure=True).of(-1)
+            return self.call(0, [self.state.step], measure=True).of(-1)
         finally:
-            self.state = kept
+            self.put_back(kept)
+
+    @property
+    def kept(self) -> tuple[State, dict[str, tuple[np.ndarray, np.ndarray]]]:
+        """The state, and its rows, for `put_back`."""
+        return self.state, self._rows
+
+    def put_back(self, kept: tuple[State, dict[str, tuple[np.ndarray, np.ndarray]]]) -> None:
+        """Go back to a state that was `kept`."""
+        self.state, self._rows = kept
 
     def sample(
         self, steps: int, samples: Iterable[int], measure: bool = False, across: Across = ONE_CELL
@@ -186,11 +195,11 @@ class Simulation(Snapshot):
         at = np.array(list(samples), np.int64)
         if self.system.pressure is None:
             return self.sample_in_box(steps, at, measure, across)
-        kept = self.state
+        kept = self.kept
         try:
             return sample_rescaling(self, self.system.pressure, steps, at, measure, across)
         except UserError:
-            self.state = kept
+            self.put_back(kept)
             raise
 
     def sample_in_box(self, steps: int, at: np.ndarray, measure: bool, across: Across) -> Sums:
@@ -200,9 +209,9 @@ class Simulation(Snapshot):
         end, parts = self.state.step + steps, []
         for step in at:
             self.call(step - self.state.step)
-            kept = self.state
+            kept = self.kept
             parts.append(self.call(0, [step], measure, across))
-            self.state = kept
+            self.put_back(kept)
         if self.state.step < end:
             self.call(end - self.state.step)
         return Sums.joined(parts)
@@ -407,7 +416,7 @@ def _plan_of(system, box):
     bonds, scheme, forces = bonds_of(system), system.scheme, system.forces
     return Plan(
         **_of_box(box, system.skin),
-        forces=forces,
+        forces=forces._replace(bond=None, angle=None),  # they are in what follows
         bonds=bonds,
         angles=angles_of(system, bonds),
         scheme=scheme,

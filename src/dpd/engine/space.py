@@ -1,6 +1,6 @@
 """The periodic box, whose images may slide: edges, nearest images, and the boxes that beads cross.
 
-Nobody else writes a modulo. Here is what looks at beads between steps, in NumPy; the same for
+Here is what looks at beads between steps, in NumPy; the same for
 kernels is in `dpd.engine.images`.
 
 Steady shear has the boundary conditions of Lees and Edwards (1972). Let x be the axis of the flow

@@ -275,7 +275,7 @@ class State:
     reference : (dimension, n) array or None
         Positions when the pair list was made; None without a list.
     slid : int or None
-        Parts of an edge by which images had slid at step 0, see `dpd.engine.slide`; None without
+        Parts of an edge by which images had slid at step 0, see `dpd.engine.space`; None without
         shear.
     box : tuple of float or None
         Edges in r_c; None for those of the system, which stay.

@@ -21,7 +21,7 @@ RATE = 3e6
 GROWTH = 10_000  # steps that the growth of a melt takes at that rate, and more than any so far
 GENEROUS = 3  # times what is expected
 BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
-BYTES_PER_BEAD = 312  # of a run, measured
+BYTES_PER_BEAD = 312  # of a run, measured; with DPD-VV and a list 750, within what is GENEROUS
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
 BATCHES = {"short": 1.0, "medium": 10.0}  # to the minutes that a run of it takes at most
 

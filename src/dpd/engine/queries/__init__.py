@@ -1,1 +1,1 @@
-"""What observers ask of all pairs: distances, crossings and passes of bonds, curvature."""
+"""What observers ask of all beads and pairs: distances, stress, waves, bonds that cross or pass."""
