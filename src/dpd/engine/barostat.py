@@ -18,7 +18,6 @@ from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
 
 if TYPE_CHECKING:
-    from dpd.engine.sampling import Across
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import State, System
 
@@ -29,7 +28,7 @@ MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may beco
 
 
 def sample_rescaling(
-    simulation: Simulation, law: Pressure, steps: int, at: np.ndarray, measure: bool, across: Across
+    simulation: Simulation, law: Pressure, steps: int, at: np.ndarray, measure: bool
 ) -> Sums:
     """Advance a system at constant pressure, and take sums after some steps.
 
@@ -37,7 +36,7 @@ def sample_rescaling(
     ----------
     simulation : Simulation
     law : Pressure
-    steps, at, measure, across
+    steps, at, measure
         See `dpd.engine.simulation.Simulation.sample`. A sample after a trial is of the box that
         came out of it.
 
@@ -53,18 +52,18 @@ def sample_rescaling(
         trial = step + law.every - step % law.every
         end, inside = min(last, trial), at[(step < at) & (at <= trial)]
         if trial > last:
-            parts.append(simulation.sample_in_box(end - step, inside, measure, across))
+            parts.append(simulation.sample_in_box(end - step, inside, measure))
             break
         before = inside[inside < trial]
-        found = simulation.sample_in_box(end - step, np.append(before, trial), True, across)
+        found = simulation.sample_in_box(end - step, np.append(before, trial), True)
         parts.append(found.of(slice(len(before))))
-        after = rescale(simulation, law, found.of(slice(-1, None)), across)
+        after = rescale(simulation, law, found.of(slice(-1, None)))
         if trial in inside:
             parts.append(after)
     return Sums.joined(parts)
 
 
-def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across) -> Sums:
+def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     """Try another volume.
 
     Parameters
@@ -74,8 +73,6 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across) -
     law : Pressure
     sums : Sums
         One sample of where the beads are.
-    across : Across
-        See `dpd.engine.simulation.Simulation.sample`.
 
     Returns
     -------
@@ -92,7 +89,7 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums, across: Across) -
     stretched = stretched_box(box, law.axes, volume / here.volume)
     refuse_box(law, system, stretched, before.step)
     simulation.state = stretched_state(system, before, box, stretched)
-    moved = simulation.call(0, [before.step], measure=True, across=across)
+    moved = simulation.call(0, [before.step], measure=True)
     there = look_at(system, law, simulation.state, stretched, moved.of(-1))
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from dpd.engine.checkpoint import next_look, next_sample, stretch_of
-from dpd.engine.sampling import ONE_CELL
 from dpd.errors import LostRun, Stopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from dpd.engine.checkpoint import Checkpoint
-    from dpd.engine.sampling import Across
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import Sums
 
@@ -35,9 +33,6 @@ if TYPE_CHECKING:
         @property
         def needs_forces(self) -> bool: ...
 
-        @property
-        def across(self) -> Across: ...
-
         def record(self, sums: Sums) -> None: ...
 
 
@@ -54,8 +49,7 @@ def run(
     steps from the beginning of the run. It looks at a configuration with ``sample(simulation)``,
     for which the compiled loop ends; or it takes sums over beads and pairs, which the loop adds up
     on its way: ``record(sums)``, with `dpd.engine.state.Sums` of one or more of its steps;
-    ``needs_forces`` says whether it reads virial or energy, ``across`` in which cells it needs the
-    sums over beads.
+    ``needs_forces`` says whether it reads virial or energy.
 
     Parameters
     ----------
@@ -131,10 +125,9 @@ def advance_recording(
         np.arange(next_sample(each, now, equilibrate), stop + 1, each.every) for each in recorders
     ]
     steps = reduce(np.union1d, due, np.empty(0, np.int64))
-    across = max((each.across for each in recorders), key=lambda at: at.axis.size, default=ONE_CELL)
     measure = any(each.needs_forces for each in recorders)
     try:
-        sums = simulation.sample(stop - now, steps, measure, across)
+        sums = simulation.sample(stop - now, steps, measure)
     except LostRun as lost:
         if len(steps) and steps[0] < lost.step:
             advance_recording(simulation, lost.step - 1, recorders, equilibrate)

@@ -11,13 +11,14 @@ from dpd.engine.threads import Share
 from dpd.jit import inlined
 
 if TYPE_CHECKING:
+    from dpd.engine.state import System
     from dpd.engine.step import Shared
 
 PER_TASK = 1024  # beads that one thread adds up: the order of sums is the same for any team
 
 
 class Across(NamedTuple):
-    """Equal cells across a flow: layers along some axes. Without an axis all beads are in one cell.
+    """Cells across a flow: layers along some axes.
 
     Attributes
     ----------
@@ -36,7 +37,13 @@ class Across(NamedTuple):
     layers: np.ndarray
 
 
-ONE_CELL = Across(np.empty(0, np.int64), np.empty(0), np.empty(0), np.empty(0, np.int64))
+def across_of(system: System) -> Across | None:
+    """The cells across the flow of a system; None in a fluid at rest, which has but one."""
+    if not system.flow:
+        return None
+    found = [(axis, *system.layers(axis, thickness)) for axis, thickness in system.flow]
+    axis, low, length, layers = map(np.array, zip(*found))
+    return Across(axis, low, layers / length, layers)
 
 
 class Sampled(NamedTuple):
@@ -69,10 +76,10 @@ class Sampled(NamedTuple):
     walls_of: np.ndarray | None
 
 
-def sampled_buffers(samples: int, beads: int, across: Across, shared: Shared) -> Sampled:
+def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Shared) -> Sampled:
     """Room for so many samples of what threads find."""
-    tasks, axes, (_, _, dimension, _) = -(-beads // PER_TASK), len(across.axis), shared.virial.shape
-    cells, q = int(np.prod(across.layers)), dimension + 1 + axes
+    tasks, layers = -(-beads // PER_TASK), () if across is None else across.layers
+    cells, q = int(np.prod(layers)), shared.virial.shape[2] + 1 + len(layers)
     of_beads = np.zeros((tasks, cells, q + 1, q))
     parts: dict[str, Any] = {
         "moments": of_beads.reshape(tasks, -1),
@@ -86,7 +93,7 @@ def sampled_buffers(samples: int, beads: int, across: Across, shared: Shared) ->
     }
     return Sampled(
         **rows,
-        place=np.zeros((tasks, axes)),
+        place=np.zeros((tasks, len(layers))),
         of_beads=of_beads,
         **{f"{name}_of": each for name, each in parts.items()},
     )
@@ -107,7 +114,7 @@ def add_up_beads(team, x, v, species, mass, across, sampled, edges):
         if end > x.shape[0]:
             end = x.shape[0]
         some = Share(np.uint64(first), np.uint64(end))
-        if len(across.axis) == 0:
+        if across is None:
             find_one_cell(sampled.of_beads[task, 0], v, species, mass, some, edges)
         else:
             add_moments(
@@ -128,11 +135,11 @@ def find_one_cell(moments, v, species, mass, some, edges):
         px, py, pz = px + mx, py + my, pz + mz
         xx, xy, xz = xx + mx * v[s, 0], xy + mx * v[s, 1], xz + mx * v[s, z]
         yy, yz, zz = yy + my * v[s, 1], yz + my * v[s, z], zz + mz * v[s, z]
-    for k, q, found in (
-        (0, 0, xx), (0, 1, xy), (0, z, xz), (1, 1, yy), (1, z, yz), (z, z, zz),
-        (0, one, px), (1, one, py), (z, one, pz), (one, one, total),
-    ):  # fmt: skip
-        moments[k, q] = moments[q, k] = found
+    moments[0, 0], moments[1, 1], moments[z, z], moments[one, one] = xx, yy, zz, total
+    moments[0, 1], moments[0, z], moments[1, z] = xy, xz, yz
+    moments[1, 0], moments[z, 0], moments[z, 1] = xy, xz, yz
+    moments[0, one], moments[1, one], moments[z, one] = px, py, pz
+    moments[one, 0], moments[one, 1], moments[one, z] = px, py, pz
     moments[one + 1, 0] = some.end - some.first
 
 

@@ -15,7 +15,7 @@ from dpd.engine.integrate import times_of
 from dpd.engine.lists import list_buffers
 from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
-from dpd.engine.sampling import ONE_CELL, moments_and_beads, sampled_buffers
+from dpd.engine.sampling import across_of, moments_and_beads, sampled_buffers
 from dpd.engine.search import line_buffers, pair_buffers
 from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
@@ -26,7 +26,6 @@ from dpd.errors import LostRun, UserError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from dpd.engine.sampling import Across
     from dpd.engine.state import System
 
 CUTOFF = 1.0
@@ -169,9 +168,7 @@ class Simulation(Snapshot):
         """Go back to a state that was `kept`."""
         self.state, self._rows = kept
 
-    def sample(
-        self, steps: int, samples: Iterable[int], measure: bool = False, across: Across = ONE_CELL
-    ) -> Sums:
+    def sample(self, steps: int, samples: Iterable[int], measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps, and take sums after some of them.
 
         Parameters
@@ -182,8 +179,6 @@ class Simulation(Snapshot):
         measure : bool
             Whether to add up virial and energy as well: in the evaluation of the forces at the end
             of the step, or, where a scheme has its force in the middle of it, in one more.
-        across : Across
-            Cells in which sums over beads are kept apart.
 
         Raises
         ------
@@ -194,43 +189,40 @@ class Simulation(Snapshot):
         """
         at = np.array(list(samples), np.int64)
         if self.system.pressure is None:
-            return self.sample_in_box(steps, at, measure, across)
+            return self.sample_in_box(steps, at, measure)
         kept = self.kept
         try:
-            return sample_rescaling(self, self.system.pressure, steps, at, measure, across)
+            return sample_rescaling(self, self.system.pressure, steps, at, measure)
         except UserError:
             self.put_back(kept)
             raise
 
-    def sample_in_box(self, steps: int, at: np.ndarray, measure: bool, across: Across) -> Sums:
+    def sample_in_box(self, steps: int, at: np.ndarray, measure: bool) -> Sums:
         """The same, with the box as it is now."""
         if not (measure and self.system.scheme.middle and len(at)):
-            return self.call(steps, at, measure, across)
+            return self.call(steps, at, measure)
         end, parts = self.state.step + steps, []
         for step in at:
             self.call(step - self.state.step)
             kept = self.kept
-            parts.append(self.call(0, [step], measure, across))
+            parts.append(self.call(0, [step], measure))
             self.put_back(kept)
         if self.state.step < end:
             self.call(end - self.state.step)
         return Sums.joined(parts)
 
-    def call(
-        self, steps: int, samples: Iterable[int] = (), measure: bool = False,
-        across: Across = ONE_CELL,
-    ) -> Sums:  # fmt: skip
+    def call(self, steps: int, samples: Iterable[int] = (), measure: bool = False) -> Sums:
         """Call the compiled loop; once more with larger buffers if they were too small.
 
         For 0 steps the beads are sorted, and their forces evaluated where they are.
         """
         self._put_images()
         at = np.array(list(samples), np.int64)
-        while (sums := self._attempt(steps, at, measure, across)) is None:
+        while (sums := self._attempt(steps, at, measure)) is None:
             self._make_buffers()
         return sums
 
-    def _attempt(self, steps, at, measure, across):
+    def _attempt(self, steps, at, measure):
         """The same; None, and more room the next time, if the buffers were too small."""
         system, state, dimension = self.system, self.state, self.system.dimension
         beads = self._copied_beads()
@@ -240,9 +232,8 @@ class Simulation(Snapshot):
         if system.skin > 0:
             reference = self._copied("position" if state.reference is None else "reference")
         force = self._copied("force") if steps else np.zeros_like(beads.position)
-        shared = self._shared_now(len(at), across)
-        across = across if len(at) else ONE_CELL
-        span = Span(state.step, steps, listed, at, measure, across)
+        shared = self._shared_now(len(at))
+        span = Span(state.step, steps, listed, at, measure)
         in_spare, lost, short = self._all_threads(beads, spare, force, reference, shared, span)
         beads, self._spare = (spare, beads) if in_spare else (beads, spare)
         if short:
@@ -362,9 +353,9 @@ class Simulation(Snapshot):
             sampled=None,
             need=np.zeros((self._threads, self._room.size), np.int64),
         )
-        return shared._replace(sampled=sampled_buffers(0, beads, ONE_CELL, shared))
+        return shared._replace(sampled=sampled_buffers(0, beads, plan.across, shared))
 
-    def _shared_now(self, samples, across):
+    def _shared_now(self, samples):
         """The same for a call that takes so many samples."""
         shared, at_walls = self._shared, self._shared.at_walls
         if at_walls is not None:
@@ -372,7 +363,9 @@ class Simulation(Snapshot):
         if samples:
             shared.virial[:] = shared.energy[:] = 0.0  # of a call that has failed
             beads = self.state.identity.size
-            shared = shared._replace(sampled=sampled_buffers(samples, beads, across, shared))
+            shared = shared._replace(
+                sampled=sampled_buffers(samples, beads, self._plan.across, shared)
+            )
         return shared._replace(image=np.array(self.state.image.T, np.int32, order="C"))
 
     def _at_walls(self):
@@ -426,6 +419,7 @@ def _plan_of(system, box):
         skin=float(system.skin),
         seed=np.uint64(system.seed),
         mass=None if system.masses is None else np.asarray(system.masses, float),
+        across=across_of(system),
     )
 
 

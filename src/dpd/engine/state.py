@@ -147,6 +147,9 @@ class System:
         Steady flow, with Lees-Edwards boundary conditions.
     pressure : Pressure or None
         Held by stretching the box, which is then part of the `State`.
+    flow : tuple of (int, float)
+        Axes across which a flow changes, each with the largest thickness of layers in which sums
+        over beads are kept apart, see `dpd.engine.sampling`; none in a fluid at rest.
     """
 
     box: tuple
@@ -169,6 +172,7 @@ class System:
     body_force: BodyForce | None = None
     shear: Shear | None = None
     pressure: Pressure | None = None
+    flow: tuple[tuple[int, float], ...] = ()
 
     @property
     def dimension(self) -> int:
@@ -195,6 +199,21 @@ class System:
     @property
     def volume(self) -> float:
         return float(np.prod(self.extent))
+
+    def layers(self, axis: int, thickness: float) -> tuple[float, float, int]:
+        """Equal layers: where the first begins, the length of all, and how many there are.
+
+        Parameters
+        ----------
+        axis : int
+            Layers fill the box, or the space from behind one wall to behind the other.
+        thickness : float
+            Largest thickness of a layer in r_c.
+        """
+        walls = self.walls
+        reach = 0.0 if walls is None or axis not in walls.axis else walls.reach
+        length = self.extent[axis] + 2 * reach
+        return self.origin[axis] - reach, length, int(np.ceil(length / thickness))
 
     @property
     def forces(self) -> Forces:

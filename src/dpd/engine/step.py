@@ -114,6 +114,8 @@ class Plan(NamedTuple):
     seed : uint64
     mass : None or (species,) array
         None where all are 1.
+    across : Across or None
+        Cells across a flow, in which sums over beads are kept apart.
     """
 
     edges: tuple
@@ -129,6 +131,7 @@ class Plan(NamedTuple):
     skin: float
     seed: int
     mass: np.ndarray | None = None
+    across: Across | None = None
 
 
 class Shared(NamedTuple):
@@ -215,8 +218,6 @@ class Span(NamedTuple):
         Steps after which sums are taken, the earliest first.
     measure : bool
         Whether they are taken of virial and energy too.
-    across : Across
-        Cells in which sums over beads are kept apart.
     """
 
     done: int
@@ -224,7 +225,6 @@ class Span(NamedTuple):
     listed: bool
     samples: np.ndarray
     measure: bool
-    across: Across
 
 
 class Evaluation(NamedTuple):
@@ -335,7 +335,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         elif span.steps > 0:
             finish(team, plan, beads, force, image, own, mine, shared.excess, own.cached, now.keys)
         if sample_now:
-            take_sample(team, plan, beads, span.across, shared.sampled, taken)
+            take_sample(team, plan, beads, shared.sampled, taken)
             taken += 1
     return swapped, lost, short
 
@@ -505,11 +505,18 @@ def finish(team, plan, beads, force, image, own, mine, excess, cached, keys):
 
 
 @inlined()
-def take_sample(team, plan, beads, across, sampled, k):
+def take_sample(team, plan, beads, sampled, k):
     """Take sums over all beads and pairs after a step, as the k-th sample."""
     barrier(team)  # all have come to the end of the step
     add_up_beads(
-        team, beads.position, beads.velocity, beads.species, plan.mass, across, sampled, plan.edges
+        team,
+        beads.position,
+        beads.velocity,
+        beads.species,
+        plan.mass,
+        plan.across,
+        sampled,
+        plan.edges,
     )
     barrier(team)
     if team.rank == 0:

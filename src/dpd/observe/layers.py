@@ -32,24 +32,10 @@ class Layers:
     """
 
     def __init__(self, system: System, axis: int, thickness: float) -> None:
-        walls = system.walls
-        reach = 0.0 if walls is None or axis not in walls.axis else walls.reach
-        extent = system.extent[axis]
-        self.axis, self._low, self._reach = axis, system.origin[axis] - reach, reach
-        self._length = extent + 2 * reach
+        self._low, self._length, self.count = system.layers(axis, thickness)
+        self.axis, self._reach = axis, system.origin[axis] - self._low
         self._edge, self._volume = system.box[axis], system.volume
-        self.count = int(np.ceil(self._length / thickness))
-        self.volume = system.volume * (self._length / extent) / self.count
-
-    @property
-    def low(self) -> float:
-        """Where in the engine's box the first layer begins, in r_c."""
-        return float(self._low)
-
-    @property
-    def per_length(self) -> float:
-        """Layers in 1 r_c, in the system's box."""
-        return float(self.count / self._length)
+        self.volume = system.volume * (self._length / system.extent[axis]) / self.count
 
     def of(self, simulation: Snapshot) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""

@@ -6,17 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.sampling import ONE_CELL, Across
 from dpd.observe.layers import Layers
-from dpd.scene.flow import flows, gradient_axes, momentum_axes
+from dpd.scene.flow import momentum_axes
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Snapshot
     from dpd.engine.state import Sums, System
     from dpd.scene.scene import Scene
 
-FINEST = 1.0  # r_c, thickness of cells across a flow
-LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
 TINY = 1e-9  # of the largest: below, a number is 0 but for rounding
 
 
@@ -35,24 +32,12 @@ class ThermalMotion:
     ----------
     scene : Scene
     system : System
-
-    Attributes
-    ----------
-    across : Across
-        The cells of the fit.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
-        self._system, self._layers, self.across = system, None, ONE_CELL
+        self._system = system
         self._at_rest = np.isin(np.arange(scene.dimension), momentum_axes(scene))[:, None]
-        if flows(scene):
-            axes = gradient_axes(scene)
-            extent = float(np.prod([system.extent[axis] for axis in axes]))
-            least = LEAST * (1 + len(axes)) * extent / scene.beads
-            thickness = max(FINEST, least ** (1 / len(axes)))
-            self._layers = [Layers(system, axis, thickness) for axis in axes]
-            each = ((at.axis, at.low, at.per_length, at.count) for at in self._layers)
-            self.across = Across(*map(np.array, zip(*each)))
+        self._layers = [Layers(system, *each) for each in system.flow]
 
     def kinetic(self, sums: Sums) -> np.ndarray:
         """(samples, dimension, dimension) array: the sum of m c c; NaN where no bead is free.
@@ -60,7 +45,7 @@ class ThermalMotion:
         Parameters
         ----------
         sums : Sums
-            Taken in the cells of `across`.
+            Of that system.
         """
         d, beads = self._system.dimension, sums.beads.sum(axis=1)
         second, crossed, matrix = (
@@ -70,7 +55,7 @@ class ThermalMotion:
         fitted = np.einsum("scap,scpq,scbq->sab", crossed, inverse, crossed)
         coefficients = np.einsum("scpq,scqp->s", matrix, inverse)
         # Along some axes alone: then sum m u_a v_b = sum m u_a u_b, if along a.
-        along = np.ones(d, bool) if self._layers is not None else self._at_rest[:, 0]
+        along = np.ones(d, bool) if self._layers else self._at_rest[:, 0]
         about = second.sum(axis=1) - (along | along[:, None]) * fitted
         free = beads[:, None] - coefficients[:, None] * along
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -88,7 +73,7 @@ class ThermalMotion:
         """
         state, momenta = simulation.state, self._system.momenta(simulation.state)
         mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
-        if self._layers is not None:
+        if self._layers:
             flow, leverage = self._flow(simulation, momenta, mass)
         elif self._at_rest.any():
             flow = self._at_rest * momenta.sum(axis=1, keepdims=True) / mass.sum()

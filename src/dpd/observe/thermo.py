@@ -10,7 +10,6 @@ from dpd.engine.external import ENERGY
 from dpd.observe.thermal import ThermalMotion
 
 if TYPE_CHECKING:
-    from dpd.engine.sampling import Across
     from dpd.engine.state import Sums, System
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
@@ -72,11 +71,6 @@ class Thermo:
             }
         if pressure and system.walls is not None:
             self.arrays["wall_energy"] = np.full(n, np.nan)
-
-    @property
-    def across(self) -> Across:
-        """Cells of the flow's profile."""
-        return self._thermal.across
 
     def record(self, sums: Sums) -> None:
         """Take some samples."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.engine.external import DRAG, PUSH
-from dpd.engine.sampling import ONE_CELL
 from dpd.scene.walls import AXES
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ class WallForces:
         Steps between samples.
     """
 
-    needs_forces, across = True, ONE_CELL
+    needs_forces = True
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every

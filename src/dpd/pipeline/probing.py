@@ -94,12 +94,12 @@ class Probe:
 
     def run(self, time: float) -> None:
         """Go on for a time in tau."""
-        simulation, across, d = self._simulation, self._thermal.across, self._dimension
+        simulation, d = self._simulation, self._dimension
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
             if self._every > 1:
                 advance_looking(simulation, self._every - 1, self._look)
-            sums = simulation.sample(1, [simulation.state.step + 1], measure=True, across=across)
+            sums = simulation.sample(1, [simulation.state.step + 1], measure=True)
             kinetic, virial = self._thermal.kinetic(sums)[0], sums.virial[0, CONSERVATIVE]
             self.kT.append(float(np.trace(kinetic) / (d * sums.beads.sum())))
             self.excess.append(float(np.trace(virial) / (d * self._volume)))

@@ -9,10 +9,12 @@ import numpy as np
 from dpd.scene.walls import AXES, axis_number, per_species, walls_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from dpd.scene.scene import Scene
 
+FINEST = 1.0  # r_c, thickness of layers across a flow
+LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
 BALANCED = 1e-9  # share of all forces that their sum may be, by rounding
 
 
@@ -69,6 +71,24 @@ def gradient_axes(scene: Scene) -> tuple[int, ...]:
     walls, body = walls_of(scene), body_force_of(scene)
     turns = () if body is None or body.opposite is None else (body.opposite,)
     return (*(walls.axes if walls else ()), *turns) or (profile_axis(scene, None),)
+
+
+def flow_layers(scene: Scene, extent: Sequence[float]) -> tuple[tuple[int, float], ...]:
+    """The axes across which a driven flow changes, each with the thickness of layers.
+
+    In cells that are cut by these layers the flow's profile is fitted to the velocities of beads.
+
+    Parameters
+    ----------
+    scene : Scene
+    extent : tuple of float
+        Edges of the space that beads fill.
+    """
+    if not flows(scene):
+        return ()
+    axes = gradient_axes(scene)
+    least = LEAST * (1 + len(axes)) * float(np.prod([extent[axis] for axis in axes])) / scene.beads
+    return tuple((axis, max(FINEST, least ** (1 / len(axes)))) for axis in axes)
 
 
 def takes_momentum(scene: Scene) -> bool:

@@ -24,7 +24,7 @@ from dpd.physics.schemes import scheme_named
 from dpd.physics.soft import Soft
 from dpd.physics.wall import Walls
 from dpd.scene.bonding import is_table, laws_of, numbers_of, species_along
-from dpd.scene.flow import body_force_of
+from dpd.scene.flow import body_force_of, flow_layers
 from dpd.scene.start import FLIGHT, start_description, start_forces
 from dpd.scene.tables import friction_table
 from dpd.scene.walls import origin_of, period_of, walls_of
@@ -53,7 +53,7 @@ def system_of(scene: Scene) -> System:
     """
     data = scene.data
     thermostat, integrator = data["thermostat"], data["integrator"]
-    return System(
+    system = System(
         box=period_of(scene),
         pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
@@ -72,6 +72,7 @@ def system_of(scene: Scene) -> System:
         pressure=_pressure(scene) if "pressure" in data else None,
         **_bonding(scene, data),
     )
+    return replace(system, flow=flow_layers(scene, system.extent))
 
 
 def _pressure(scene):
