@@ -54,12 +54,12 @@ def test_not_a_number_is_noticed():
         simulation.advance(5)
 
 
-def doomed():
-    """A fluid after 10 good steps at dt 0.04 whose step is 0.12 from now on."""
+def doomed(scheme="gw-vv", dt=0.12):
+    """A fluid after 10 good steps at dt 0.04 whose step is longer from now on."""
     position, velocity = random_beads(BOX_2D, 40, seed=1)
-    calm = make_simulation(make_system(BOX_2D, dt=0.04), position, velocity)
+    calm = make_simulation(make_system(BOX_2D, scheme, dt=0.04), position, velocity)
     calm.advance(10)
-    simulation = make_simulation(make_system(BOX_2D, dt=0.12), position, velocity)
+    simulation = make_simulation(make_system(BOX_2D, scheme, dt=dt), position, velocity)
     simulation.state = calm.state
     return simulation
 
@@ -97,3 +97,28 @@ def test_run_that_breaks_leaves_its_last_checkpoint(tmp_path):
     revived = doomed()
     assert keeper.resume(revived, [Watch()], (0, 1000)) == ""
     assert_same_state(revived.state, last)
+
+
+class Record:
+    """An observer that keeps the steps of the sums it got."""
+
+    every, needs_forces = 2, True
+
+    def __init__(self):
+        self.arrays, self.seen = {}, []
+
+    def record(self, sums):
+        self.seen += list(sums.step)
+
+
+@pytest.mark.parametrize(("scheme", "dt"), [("gw-vv", 0.12), ("aboba", 0.17)])
+def test_sums_before_a_run_breaks_are_kept(scheme, dt):
+    """All of them, also of a scheme that is measured in calls of their own; the state as well."""
+    simulation, record = doomed(scheme, dt), Record()
+    before = simulation.state
+    with pytest.raises(Unstable) as caught:
+        simulation.sample(1000, range(before.step + 1, before.step + 1001), measure=True)
+    assert simulation.state is before
+    with pytest.raises(Unstable):
+        run(simulation, (before.step, 1000), [record])
+    assert record.seen == list(range(before.step + 2, caught.value.step, 2)) != []

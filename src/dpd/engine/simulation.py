@@ -187,11 +187,10 @@ class Simulation(Snapshot):
         UserError
             With the same, if the box becomes too large or too small at constant pressure.
         """
-        at = np.array(list(samples), np.int64)
-        if self.system.pressure is None:
-            return self.sample_in_box(steps, at, measure)
-        kept = self.kept
+        at, kept = np.array(list(samples), np.int64), self.kept
         try:
+            if self.system.pressure is None:
+                return self.sample_in_box(steps, at, measure)
             return sample_rescaling(self, self.system.pressure, steps, at, measure)
         except UserError:
             self.put_back(kept)
