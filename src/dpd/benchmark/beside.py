@@ -185,7 +185,7 @@ def seen(
         position = np.ascontiguousarray(wrapped(position, scene.box)[0])
         # Observables of positions and velocities need neither forces nor a simulation.
         now = Snapshot(system, State(position, velocity, None, identity, None, k))
-        kT[k] = np.mean(thermal.velocities(now) ** 2)
+        kT[k] = np.mean(system.mass_of(None) * thermal.velocities(now) ** 2)
         for observer in observers:
             observer.sample(now)
     values: dict[str, np.ndarray] = {}

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import uint32
 
-from dpd.engine.integrate import of_bead
+from dpd.engine.integrate import of_bead, of_bead_or_one
 from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
@@ -83,14 +83,6 @@ def draw(near, n, partner, gaussian, keys):
         uniform_noise(near.zeta, near.identity, near.partner, n, keys)
 
 
-@inlined()
-def share_of_bead(shares, species, s):
-    """The share of a bead in a friction; 1 where all have the same."""
-    if shares is None:
-        return 1.0
-    return of_bead(shares, species, s)
-
-
 @inlined(given="langevin")
 def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
     """Add friction and noise on a thread's share of the beads, if there is a bath.
@@ -116,7 +108,7 @@ def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
             draw(near, n, OF_BATH - k, langevin.gaussian, keys)
             for c in range(n):
                 s = first + c
-                share = share_of_bead(langevin.shares, species, s)
+                share = of_bead_or_one(langevin.shares, species, s)
                 noise = random(langevin, np.sqrt(share) * near.zeta[c])
                 f[s, k] += noise - drag(langevin, share * v[s, k])
 
@@ -133,7 +125,7 @@ def renew_bath(f, excess, species, mine, langevin, edges):
         As in `add_bath`.
     """
     for s in range(mine.first, mine.end):
-        share = share_of_bead(langevin.shares, species, s)
+        share = of_bead_or_one(langevin.shares, species, s)
         for k in range(len(edges)):
             f[s, k] += drag(langevin, share * excess[s, k])
 

@@ -171,6 +171,14 @@ def of_bead(values, species, s):
     return values[species[s]]
 
 
+@inlined()
+def of_bead_or_one(values, species, s):
+    """The same; 1 where there are no values."""
+    if values is None:
+        return 1.0
+    return of_bead(values, species, s)
+
+
 @inlined(given="middle")
 def second_half(x, v, f, image, identity, mine, wrap, times, edges, slide, middle):
     """Kick and drift once more, in a scheme with its force in the middle of a step."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.integrate import of_bead
+from dpd.engine.integrate import of_bead_or_one
 from dpd.engine.threads import Share
 from dpd.jit import inlined
 
@@ -129,7 +129,7 @@ def find_one_cell(moments, v, species, mass, some, edges):
     one, z = len(edges), len(edges) - 1  # in two dimensions z is y
     total, px, py, pz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(some.first, some.end):
-        m = mass_of(mass, species, s)
+        m = of_bead_or_one(mass, species, s)
         mx, my, mz = m * v[s, 0], m * v[s, 1], m * v[s, z]
         total += m
         px, py, pz = px + mx, py + my, pz + mz
@@ -152,7 +152,7 @@ def add_moments(moments, place, x, v, species, mass, across, some, edges):
     """
     axes, one = len(across.axis), len(edges)
     for s in range(some.first, some.end):
-        m, cell = mass_of(mass, species, s), np.int64(0)
+        m, cell = of_bead_or_one(mass, species, s), np.int64(0)
         for a in range(axes):
             along = (x[s, across.axis[a]] - across.low[a]) * across.per[a]
             layer = np.int64(along)
@@ -177,14 +177,6 @@ def add_moments(moments, place, x, v, species, mass, across, some, edges):
             into[one + 1 + a, one] += m * place[a]
             for b in range(axes):
                 into[one + 1 + a, one + 1 + b] += m * place[a] * place[b]
-
-
-@inlined()
-def mass_of(mass, species, s):
-    """The mass of the bead in slot s."""
-    if mass is None:
-        return 1.0
-    return of_bead(mass, species, s)
 
 
 @inlined(given="to")
