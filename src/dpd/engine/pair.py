@@ -22,14 +22,15 @@ CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force i
 
 
 class Cached(NamedTuple):
-    """Pairs within the cutoff that a step needs again after its forces.
+    """Pairs that a step needs again after its forces.
 
     Attributes
     ----------
     ends : (2, size) uint32 array
         Slots.
     drag : (dimension, size) array
-        sqrt(gamma) w e of each, whose square is its friction.
+        sqrt(gamma) w e of each, whose square is its friction. Zero for pairs in the skin of a list:
+        to leave them out takes longer where there is no list, and short steps alone have one.
     phase : (phases + 1,) int64 array
         How many were found before each phase of the blocks, and in all.
     root : (species, species) array
@@ -175,7 +176,7 @@ def measure_pairs(virial, sums, pairs, n, species, pair, edges):
 
 @inlined()
 def cache_pairs(cached, count, pairs, n, species, edges):
-    """Keep those of ``n`` pairs that are within the cutoff, if the step needs them again.
+    """Keep ``n`` pairs, if the step needs them again; those beyond the cutoff have no drag.
 
     Parameters
     ----------
@@ -195,20 +196,16 @@ def cache_pairs(cached, count, pairs, n, species, edges):
     if cached is None:
         return count
     ends, drag, end = cached.ends, cached.drag, np.uint64(count)
-    if count + np.int64(n) >= ends.shape[1]:
-        more = np.int64(1)
-        for p in range(n):
-            more += np.int64(pairs.weight_over_r[p] > 0.0)
-        return max(count, ends.shape[1]) + more
+    if count + np.int64(n) > ends.shape[1]:
+        return max(count, ends.shape[1]) + np.int64(n)
     for p in range(n):
-        i, j = pairs.i[p], pairs.j[p]
-        weight = of_pair(cached.root, species, i, j) * pairs.weight_over_r[p]
-        ends[0, end] = i
-        ends[1, end] = j
+        ends[0, end + p] = pairs.i[p]
+        ends[1, end + p] = pairs.j[p]
+    for p in range(n):
+        weight = of_pair(cached.root, species, pairs.i[p], pairs.j[p]) * pairs.weight_over_r[p]
         for k in range(len(edges)):
-            drag[k, end] = weight * pairs.separation[k, p]
-        end += np.uint64(weight > 0.0)
-    return np.int64(end)
+            drag[k, end + p] = weight * pairs.separation[k, p]
+    return np.int64(end + n)
 
 
 @inlined(given="cached")
