@@ -40,10 +40,14 @@ def pytest_collection_modifyitems(items):
         if item.get_closest_marker("few"):
             cases.setdefault(item.nodeid.split("[")[0], []).append(item)
     for same in cases.values():
-        (few,) = same[0].get_closest_marker("few").args
-        kept = {i * len(same) // few for i in range(few)}  # from all over the table
-        for number, item in enumerate(same):
-            if number not in kept:
+        few = same[0].get_closest_marker("few").args
+        if isinstance(few[0], int):  # so many from all over the table
+            few = [same[i * len(same) // few[0]].callspec.id for i in range(few[0])]
+        unknown = set(few) - {item.callspec.id for item in same}
+        if unknown and len(same) > 1:
+            raise pytest.UsageError(f"{same[0].nodeid}: no case {unknown} to take")
+        for item in same:
+            if item.callspec.id not in few:
                 item.add_marker("thorough")
 
 

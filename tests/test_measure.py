@@ -269,6 +269,7 @@ def test_figures_are_made(results, name):
     assert '<th scope="col">' in caption
 
 
+@pytest.mark.thorough
 def test_numbers_of_figures_follow_from_turns(results):
     """Medians over turns; no verdict."""
     module = load_module("benchmark", "features")
@@ -279,6 +280,7 @@ def test_numbers_of_figures_follow_from_turns(results):
     assert module.measured(numbers) == {}
 
 
+@pytest.mark.thorough
 def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
     """Its figures and what they cost; no empty table."""
     for name in FIGURES:

@@ -93,6 +93,7 @@ def test_starts_have_velocities_of_their_masses():
         assert abs(own.mean() / 2 - 1) < 5 * np.sqrt(2 / (3 * own.size))
 
 
+@pytest.mark.thorough
 def test_chains_grow_with_masses():
     """In two dimensions; the melt is at rest, at its temperature within 5 standard errors."""
     scene = Scene({

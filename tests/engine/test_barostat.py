@@ -52,7 +52,8 @@ def fifty_beads(law, scheme="gw-vv", prediction=0.5, mixed=True, **changes):
     return system, position, velocity, species
 
 
-BESIDE = [("gw-vv", 0.65, law, mixed) for law in LAWS for mixed in (False, True)]
+BESIDE = [("gw-vv", 0.5, "3D", True)]
+BESIDE += [("gw-vv", 0.65, law, mixed) for law in LAWS for mixed in (False, True)]
 BESIDE += [("euler", 0.5, "3D", True), ("dpd-vv", 0.5, "3D", True)]
 BESIDE += [("verlet-no-acceleration", 0.5, "2D", False)]
 

@@ -171,13 +171,14 @@ SCENE = {
     "bond": {"stiffness": 20, "length": 0.4},
     "thermostat": {"gamma": {"A A": 4.5, "A B": 12, "B B": 0.5}},
     "mass": {"A": 0.5, "B": 3},
-    "integrator": {"scheme": "dpd-vv", "dt": 0.01},
     "steps": {"equilibrate": 520, "sample": 100},
     "observe": [{"thermo": {"every": 10}}, {"displacement": {"every": 10}}],
 }
 
 
-def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
+@pytest.mark.few("gw-vv")
+@pytest.mark.parametrize("scheme", ["gw-vv", "dpd-vv"])
+def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path, scheme):
     """Force over mass is what the checkpoint keeps."""
 
     class Stop(Exception):
@@ -188,7 +189,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
             raise Stop
 
     def new():
-        scene = Scene(SCENE)
+        scene = Scene(SCENE | {"integrator": {"scheme": scheme, "dt": 0.01}})
         system = system_of(scene)
         return Simulation(system, make_start(scene)), scene.steps, observables(scene, system)
 
@@ -295,7 +296,7 @@ def test_structure_does_not_depend_on_masses(heavy_and_light):
         assert np.all(np.abs(one - other) < 5 * np.hypot(error, more) + 1e-12)
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 def test_kinetic_pressure_is_that_of_momenta(heavy_and_light):
     """The trace of the pressure tensor is rho kT and the excess; momentum is that at the start."""
     found = heavy_and_light[0]

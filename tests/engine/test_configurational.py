@@ -30,7 +30,7 @@ def potential(position, species, repulsion, bonds, box):
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [3, 2])
 def test_sums_are_derivatives_of_the_potential(dimension):
     """Slope and curvature of the energy along every coordinate, by small steps."""
     box, table = BOX[dimension], np.array([[25.0, 40.0], [40.0, 30.0]])

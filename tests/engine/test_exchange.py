@@ -91,7 +91,7 @@ def test_lowe_draws_as_often_as_asked():
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("scheme, dimension, skin", every_second(SPLIT, [2, 3], [0.0, 0.2]))
+@pytest.mark.parametrize("scheme, dimension, skin", every_second(SPLIT, [3, 2], [0.0, 0.2]))
 def test_momentum_is_kept_and_calls_may_be_split(scheme, dimension, skin):
     """To rounding; and forty steps are thirteen, one and twenty-six, bit for bit."""
     position, velocity = random_beads(BOX[dimension], 60)

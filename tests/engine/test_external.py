@@ -78,7 +78,7 @@ def assert_beside(simulation, reference, sums):
     assert np.abs(sums.walls - reference.at_walls).max() < 1e-9 * scale
 
 
-@pytest.mark.few(1)
+@pytest.mark.few("gw-vv-0.65-3-axes1-cells-uniform")
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (2,)), (3, (0, 2))])
@@ -141,7 +141,7 @@ def test_threads_and_calls_change_no_bit(scheme, skin):
             np.testing.assert_array_equal(getattr(found, name), getattr(sums[0], name))
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "scheme", ["euler", "gw-vv", "dpd-vv", "shardlow", "lowe-andersen", "aboba"]
 )

@@ -112,20 +112,21 @@ def test_beads_at_the_same_place_stay_finite():
 def spring(dt, stiffness=100.0, length=0.95):
     """Two beads on a spring alone, stretched by 0.2 along a diagonal across the boundary."""
     system = make_system(
-        BOX_2D, dt=dt, friction=0.0, repulsion=np.zeros((1, 1)),
+        BOX_3D, dt=dt, friction=0.0, repulsion=np.zeros((1, 1)),
         bonds=(chains(1, 2), stiffness, length),
     )  # fmt: skip
-    along = np.array([[0.6], [0.8]]) * (length + 0.2)
-    position = np.hstack([np.array([[0.1], [0.2]]), np.array([[0.1], [0.2]]) - along])
-    position %= np.array(BOX_2D)[:, None]
-    return make_simulation(system, position, np.zeros((2, 2)), np.zeros(2, np.uint8))
+    along = np.array([[0.6], [0.8], [0.0]]) * (length + 0.2)
+    first = np.array([[0.1], [0.2], [0.3]])
+    position = np.hstack([first, first - along])
+    position %= np.array(BOX_3D)[:, None]
+    return make_simulation(system, position, np.zeros((3, 2)))
 
 
 def stretch(simulation, length=0.95):
     """Length of the bond of two beads beyond its rest length."""
     position = by_identity(simulation, "position")
     apart = position[:, 0] - position[:, 1]
-    apart -= np.array(BOX_2D) * np.round(apart / np.array(BOX_2D))
+    apart -= np.array(BOX_3D) * np.round(apart / np.array(BOX_3D))
     return np.linalg.norm(apart) - length
 
 
@@ -209,7 +210,13 @@ def fifty_beads(box, scheme, prediction, gaussian, mixed):
     )
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(
+    "gw-vv-0.5-3D-uniform-species and bonds",
+    "gw-vv-0.65-3D-gaussian-one species",
+    "euler-0.5-2D-gaussian-one species",
+    "verlet-no-acceleration-0.5-2D-uniform-one species",
+    "dpd-vv-0.5-3D-uniform-one species",
+)
 @pytest.mark.parametrize("mixed", [False, True], ids=["one species", "species and bonds"])
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])

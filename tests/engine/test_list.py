@@ -26,8 +26,8 @@ BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 # dimension, species and bonds, core, skin
 SMOOTH_CORE = (0.3, 100.0, 0.1)
 VARIANTS = [
-    (2, True, CORE, 0.0),
     (2, True, CORE, 0.2),
+    (2, True, CORE, 0.0),
     (2, True, SMOOTH_CORE, 0.2),
     (3, False, None, 0.2),
 ]
@@ -76,6 +76,7 @@ def force_and_energy(core, r):
     return by_identity(simulation, "force")[0, 1], simulation.measure().energy[0]
 
 
+@pytest.mark.thorough
 def test_two_beads_meet_at_a_core():
     """F_max below the diameter, a (1 - r) above it, -dU/dr everywhere else than at the jump."""
     pair = partial(force_and_energy, CORE)

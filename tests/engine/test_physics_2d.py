@@ -31,7 +31,7 @@ def fluid(edge, density, dt, duration, **changes):
         "box": edge,
         "molecules": [{"architecture": "A", "density": density}],
         "repulsion": {"A A": A},
-        "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": dt},
+        "integrator": {"scheme": "gw-vv", "lambda": 0.5, "dt": dt},
         "duration": {"equilibrate": duration / 4, "sample": duration},
         "observe": [{"thermo": {"every": round(0.2 / dt)}}],
     } | changes, "my.yaml")  # fmt: skip

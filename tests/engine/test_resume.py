@@ -107,6 +107,7 @@ def test_run_interrupted_many_times(whole, tmp_path):
     assert_same_run((simulation, observers), whole)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("change", [{}, {"pairs": {"search": "list", "skin": 0.15}}])
 def test_steps_with_looks_between_lead_to_the_same_bits(change):
     """As many looks as there are whole stretches before the end."""

@@ -116,6 +116,7 @@ def test_free_beads_move_as_without_flow():
     assert np.abs(by_identity(simulation, "velocity") - about).max() < 1e-11
 
 
+@pytest.mark.thorough
 def test_a_fast_flow_is_not_a_run_that_blows_up():
     """At the top the flow takes beads along by 0.96 r_c a step; they may move another 0.99."""
     box = (30.0, 24.0)
@@ -142,7 +143,7 @@ def bonded(box, shear, seed=7, **changes):
     return make_simulation(system, position, velocity, (np.arange(120) % 2).astype(np.uint8))
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("box", BOXES)
 def test_the_force_is_the_slope_of_the_energy(box):
     """Of pairs and bonds across images that have slid, by differences over 2e-5 r_c."""

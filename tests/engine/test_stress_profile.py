@@ -105,10 +105,10 @@ def test_normal_pressure_follows_from_forces(box):
 
 
 @pytest.mark.few(1)
-@BOXES
-def test_step_by_step_beside_the_reference(box):
+@pytest.mark.parametrize(("box", "tabled"), [(BOX_3D, False), (BOX_2D, True)], ids=["3D", "2D"])
+def test_step_by_step_beside_the_reference(box, tabled):
     """Ten steps, with friction and noise, which are no part of it."""
-    system, position, velocity = stars(box, True)
+    system, position, velocity = stars(box, tabled)
     simulation = make_simulation(system, position, velocity)
     reference = StressedReference(system, "gw-vv", 0.5, position, velocity)
     axis, length = len(box) - 1, box[-1]
@@ -222,6 +222,7 @@ def test_threads_change_no_bit(data):
             np.testing.assert_array_equal(values, other[name], err_msg=name)
 
 
+@pytest.mark.few("periodic", "pressure")
 @pytest.mark.parametrize("more", [{}, WALLS, PRESSED], ids=["periodic", "walls", "pressure"])
 def test_a_run_that_was_killed_goes_on(tmp_path, more):
     """From its checkpoint, to the same bits."""

@@ -76,7 +76,7 @@ def test_a_call_that_is_short_of_room_is_made_again(scheme, threads):
     np.testing.assert_array_equal(sums.virial, expected.virial)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few("five layers", "deep blocks", "friction twice, with bonds")
 @pytest.mark.parametrize("case", CASES)
 def test_threads_do_not_change_a_bit(case):
     one, one_sums = outcome(1, **CASES[case])
@@ -87,7 +87,7 @@ def test_threads_do_not_change_a_bit(case):
         np.testing.assert_array_equal(sums.energy, one_sums.energy)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few("five layers", "deep blocks", "friction twice, with bonds")
 @pytest.mark.parametrize("case", CASES)
 def test_steps_one_by_one_are_the_same(case):
     """The rest of a kick, which waits for the next drift within a call, does not change a bit."""

@@ -111,7 +111,9 @@ class Record:
         self.seen += list(sums.step)
 
 
-@pytest.mark.parametrize(("scheme", "dt"), [("gw-vv", 0.12), ("aboba", 0.17)])
+@pytest.mark.parametrize(
+    ("scheme", "dt"), [("gw-vv", 0.12), pytest.param("aboba", 0.17, marks=pytest.mark.thorough)]
+)
 def test_sums_before_a_run_breaks_are_kept(scheme, dt):
     """All of them, also of a scheme that is measured in calls of their own; the state as well."""
     simulation, record = doomed(scheme, dt), Record()
