@@ -57,6 +57,7 @@ def fluid():
     return dpd.run(FLUID, progress=False)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", MODULES)
 def test_examples(name, folder):
     """They say what happens."""
@@ -238,6 +239,7 @@ def mean_pressure(seed):
     return float(dpd.run(FLUID | {"seed": seed}, progress=False).pressure.mean())
 
 
+@pytest.mark.thorough
 def test_in_a_spawned_process(fluid):
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(mean_pressure, (1,)) == float(fluid.pressure.mean())
@@ -278,6 +280,7 @@ def test_who_sees_a_bar(monkeypatch, terminal, notebook, bar):
     assert ("label: 100%" in screen.text) == expected and bool(screen.text) == expected
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("end", ["sys.stderr = None", "sys.stderr.close()"])
 def test_a_program_without_standard_error(folder, end):
     """As a service, or a script that has closed it: it runs, and warns nobody."""
@@ -350,6 +353,7 @@ def test_a_stopped_run_goes_on(folder, monkeypatch, fluid):
     assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
 
 
+@pytest.mark.thorough
 def test_several_threads_read_and_write_files(folder, fluid):
     """The HDF5 library, which is not made for that, would end the process."""
     dpd.run(FLUID, output="run.nc", progress=False)

@@ -118,6 +118,7 @@ def test_white_noise_is_hardly_widened(samples):
     assert 0.97 < coverage(made("white", samples), 0.0).width < 1.12
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("name", ["white", "n / 200", "n / 50", "n / 20"])
 @pytest.mark.parametrize("count", [50, 30, 25, 15, 10, 5, 3, 2])
 def test_blocks_cover(name, count):
@@ -170,7 +171,7 @@ def walks(rng, molecules, together):
     return Resampled(LAGS, sums.sum(axis=1) / counts.sum(axis=1), np.array(without), others)
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("molecules", "together"), [(32, 0), (32, 0.2), (160, 0.137)])
 def test_displacements_cover(molecules, together):
     """D and the exponent of free diffusion, of molecules alone and of those that move together.
@@ -205,7 +206,7 @@ def test_fits_cover(points, degrees):
     assert jumps(error) < 0.03
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("tau", "slow"), [(0.5, 1.0), (5.0, 1.0), (8.0, 0.3)])
 def test_replicas_share_what_is_known_of_their_correlation(tau, slow):
     """Of three that are 400 samples long: intervals cover, and errors jump less than of each."""
@@ -289,6 +290,7 @@ def test_errors_at_lags_of_which_a_run_has_few(monkeypatch, shared):
     assert (rms > 0.75).all() and (rms < 1.33).all()
 
 
+@pytest.mark.thorough
 def test_estimators_without_these_cares_do_not_cover(monkeypatch):
     """Without Student's t, without averages, and by the largest error over levels of blocks.
 

@@ -238,6 +238,7 @@ def test_damaged_bytes(good, tmp_path, seed):
     assert (simulation.state.step == 220) == (said == "")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("scheme", ["euler", "gw-vv", "verlet-no-acceleration", "dpd-vv"])
 @pytest.mark.parametrize("dt", [0.004, 0.006])
 def test_every_checkpoint_of_a_run_is_taken(tmp_path, scheme, dt):

@@ -155,6 +155,7 @@ def test_the_command_answers_alone(tmp_path):
     assert dpd("repulsion", "--chi", "no", cwd=tmp_path).returncode == 2
 
 
+@pytest.mark.thorough
 def test_a_run_says_what_came_of_chi(tmp_path):
     done = dpd("run", write(tmp_path / "s.yaml", BLEND), "-o", tmp_path / "run.nc", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

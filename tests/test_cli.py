@@ -88,6 +88,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", BROKEN)
 def test_bad_scene_files(tmp_path, name):
     """Exit code 1, one line that names the file, no traceback, nothing written."""
@@ -122,6 +123,7 @@ def test_a_run_that_blows_up_says_when_and_why(tmp_path):
     assert not (tmp_path / "run.nc").exists()
 
 
+@pytest.mark.thorough
 def test_misspelt_names_of_stages(tmp_path):
     """Study, paper, sweep, point, figure: what there is instead."""
     paper = "groot_warren_1997"
@@ -140,6 +142,7 @@ def test_misspelt_names_of_stages(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.thorough
 def test_simulate_makes_the_start_that_it_is_not_given(tmp_path):
     """The same bits either way."""
     names = ("smoke", "groot_warren_1997", "fluid", "replica=0")

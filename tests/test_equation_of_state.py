@@ -114,6 +114,7 @@ def test_back_from_the_pressure_of_beads(density, a):
     assert rgw_repulsion(density, rgw(density, a)) == pytest.approx(a, rel=1e-5)
 
 
+@pytest.mark.thorough
 @settings(max_examples=20, deadline=None)
 @given(
     st.floats(2.5, 7), st.floats(1.5, 20), st.sampled_from([2, 3, 4, 8]), st.floats(0.3, 0.6)

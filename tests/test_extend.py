@@ -164,7 +164,7 @@ def assert_same(one, other):
         assert told[name] == also[name], name
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("case", CASES)
 def test_longer_is_as_planned_that_long(tmp_path, case):
     """Every variable of every observable, whatever it looked at when the shorter run ended."""
@@ -336,6 +336,7 @@ def test_other_sources_are_said(tmp_path, capsys):
     assert "made by other sources than today's" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_too_much_to_remember(tmp_path, monkeypatch, capsys):
     """The last configuration is kept; a longer run of a run that remembered is still made."""
     part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
@@ -501,6 +502,7 @@ def test_a_file_that_is_cut_off(finished, dpd, share):
     refused(dpd, "not a whole NetCDF file")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_random_bytes(finished, dpd, seed):
     """Alone, and in the place of some of its own: read as they are, or refused."""

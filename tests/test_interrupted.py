@@ -81,7 +81,7 @@ LATER = "stopping after the steps under way; a second Ctrl-C ends at once"
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("wait", [0.0, 0.3, 1.5])
 def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
@@ -100,6 +100,7 @@ def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
     assert wait < 1 or "stopped at step" in errors
 
 
+@pytest.mark.thorough
 def test_a_signal_that_comes_twice_at_once_is_one(here):
     """As make and snakemake pass on what the terminal has sent to all."""
     with begin("run", "long.yaml", "-o", "run.nc") as process:
@@ -112,6 +113,7 @@ def test_a_signal_that_comes_twice_at_once_is_one(here):
     assert len(errors.splitlines()) == 1 and made() == ["run.checkpoint"]
 
 
+@pytest.mark.thorough
 def test_a_second_interrupt_ends_a_run_in_its_kernel(here):
     """At once, with no lock left."""
     with begin("run", "large.yaml", "-o", "run.nc") as process:
@@ -202,7 +204,7 @@ NOBODY = {
 }
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", NOBODY)
 def test_a_summary_that_nobody_reads_is_no_failure(here, name):
     """The result is there and whole, and the exit code 0."""

@@ -73,6 +73,7 @@ def answer(process):
     return printed.strip()
 
 
+@pytest.mark.thorough
 def test_two_processes_write_at_the_same_time(python, tmp_path):
     """Numba's own files would both be number 1, and its index would know one of them."""
     both = [

@@ -71,6 +71,7 @@ CUBE = (12.0, 12.0, 12.0)
 UNIT = 2 * np.pi / 12
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("direction", [(2, 0, 0), (0, 0, 2), (1, 1, 1), (2, 0, 1), (1, -2, 0)])
 @pytest.mark.parametrize("share", [0.5, 0.3])
 def test_lamellae(direction, share):
@@ -122,6 +123,7 @@ def everywhere(place):
     return np.ones(place.shape[1])
 
 
+@pytest.mark.thorough
 def test_disorder():
     """Beads anywhere: strengths of 1 / N; and micelles anywhere, which have no lattice."""
     phase = phase_of(strengths(everywhere, CUBE))

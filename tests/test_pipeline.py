@@ -114,6 +114,7 @@ def test_dry_run_of_every_study(tmp_path, name):
     assert not (folder / "results").exists()
 
 
+@pytest.mark.thorough
 def test_lint():
     """Snakemake's own lint has nothing to say but that no rule names a conda environment."""
     done = snakemake(ROOT, "--lint", *SMOKE)

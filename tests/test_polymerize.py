@@ -179,6 +179,7 @@ def test_a_melt_that_cannot_grow_is_refused(monkeypatch):
         assert part in str(refusal.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("stiffness", "named"),
     [(2, r"start\.polymerize: after .* no chain grows"), (8, r"start\.relax: .* bonds crossed")],

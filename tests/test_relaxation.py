@@ -24,6 +24,7 @@ DIMERS = {
 LENGTH = {"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [2]}}
 
 
+@pytest.mark.thorough
 def test_dimers_in_a_plane():
     """D = kT / (2 gamma) in two dimensions; R relaxes as a damped oscillator of stiffness 2 k."""
     found = chain_dynamics(dpd.sweep(DIMERS, LENGTH, progress=False)).isel(length=0)

@@ -113,7 +113,7 @@ print(json.dumps([module.__file__ for module in modules]))
 LATE = {str(path) for path in (PACKAGE / "particles").glob("*.py")}
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("stage", STAGES)
 def test_all_that_a_stage_imports_is_found(stage):
     """Compared with what Python has in fact imported; functions may import more, later."""
@@ -272,6 +272,7 @@ def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, nam
     assert not of_kind(names, "start", "compile", "kernels", "figure") - {FIGURE_OF_CHAINS}
 
 
+@pytest.mark.thorough
 def test_an_edited_thermostat_changes_the_runs_that_have_it(changed):
     """And compiled code, but no start: growth and relaxation have friction between pairs."""
     names = changed("src/dpd/physics/langevin.py")

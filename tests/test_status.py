@@ -178,6 +178,7 @@ def test_kT_of_the_moment_while_it_equilibrates(here):
     assert measured["kT_error"] is measured["pressure"] is None
 
 
+@pytest.mark.thorough
 def test_a_look_changes_nothing(here):
     """Neither files nor the bits of a run that is watched all the time."""
     assert dpd("run", "scene.yaml", "-o", "alone.nc")[0] == 0
@@ -397,7 +398,7 @@ def stopped_point(tmp_path_factory):
     return folder
 
 
-@pytest.mark.few(10)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", DAMAGE)
 @pytest.mark.parametrize("file", ["run.nc", "run.checkpoint", "run.nc.lock", "log"])
 def test_garbage_among_results(stopped_point, tmp_path, monkeypatch, file, name):
@@ -459,6 +460,7 @@ def without_privileges(*arguments):
     return done.returncode, done.stdout, done.stderr
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(
     os.getuid() == 0 and not shutil.which("setpriv"), reason="root may read all, without setpriv"
 )
@@ -486,6 +488,7 @@ def test_what_may_not_be_read(stopped_point, tmp_path, monkeypatch):
     assert errors == "error: results/smoke: cannot be read (Permission denied)\n"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_watching_ends_when_asked(here, number):
     """Having looked several times; that is no failure."""

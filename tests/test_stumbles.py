@@ -144,7 +144,7 @@ def give_figure(folder, text=FIGURE):
     return pages / "line.py"
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("figures", [0, 1])
 def test_some_papers_have_a_report_of_their_own(mine, figures):
     """Even one without figures, verdicts and sweeps; the shared report stays as it is."""
@@ -225,7 +225,7 @@ BROKEN = {
 }
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_figure_files(mine, name):
     """File, line and what is needed in one sentence, no traceback, nothing written."""

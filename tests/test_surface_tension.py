@@ -97,6 +97,7 @@ def test_all_of_a_run(slab_run):
     assert 0.5 < found.width.value < 2.5
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("data", [FLUID, PLANE], ids=["3D", "2D"])
 def test_a_homogeneous_fluid_has_one_pressure(data):
     """In each slice, along the axis and across it: that of the box, within five errors."""
@@ -174,6 +175,7 @@ def test_a_box_that_is_stretched():
     assert np.ptp(run.volume.values) > 1
 
 
+@pytest.mark.thorough
 def test_what_is_missing_is_said():
     """Observables, walls, species, axes."""
     run = made_up()

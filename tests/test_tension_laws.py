@@ -48,6 +48,7 @@ def pulls_of(fits):
     ])  # fmt: skip
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("held", [{}, {"mu": TRUE["mu"]}, {"critical": 2.1, "alpha": 0.45}])
 def test_a_law_comes_out(held):
     """All that is not held, without bias, and with errors of the right size."""
@@ -75,6 +76,7 @@ def test_points_that_cannot_be_fitted_are_left_out():
     assert np.isnan(tension_law([], [], [], [], mu=1.5).prefactor.value)
 
 
+@pytest.mark.thorough
 def test_groups_fall_on_one_curve():
     """Heights, critical point and exponent of groups that differ in height."""
     heights = np.array([0.8, 1.0, 1.3])

@@ -150,6 +150,7 @@ def stop_half_way(scene="scene.yaml"):
     )  # fmt: skip
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "what", ["another scene", "another version", "an older version", "a study"]
 )

@@ -254,6 +254,7 @@ WRONG = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("case", WRONG)
 def test_frames_that_are_not_those_of_the_checkpoint(tmp_path, case):
     """The run says so and starts anew, to the same bits; or somebody else's file stays."""
@@ -273,6 +274,7 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path, case):
     assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("case", ["gone", "cut off", "other bits"])
 def test_frames_that_are_lost_while_the_run_goes_on(tmp_path, monkeypatch, case):
     """A file that was removed is still there for us; of a damaged one the whole frames are kept."""
@@ -299,6 +301,7 @@ def test_frames_that_are_lost_while_the_run_goes_on(tmp_path, monkeypatch, case)
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("case", ["cut off", "other bits"])
 def test_frames_that_are_lost_of_a_result_that_cannot_be_written(tmp_path, monkeypatch, case):
     """What was measured is not lost with them: the run goes on from its end."""
@@ -407,6 +410,7 @@ def test_room_is_asked_for_before(tmp_path, monkeypatch):
         simulate(scene, tmp_path / "run.nc", make_start(scene))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "share, in_index", [(0.3, False), (0.45, False), (0.5, True), (0.6, False)]
 )

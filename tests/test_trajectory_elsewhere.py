@@ -95,6 +95,7 @@ def papers(tmp_path):
 OF_PAPERS = ("--config", "study=smoke", "papers=[mine,other]")
 
 
+@pytest.mark.thorough
 def test_a_study_knows_of_trajectories(papers):
     """Of those runs alone: not of others of the same name, nor of others of the same paper."""
     jobs = planned(papers, *OF_PAPERS)

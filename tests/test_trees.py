@@ -344,6 +344,7 @@ def test_start_forces_change_each_law_of_a_table():
     assert forces["angle"] == angle
 
 
+@pytest.mark.thorough
 def test_chains_grow_with_a_law_for_each_pair():
     """In two dimensions, with angles, which act from the first step of the run."""
     scene = Scene({

@@ -133,6 +133,7 @@ def test_beads_begin_between_the_planes(method, axis):
     assert np.linalg.norm(apart, axis=0).max() < 0.5 + 1e-9
 
 
+@pytest.mark.thorough
 def test_chains_grow_between_the_planes():
     """In two dimensions, without crossing, and relaxed there."""
     scene = Scene({
@@ -155,6 +156,7 @@ def channel(tmp_path_factory):
     return path
 
 
+@pytest.mark.thorough
 def test_files_have_the_longer_box(channel):
     """So no bead behind a plane appears at the other end: in the result and in GSD."""
     last = read(channel)

@@ -287,6 +287,7 @@ def test_a_table_of_equal_laws_is_one_law():
     assert_same_place(*ends, scene.box, 1e-9)
 
 
+@pytest.mark.thorough
 def test_equipartition_of_an_angle():
     """<(theta - theta_0)^2> = kT / k for a stiff angle in two dimensions, without a weight.
 

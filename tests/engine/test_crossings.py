@@ -126,6 +126,7 @@ def test_segments_meet(ends, offset):
     assert segments_meet(*moved) == meet(*ends)
 
 
+@pytest.mark.thorough
 @settings(max_examples=1000, deadline=None, derandomize=True)
 @given(
     two_segments(),

@@ -124,6 +124,7 @@ def agree(one, other):
     return abs(one[0] - other[0]) < 1.2 * SURE * np.hypot(one[1], other[1])
 
 
+@pytest.mark.thorough
 def test_the_standard_fluid_at_its_own_pressure():
     """rho 3, a 25: the pressure at constant volume gives back density and temperature.
 

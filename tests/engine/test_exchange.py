@@ -30,7 +30,8 @@ def pair_in_motion(scheme, dt, **changes):
     """Two beads without repulsion, 0.4 apart along x."""
     position = np.array([[1.0, 1.4], [1.0, 1.0], [1.0, 1.0]])
     velocity = np.array([[0.9, -0.6], [0.2, -0.2], [0.0, 0.0]])
-    system = make_system(BOX[3], scheme, dt=dt, repulsion=np.array([[0.0]]), **changes)
+    bond = (np.array([[0, 1]], np.uint32), 0.0, 0.4)  # without a force: as below, a kernel less
+    system = make_system(BOX[3], scheme, dt=dt, repulsion=np.array([[0.0]]), bonds=bond, **changes)
     return make_simulation(system, position, velocity), position, velocity
 
 

@@ -254,7 +254,7 @@ def test_a_bead_that_gets_far_behind_a_wall_is_an_error():
     velocity[2, 7] = 3.0
     said = []
     for threads in (1, 2):
-        system = make_system(box, walls=walls, friction=0.0, repulsion=np.zeros((1, 1)))
+        system = make_system(box, walls=walls, kT=0.0, friction=1e-9, repulsion=np.zeros((1, 1)))
         simulation = make_simulation(system, position, velocity, threads=threads)
         before = simulation.state
         with pytest.raises(BehindWall, match=r"behind a wall at step \d+ .*walls.repulsion") as it:
@@ -268,7 +268,9 @@ def test_no_bead_passes_the_gap_unseen():
     """Even at the fastest that a step allows."""
     edges = (3.0, 3.0, 4.0)
     box, walls = between(edges, (2,), [1e-3])
-    system = make_system(box, walls=walls, friction=0.0, repulsion=np.zeros((1, 1)), dt=0.01)
+    system = make_system(
+        box, walls=walls, kT=0.0, friction=1e-9, repulsion=np.zeros((1, 1)), dt=0.01
+    )
     for place in np.linspace(0.1, 3.9, 60):
         position = np.array([[1.0], [1.0], [GAP + place]])
         simulation = make_simulation(system, position, np.array([[0.0], [0.0], [99.9]]))

@@ -118,7 +118,7 @@ def run_at(tmp_path, dt, **changes):
     """What the file of 60 steps from a relaxed start holds, each of them sampled."""
     relaxed = {"start": {"relax": {"steps": 200, "dt": 0.02}}, "duration": {}}
     sampled = {"steps": {"sample": 60}, "observe": [{"thermo": {"every": 1}}]}
-    step = {"integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": dt}}
+    step = {"integrator": {"scheme": "gw-vv", "lambda": 0.5, "dt": dt}}
     scene = Scene(fluid(6, 3, 0.02, 1).data | relaxed | sampled | step | changes, "my.yaml")
     path = tmp_path / "run.nc"
     settings = RunSettings(checkpoint_path(path), every_seconds=0.0)

@@ -262,6 +262,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(tmp_path):
             np.testing.assert_array_equal(other.arrays[name], array, err_msg=name)
 
 
+@pytest.mark.thorough
 def test_displacement_is_that_about_the_flow():
     """Free beads: along the flow the integral of u_x = u_x(0) - g u_y t, which is exact here."""
     rate, dt, every = 0.6, 0.02, 5

@@ -111,9 +111,8 @@ class Record:
         self.seen += list(sums.step)
 
 
-@pytest.mark.parametrize(
-    ("scheme", "dt"), [("gw-vv", 0.12), pytest.param("aboba", 0.17, marks=pytest.mark.thorough)]
-)
+@pytest.mark.few(1)
+@pytest.mark.parametrize(("scheme", "dt"), [("gw-vv", 0.12), ("aboba", 0.17)])
 def test_sums_before_a_run_breaks_are_kept(scheme, dt):
     """All of them, also of a scheme that is measured in calls of their own; the state as well."""
     simulation, record = doomed(scheme, dt), Record()
