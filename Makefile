@@ -1,6 +1,7 @@
 # make        set up, and run the quick study
 # make resume the same after Snakemake was killed
-# make test   set up, and pass the tests: each promise, with a few of its cases
+# make test   set up, and pass the tests: each promise, with a few of its cases; what steps beside
+#             the plain reference is passed without the compiler
 # make thorough  pass the others: all cases, long statistics, the whole smoke study
 PYTHON ?= python3
 TESTS = .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
@@ -13,6 +14,7 @@ resume: .venv/ready
 	.venv/bin/snakemake --cores 2 $(OPTIONS)
 
 test: .venv/ready
+	NUMBA_DISABLE_JIT=1 $(TESTS) -m plain tests/engine
 	$(TESTS) -m "not thorough"
 
 thorough: .venv/ready

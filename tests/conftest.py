@@ -32,13 +32,16 @@ SCENE = {
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what is left to `make thorough`: the smoke study, and most cases of tests with many."""
+    """Mark what is left to `make thorough`: the smoke study, most cases of tests with many, and
+    what is passed without the compiler."""
     cases = {}
     for item in items:
         if "study" in getattr(item, "fixturenames", ()):
             item.add_marker("thorough")
         if item.get_closest_marker("few"):
             cases.setdefault(item.nodeid.split("[")[0], []).append(item)
+        elif item.get_closest_marker("plain"):
+            item.add_marker("thorough")
     for same in cases.values():
         few = same[0].get_closest_marker("few").args
         if isinstance(few[0], int):  # so many from all over the table

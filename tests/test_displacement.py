@@ -13,7 +13,7 @@ from dpd.observe.following import Followed
 from dpd.observe.multitau import COARSER, KEPT
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import by_identity
+from tests.systems import by_identity
 from tests.test_constant_pressure import FLUID
 from tests.test_shear import PLANE
 

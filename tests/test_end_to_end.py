@@ -14,7 +14,7 @@ from dpd.observe.multitau import COARSER, KEPT, PARTS, MultipleTau
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import by_identity
+from tests.systems import by_identity
 
 # Lags of each level, and how many samples apart those are that it begins with.
 LEVELS = [

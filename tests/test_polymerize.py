@@ -15,8 +15,8 @@ from dpd.start.files import read_start, write_start
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.make import make_start, make_start_and_record
 from dpd.start.polymerize import RECORD, Growth
-from tests.engine.build import assert_same_state, make_system
 from tests.engine.exact import crossings_by_looking
+from tests.systems import assert_same_state, make_system
 
 # The package's attribute of this name is the function that it imports from there.
 module = importlib.import_module("dpd.start.polymerize")

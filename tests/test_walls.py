@@ -16,7 +16,7 @@ from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.walls import origin_of, period_of
 from dpd.start.make import make_start, system_of
-from tests.engine.build import assert_same_state
+from tests.systems import assert_same_state
 
 CHANNEL = {
     "dimension": 3,

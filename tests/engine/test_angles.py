@@ -14,17 +14,18 @@ from dpd.physics.bond import Bond, BondTable
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import (
+from tests.engine.reference import Reference
+from tests.systems import (
     BOX_2D,
     BOX_3D,
     assert_same_place,
     assert_same_state,
     by_identity,
+    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference
 
 BOXES = pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
 STAR = Molecule(("A",) * 6, (-1, 0, 1, 1, 3, 1), 5)  # three arms and a stem on bead 1
@@ -68,7 +69,7 @@ def stars(box, tabled, **changes):
     return system, position % np.array(box)[:, None], velocity
 
 
-@pytest.mark.few(1)
+@pytest.mark.plain
 @pytest.mark.parametrize(
     ("box", "tabled"), [(BOX_3D, False), (BOX_2D, True)], ids=["3D, one law", "2D, tables"]
 )
@@ -77,7 +78,7 @@ def test_trees_step_beside_the_reference(box, tabled):
     system, position, velocity = stars(box, tabled)
     simulation = make_simulation(system, position, velocity)
     reference = Reference(system, "gw-vv", 0.5, position, velocity)
-    for _ in range(20):
+    for _ in range(fewer_in_python(20)):
         sums = simulation.advance_measured(1)
         reference.step()
         assert_same_place(by_identity(simulation, "position"), reference.position, box, 1e-9)

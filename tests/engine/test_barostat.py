@@ -9,18 +9,20 @@ from dpd.engine import barostat
 from dpd.engine.barostat import MOST_TIMES, stretched_box, stretched_state
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
+from dpd.jit import COMPILES
 from dpd.physics.pressure import Look, Pressure, draw
 from dpd.scene import pressure as scene_pressure
-from tests.engine.build import (
+from tests.engine.reference_pressure import PressedReference
+from tests.systems import (
     BOX_3D,
     assert_same_state,
     by_identity,
     chains,
+    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
-from tests.engine.reference_pressure import PressedReference
 
 WIDE_2D = (5.1, 2.6)
 WIDE_3D = (2.6, 3.7, 5.1)
@@ -58,14 +60,14 @@ BESIDE += [("euler", 0.5, "3D", True), ("dpd-vv", 0.5, "3D", True)]
 BESIDE += [("verlet-no-acceleration", 0.5, "2D", False)]
 
 
-@pytest.mark.few(1)
+@pytest.mark.plain
 @pytest.mark.parametrize("scheme, prediction, law, mixed", BESIDE)
 def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
     """Boxes, places, velocities, forces and sums agree to 1e-9 over 40 steps."""
     system, position, velocity, species = fifty_beads(law, scheme, prediction, mixed)
     simulation = make_simulation(system, position, velocity, species)
     reference = PressedReference(system, scheme, prediction, position, velocity, species)
-    for _ in range(40):
+    for _ in range(fewer_in_python(40)):
         sums = simulation.advance_measured(1)
         reference.step()
         np.testing.assert_allclose(simulation.box, reference.system.box, rtol=1e-11)
@@ -76,8 +78,8 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, law, mixed):
         scale = np.abs(reference.virial).max()
         assert np.abs(sums.virial - reference.virial).max() < 1e-9 * scale
         np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-9)
-    assert reference.tried == 40 // system.pressure.every
-    assert reference.accepted > 0
+    assert reference.tried == simulation.state.step // system.pressure.every
+    assert reference.accepted > 0 or not COMPILES
 
 
 @pytest.mark.thorough

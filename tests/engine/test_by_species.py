@@ -9,16 +9,17 @@ from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import (
+from tests.engine.reference import Reference
+from tests.systems import (
     assert_same_place,
     assert_same_state,
     by_identity,
     chains,
+    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference
 
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 REPULSION = np.array([[25.0, 40.0], [40.0, 30.0]])
@@ -47,7 +48,7 @@ def assert_beside(simulation, reference):
     np.testing.assert_allclose(force, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.few(1)
+@pytest.mark.plain
 @pytest.mark.parametrize(
     ("scheme", "dimension", "changes"),
     [
@@ -64,7 +65,7 @@ def assert_beside(simulation, reference):
 def test_fifty_beads_step_beside_the_reference(scheme, dimension, changes):
     """Thirty steps agree to 1e-9, and so do virials and energies."""
     simulation, reference = mixed(BOX[dimension], 50, scheme, **changes)
-    for _ in range(30):
+    for _ in range(fewer_in_python(30)):
         sums = simulation.advance_measured(1)
         reference.step()
         assert_beside(simulation, reference)
@@ -95,7 +96,7 @@ def couples(dimension, scheme, **changes):
     return simulation, Reference(system, scheme, 0.5, position, velocity, species)
 
 
-@pytest.mark.few(1)
+@pytest.mark.plain
 @pytest.mark.parametrize(
     ("scheme", "dimension"),
     [("shardlow", 3), ("lowe-andersen", 3), ("aboba", 3), ("shardlow", 2), ("lowe-andersen", 2)],
@@ -104,7 +105,7 @@ def test_couples_exchange_beside_the_reference(scheme, dimension):
     """Ten steps agree to 1e-10. In Lowe's a pair of rate 12 is drawn in 12 % of the steps."""
     simulation, reference = couples(dimension, scheme, skin=0.2 if dimension == 2 else 0.0)
     before = reference.velocity.copy()
-    for _ in range(10):
+    for _ in range(fewer_in_python(10)):
         simulation.advance(1)
         reference.step()
         found = by_identity(simulation, "velocity")

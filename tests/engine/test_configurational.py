@@ -7,7 +7,7 @@ from dpd.engine.queries.configurational import force_and_curvature
 from dpd.physics.soft import Soft
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import chains, make_simulation, make_system, random_beads
+from tests.systems import chains, make_simulation, make_system, random_beads
 
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
 NUDGE = 1e-5  # r_c

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
 from dpd.start.growth import segments_meet
-from tests.engine.build import chains
 from tests.engine.exact import crossings_by_looking, meet
+from tests.systems import chains
 
 UNIT = 64  # ends lie on a grid of 1/64 r_c: floats hold them, and their products, exactly
 REACH = 9 * 4  # along an axis: a bond is at most 0.8 r_c long, less than half of any box

@@ -16,7 +16,7 @@ from dpd.observe.rdf import RadialDistribution
 from dpd.physics.pressure import Pressure
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import make_simulation, make_system, random_beads
+from tests.systems import make_simulation, make_system, random_beads
 
 # Dense enough for friction between pairs to forget a kinetic energy in 0.4 tau.
 BEADS = 40

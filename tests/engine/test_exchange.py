@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.engine.build import (
+from tests.engine.reference import Reference, pair_noise
+from tests.systems import (
     assert_same_place,
     assert_same_state,
     by_identity,
@@ -13,7 +14,6 @@ from tests.engine.build import (
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference, pair_noise
 
 SPLIT = ("shardlow", "aboba", "lowe-andersen")  # the last has the kernels of the first
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}

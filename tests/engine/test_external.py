@@ -7,16 +7,17 @@ from dpd.engine.queries.configurational import force_and_curvature
 from dpd.engine.simulation import BehindWall
 from dpd.physics.body import BodyForce
 from dpd.physics.wall import Walls
-from tests.engine.build import (
+from tests.engine.reference import Reference
+from tests.systems import (
     assert_same_place,
     assert_same_state,
     by_identity,
     chains,
+    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference
 
 GAP = 2.0  # behind each plane: a reach of 1 and the cutoff
 PERIODIC = {2: (3.4, 4.1), 3: (2.9, 2.5, 4.1)}  # edges between planes, or of the box
@@ -78,7 +79,7 @@ def assert_beside(simulation, reference, sums):
     assert np.abs(sums.walls - reference.at_walls).max() < 1e-9 * scale
 
 
-@pytest.mark.few("gw-vv-0.65-3-axes1-cells-uniform")
+@pytest.mark.plain
 @pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
 @pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])
 @pytest.mark.parametrize(("dimension", "axes"), [(2, (1,)), (3, (2,)), (3, (0, 2))])
@@ -90,7 +91,7 @@ def test_sixty_beads_step_beside_the_reference(scheme, prediction, dimension, ax
     simulation, reference = mixed_beads(
         dimension, axes, scheme, prediction, skin=skin, gaussian=gaussian
     )
-    for _ in range(20):
+    for _ in range(fewer_in_python(20)):
         sums = simulation.advance_measured(1)
         reference.step()
         assert_beside(simulation, reference, sums)

@@ -10,7 +10,8 @@ from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import (
+from tests.engine.reference import Reference
+from tests.systems import (
     assert_same_place,
     assert_same_state,
     by_identity,
@@ -19,7 +20,6 @@ from tests.engine.build import (
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference
 
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 SMALL = {2: (2.4, 2.7), 3: (2.4, 2.5, 2.6)}  # two cells an axis, with or without a skin

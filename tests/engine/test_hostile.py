@@ -5,7 +5,8 @@ import pytest
 
 from dpd.engine.space import wrapped
 from dpd.errors import UserError
-from tests.engine.build import (
+from tests.engine.reference import Reference
+from tests.systems import (
     assert_same_place,
     assert_same_state,
     by_identity,
@@ -14,7 +15,6 @@ from tests.engine.build import (
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference
 
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
 SEARCHES = pytest.mark.parametrize("skin", [0.0, 0.2], ids=["cells", "list"])

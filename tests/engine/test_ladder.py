@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 
-from tests.engine.build import (
+from tests.engine.reference import Reference, pair_noise
+from tests.systems import (
     BOX_2D,
     BOX_3D,
     assert_same_place,
     by_identity,
     chains,
+    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference, pair_noise
 
 DIRECTION = np.array([2.0, -1.0, 2.0]) / 3
 SCHEMES = [
@@ -210,6 +211,7 @@ def fifty_beads(box, scheme, prediction, gaussian, mixed):
     )
 
 
+@pytest.mark.plain
 @pytest.mark.few(
     "gw-vv-0.5-3D-uniform-species and bonds",
     "gw-vv-0.65-3D-gaussian-one species",
@@ -228,7 +230,7 @@ def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, gaussian
     here; a wrong term in an equation shows in the first digits.
     """
     simulation, reference = fifty_beads(box, scheme, prediction, gaussian, mixed)
-    for _ in range(20):
+    for _ in range(fewer_in_python(20)):
         sums = simulation.advance_measured(1)
         reference.step()
         assert np.abs(simulation.unfolded - reference.position).max() < 1e-9

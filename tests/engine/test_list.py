@@ -10,7 +10,8 @@ from dpd.engine.loop import run
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import (
+from tests.engine.reference import Reference
+from tests.systems import (
     assert_same_place,
     assert_same_state,
     by_identity,
@@ -19,7 +20,6 @@ from tests.engine.build import (
     make_system,
     random_beads,
 )
-from tests.engine.reference import Reference
 
 CORE = (0.3, 100.0, None)
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
@@ -40,10 +40,10 @@ def beads(dimension, mixed, core, skin, dt=0.01):
         species = (np.arange(50) % 2).astype(np.uint8)
         table = np.array([[25.0, 40.0], [40.0, 30.0]])
         changes = {"repulsion": table, "bonds": (chains(8, 5), 60.0, 0.7)}
-    system = make_system(box, "gw-vv", 0.65, dt=dt, core=core, skin=skin, **changes)
+    system = make_system(box, "gw-vv", 0.5, dt=dt, core=core, skin=skin, **changes)
     position, velocity = random_beads(box, 50, seed=8)
     simulation = make_simulation(system, position, velocity, species)
-    return simulation, Reference(system, "gw-vv", 0.65, position, velocity, species)
+    return simulation, Reference(system, "gw-vv", 0.5, position, velocity, species)
 
 
 @pytest.mark.few(1)

@@ -13,7 +13,6 @@ from scipy import stats
 
 from dpd.jit import kernel
 from dpd.physics.noise import Keys
-from tests.engine.build import BOX_3D, by_identity, make_simulation, make_system
 from tests.engine.reference import (
     cos_pi,
     gaussian_noise,
@@ -24,6 +23,7 @@ from tests.engine.reference import (
     step_keys,
     uniform_noise,
 )
+from tests.systems import BOX_3D, by_identity, make_simulation, make_system
 
 SIGMAS, CHANCE = 5.0, 1e-6
 # Name, whether Gaussian, fourth and eighth moment at unit variance.

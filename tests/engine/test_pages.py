@@ -73,7 +73,7 @@ USES_IT = """
     import numpy as np
     from dpd.engine.queries.configurational import force_and_curvature
     from own_page import Steep
-    from tests.engine.build import by_identity, make_simulation, make_system, random_beads
+    from tests.systems import by_identity, make_simulation, make_system, random_beads
 
     box = (4.0, 4.5, 5.0)
     position, velocity = random_beads(box, 200)

@@ -11,7 +11,7 @@ from dpd.engine.queries.pairs import pair_histogram
 from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
-from tests.engine.build import BOX_3D, make_simulation, make_system, random_beads
+from tests.systems import BOX_3D, make_simulation, make_system, random_beads
 
 DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side
 

@@ -14,7 +14,7 @@ from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import (
+from tests.systems import (
     BOX_2D,
     BOX_3D,
     assert_same_place,

@@ -17,7 +17,7 @@ from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import assert_same_state, make_simulation
+from tests.systems import assert_same_state, make_simulation
 
 SCENE = {
     "dimension": 2,

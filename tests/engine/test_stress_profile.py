@@ -13,9 +13,9 @@ from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
-from tests.engine.build import BOX_2D, BOX_3D, by_identity, make_simulation
 from tests.engine.reference_stress import StressedReference
 from tests.engine.test_angles import stars
+from tests.systems import BOX_2D, BOX_3D, by_identity, fewer_in_python, make_simulation
 
 BOXES = pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
 SLAB = {
@@ -104,7 +104,7 @@ def test_normal_pressure_follows_from_forces(box):
         )
 
 
-@pytest.mark.few(1)
+@pytest.mark.plain
 @pytest.mark.parametrize(("box", "tabled"), [(BOX_3D, False), (BOX_2D, True)], ids=["3D", "2D"])
 def test_step_by_step_beside_the_reference(box, tabled):
     """Ten steps, with friction and noise, which are no part of it."""
@@ -112,7 +112,7 @@ def test_step_by_step_beside_the_reference(box, tabled):
     simulation = make_simulation(system, position, velocity)
     reference = StressedReference(system, "gw-vv", 0.5, position, velocity)
     axis, length = len(box) - 1, box[-1]
-    for _ in range(10):
+    for _ in range(fewer_in_python(10)):
         simulation.advance(1)
         reference.step()
         found = virial_in_slices(system, simulation.state, Slices(axis, 17, 0.0, length))

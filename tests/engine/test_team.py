@@ -11,7 +11,7 @@ from dpd.engine.cells import PHASES, make_blocks
 from dpd.engine.threads import BLOCKS, LINE
 from dpd.errors import UserError
 from dpd.physics.bond import Bond
-from tests.engine.build import (
+from tests.systems import (
     assert_same_state,
     chains,
     make_simulation,

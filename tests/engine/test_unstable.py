@@ -8,7 +8,7 @@ import pytest
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.simulation import Unstable
-from tests.engine.build import (
+from tests.systems import (
     BOX_2D,
     BOX_3D,
     assert_same_state,

@@ -6,6 +6,7 @@ import numpy as np
 
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State, System
+from dpd.jit import COMPILES
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
 from dpd.physics.schemes import scheme_named
@@ -26,6 +27,11 @@ def every_second(*options):
         for at in places
         if sum(at) % 2 == 0
     ]
+
+
+def fewer_in_python(count):
+    """So many steps, or three where there is no compiler, and each takes a tenth of a second."""
+    return count if COMPILES else 3
 
 
 def make_system(box, scheme="gw-vv", prediction=0.5, *, bonds=None, core=None, **changes):
