@@ -25,7 +25,7 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.digest import ROOT
 from dpd.files import read
-from dpd.observe import OBSERVABLES
+from dpd.page import Observable, names
 from dpd.progress import Progress
 from tests.conftest import SCENE
 from tests.test_interrupted import Command, wait_for
@@ -134,8 +134,8 @@ def test_results_of_all_observables_can_be_kept(folder):
         (chains, {"crossings", "walls"}), (plane, {"passes", "walls"}),
         (walled, {"crossings", "rdf", "structure_factor"}),
     ):  # fmt: skip
-        names = sorted(set(OBSERVABLES) - missing - {"trajectory"})  # a file of its own
-        run = dpd.run(scene | {"observe": names}, progress=False)
+        asked = sorted(set(names(Observable)) - missing - {"trajectory"})  # a file of its own
+        run = dpd.run(scene | {"observe": asked}, progress=False)
         run.to_netcdf("kept.nc")
         again = dpd.load("kept.nc")
         assert again.identical(run.assign_attrs(history=again.history))

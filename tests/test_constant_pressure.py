@@ -17,7 +17,7 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.following import Followed
+from dpd.observe.common.following import Followed
 from dpd.particles.formats import read, write
 from dpd.pipeline.beginning import starting_from
 from dpd.pipeline.run_warnings import pressure_warning

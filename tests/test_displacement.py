@@ -8,9 +8,9 @@ from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.observe import observables
+from dpd.observe.common.following import Followed
+from dpd.observe.common.multitau import COARSER, KEPT
 from dpd.observe.displacement import Displacement
-from dpd.observe.following import Followed
-from dpd.observe.multitau import COARSER, KEPT
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 from tests.systems import by_identity

@@ -10,7 +10,7 @@ import pytest
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.observe.multitau import COARSER, KEPT, PARTS, MultipleTau
+from dpd.observe.common.multitau import COARSER, KEPT, PARTS, MultipleTau
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of

@@ -17,16 +17,16 @@ import yaml
 from dpd import files
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.observe import OBSERVABLES, observables
-from dpd.observe.blocks import BlockSums
-from dpd.observe.longer import bytes_to_remember, go_on_from
-from dpd.observe.multitau import MultipleTau
+from dpd.observe import observables
+from dpd.observe.common.blocks import BlockSums
+from dpd.observe.common.longer import bytes_to_remember, go_on_from
+from dpd.observe.common.multitau import MultipleTau
+from dpd.page import Observable, names
 from dpd.pipeline import kept, probing
 from dpd.pipeline.extend import Extension, extend, longer
 from dpd.pipeline.kept import STATE, read_former
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.pipeline.sweep import merge
-from dpd.scene import observed
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 
@@ -133,7 +133,7 @@ CASES = {
 def test_all_observables_are_in_the_cases():
     """One that is new has to be put into one of them."""
     seen = {name for data, _, _ in CASES.values() for name in Scene(data).observe}
-    assert seen == set(OBSERVABLES)
+    assert seen == set(names(Observable))
 
 
 def sampled(data, sample):
@@ -277,7 +277,7 @@ def test_a_scene_may_say_whether_it_is_kept(tmp_path, asked, usual):
 
 def test_a_longer_run_keeps_how_often_it_looks(monkeypatch):
     """Where the scene does not say it, and a longer run would look less often."""
-    monkeypatch.setattr(observed, "MOST_SAMPLES", 50)
+    monkeypatch.setattr("dpd.observe.thermo.MOST_SAMPLES", 50)
     scene = Scene(FLUID | {"observe": ["thermo", "configuration", {"rdf": {"range": 2}}]})
     found = longer(scene, 2600)
     assert scene.observe["thermo"]["every"] == 26  # and not 78

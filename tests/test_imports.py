@@ -21,6 +21,7 @@ ORDER = (
     ("stages",),
     ("scene", "engine"),
     ("physics",),
+    ("page",),
     ("jit",),
     ("compiling", "lazy_parts"),
     ("numba_settings",),

@@ -8,7 +8,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, UserError
 from dpd.files import read
 from dpd.observe import observables
-from dpd.observe.stretch import stretched
+from dpd.observe.common.stretch import stretched
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.stretched import stretched_share

@@ -8,7 +8,7 @@ import xarray as xr
 
 from dpd.analysis.morphology import Strengths, phase_of, strengths_of
 from dpd.engine.queries.waves import density_waves
-from dpd.scene.grids import wave_numbers
+from dpd.observe.structure_factor import wave_numbers
 
 LOOKS = 40
 

@@ -10,9 +10,10 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.observe import observables
+from dpd.observe.density_field import grid_shape
+from dpd.observe.structure_factor import wave_numbers
 from dpd.pipeline.plan import sizes_of
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
-from dpd.scene.grids import grid_shape, wave_numbers
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 
@@ -363,7 +364,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_refused(name, monkeypatch):
     """In one message: key, value, what is allowed."""
-    monkeypatch.setattr("dpd.scene.grids.MOST_CELLS", 10**7)
+    monkeypatch.setattr("dpd.observe.density_field.MOST_CELLS", 10**7)
     observe, parts = REFUSED[name]
     data = PLANE if name != "waves" else PLANE | {"box": 60.0}
     with pytest.raises(UserError) as problem:

@@ -9,11 +9,11 @@ from itertools import pairwise
 import pytest
 
 from dpd.digest import PACKAGE, ROOT
-from dpd.observe import OBSERVABLES
+from dpd.page import Observable, find, module_of, names
 from dpd.pipeline.study import read_config, read_paper
 from dpd.scene.scene import Scene
 from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of
-from dpd.stages import METHODS, OBSERVE, STAGES, TERMS, observable_modules, unused_modules
+from dpd.stages import STAGES, TERMS
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository
 
@@ -39,6 +39,18 @@ SAME = {
     ),
     "form": CODE.replace("2 * x", "(2\n        * x)"),
 }
+PAGE = (
+    CODE
+    + """
+
+class Page:
+    stands = {1}
+    cannot = {2: "stands still"}
+
+    def refuses(self):
+        yield "", "there is none"
+"""
+)
 OTHER = {
     "number": CODE.replace("2 * x", "3 * x"),
     "kind of number": CODE.replace("2 * x", "2.0 * x"),
@@ -59,6 +71,18 @@ def test_what_counts_of_a_file(tmp_path, change):
     before, after = map(source_of, paths)
     assert (before.digest == after.digest) == (change in SAME)
     assert file_of("dpd.errors") in before.imports
+
+
+def test_what_a_page_refuses_does_not_count(tmp_path):
+    """Nor what it stands, and why not the rest."""
+    found = set()
+    for number, (old, new) in enumerate(
+        [("", ""), ("{1}", "{1, 3}"), ("still", "up"), ("none", "1")]
+    ):
+        path = tmp_path / f"{number}.py"
+        path.write_text(PAGE.replace(old, new) if old else PAGE)
+        found.add(source_of(path).digest)
+    assert len(found) == 1
 
 
 def test_data_files_and_files_that_are_no_python(tmp_path):
@@ -132,39 +156,27 @@ def test_modules_that_decide_nothing_are_there():
     assert all(file_of(name) for name in DECIDE_NOTHING)
 
 
-def test_the_registry_is_read_as_python_reads_it():
-    """Observables by name, each with its module."""
-    imported = {name: observable.__module__ for name, observable in OBSERVABLES.items()}
-    assert observable_modules() == imported
-
-
-def test_what_a_scene_does_without():
-    """Observables that it does not name, but for those that a named one is made of."""
-    names = set(observable_modules())
-
-    def unused(*named):
-        left_out = unused_modules(frozenset(), frozenset(named))
-        return {name for name, module in observable_modules().items() if module in left_out}
-
-    assert unused("thermo") == names - {"thermo"}
-    assert unused("trace") == names - {"trace", "chains"}  # it unwraps as chains do
-    assert unused("end_points") == names - {"end_points", "chains"}
-    assert unused_modules(frozenset(TERMS), frozenset(names), frozenset(METHODS)) == set()
+def test_every_page_is_found_by_the_name_of_its_file():
+    """Observables by key, each with its module."""
+    found = {name: find(Observable, name) for name in names(Observable)}
+    assert {name: page.key for name, page in found.items()} == {name: name for name in found}
+    assert all(page.__module__ == module_of(Observable, name) for name, page in found.items())
 
 
 def test_who_imports_what_a_scene_may_lack():
-    """The registry observables, what computes forces their terms: others would forget them."""
+    """Observables alone each other, what computes forces their terms: others would forget them."""
 
-    def users(modules):
-        for path in reachable(STAGES["simulate"]):
+    def users(modules, paths):
+        for path in paths:
             if {file_of(module) for module in modules} & (source_of(path).imports - {path}):
                 yield str(path.relative_to(PACKAGE))
 
-    registry = str(file_of(OBSERVE).relative_to(PACKAGE))
-    assert set(users(observable_modules().values())) == {
-        registry, "observe/trace.py", "observe/end_points.py",
+    pages = [module_of(Observable, name) for name in names(Observable)]
+    assert not set(users(pages, reachable(STAGES["simulate"])))
+    assert set(users(pages, reachable(tuple(pages)))) == {
+        "observe/trace.py", "observe/end_points.py",
     }  # fmt: skip
-    rooms = {user.split("/")[0] for user in users(TERMS.values())}
+    rooms = {user.split("/")[0] for user in users(TERMS.values(), reachable(STAGES["simulate"]))}
     assert rooms <= {"engine", "physics", "start", "scene"}
 
 

@@ -7,7 +7,7 @@ import dpd
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.state import State
-from dpd.observe.thermal import ThermalMotion
+from dpd.observe.common.thermal import ThermalMotion
 from dpd.observe.thermo import Thermo
 from dpd.pipeline.extend import Extension, extend
 from dpd.pipeline.simulate import simulate

@@ -55,7 +55,7 @@ REFUSED = [
     ({"walls": ROUGH, "integrator": {"scheme": "shardlow", "dt": 0.04}},
      ["walls.gamma", "'shardlow'", "gw-vv"]),
     ({"walls": WALLS, "integrator": {"scheme": "auto"}}, ["integrator.scheme", "walls"]),
-    ({"walls": WALLS, "observe": [{"rdf": {"range": 2}}]}, ["observe", "'rdf'", "'profile'"]),
+    ({"walls": WALLS, "observe": [{"rdf": {"range": 2}}]}, ["observe", "'rdf'", "'walls'"]),
     ({"observe": ["walls"]}, ["observe", "'walls' has nothing to measure"]),
     ({"walls": WALLS | {"velocity": [[1, 0, 0], [0, 0, 0]]}}, ["walls.velocity", "walls.gamma"]),
     ({"walls": ROUGH | {"velocity": [[0, 0, 1], [0, 0, 0]]}}, ["walls.velocity", "lower", "z"]),

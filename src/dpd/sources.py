@@ -1,9 +1,9 @@
 """Digests of source files: of some modules and of all that they import.
 
 Nothing is imported here to find that out: files are parsed. What counts of a file is its syntax
-tree without comments, docstrings, type hints of functions and line numbers, so that a comment
-changes no digest. The folder of Numba's compiled kernels is named after such a digest as well:
-from the same tree it compiles the same code.
+tree without comments, docstrings, type hints of functions, what a page refuses and line numbers,
+so that a wording changes no digest. The folder of Numba's compiled kernels is named after such a
+digest as well: from the same tree it compiles the same code.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PLACES = {"dpd": "src/dpd"}
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
     "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
-    "dpd.pipeline.kept",
+    "dpd.page", "dpd.pipeline.kept",
     "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
     "dpd.scene.plain_yaml", "dpd.scene.pressure", "dpd.scene.schema", "dpd.sources", "dpd.stages",
     "dpd.streams",
@@ -46,6 +46,7 @@ DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
 HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
+SAYS_WHAT_NOT = ("stands", "cannot")  # of a page
 MOST_KEPT = 40  # states of the sources for which digests are kept
 
 
@@ -268,7 +269,7 @@ def _read(tree):
             if isinstance(node, IMPORTS):
                 imports.append(node)
         elif isinstance(node, list):
-            counting = [item for item in node if not _serves_hints(item)]
+            counting = [item for item in node if not (_serves_hints(item) or _only_refuses(item))]
             parts.append(len(counting))
             waiting += counting
         else:
@@ -281,6 +282,13 @@ def _serves_hints(node):
     if isinstance(node, ast.If):
         return isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
     return isinstance(node, ast.ImportFrom) and node.module in OF_HINTS
+
+
+def _only_refuses(node):
+    """Whether a node says what a page cannot measure: no number hangs on that."""
+    if isinstance(node, ast.FunctionDef):
+        return node.name == "refuses"
+    return isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in SAYS_WHAT_NOT
 
 
 def _imported(node, path):

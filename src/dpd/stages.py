@@ -7,11 +7,11 @@ keep it as well, so that a stage that is called by hand refuses what other sourc
 
 from __future__ import annotations
 
-import ast
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dpd.digest import text_digest
+from dpd.page import Observable, module_of, names
 from dpd.physics.schemes import scheme_named
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
@@ -49,9 +49,8 @@ TERMS = {
 }
 # Methods of `start` that only some scenes name.
 METHODS = {"file": "dpd.start.from_file"}
-OBSERVE = "dpd.observe"  # the package whose OBSERVABLES lists all observables
-# These list what there is: who imports one of them does not need all that it names.
-LISTS = frozenset({OBSERVE, "dpd.engine.state"})
+# It lists what there is: who imports it does not need all that it names.
+LISTS = frozenset({"dpd.engine.state"})
 
 
 @cache
@@ -68,7 +67,10 @@ def stage_digest(stage: str) -> str:
     str
         Twelve hexadecimal digits.
     """
-    return sources_digest(*STAGES[stage], without=NOT_IN_RUNS if stage == "simulate" else ())
+    pages = [module_of(Observable, name) for name in names(Observable)]
+    observing = pages if stage in ("simulate", "measure") else []
+    without = NOT_IN_RUNS if stage == "simulate" else ()
+    return sources_digest(*STAGES[stage], *observing, without=without)
 
 
 def run_sources(scene: Scene) -> str:
@@ -96,10 +98,11 @@ def _method_of(scene):
 
 @cache
 def _run_sources(terms, observables, methods):
+    pages = [module_of(Observable, name) for name in sorted(observables)]
     return kept(
         f"run {sorted(terms)} {sorted(observables)} {sorted(methods)}",
         lambda: sources_digest(
-            *STAGES["simulate"], without=NOT_IN_RUNS | unused_modules(terms, observables, methods)
+            *STAGES["simulate"], *pages, without=NOT_IN_RUNS | unused_modules(terms, methods)
         ),
     )
 
@@ -129,7 +132,7 @@ def kernels_name(terms: frozenset[str]) -> str:
 def _sources_with(stage, terms, methods):
     return kept(
         f"{stage} {sorted(terms)} {sorted(methods)}",
-        lambda: sources_digest(*STAGES[stage], without=unused_modules(terms, frozenset(), methods)),
+        lambda: sources_digest(*STAGES[stage], without=unused_modules(terms, methods)),
     )
 
 
@@ -165,16 +168,13 @@ def start_terms(scene: Scene) -> frozenset[str]:
     return frozenset(start_description(scene).get("forces", {})).intersection(TERMS)
 
 
-def unused_modules(
-    terms: frozenset[str], observables: frozenset[str], methods: frozenset[str] = frozenset()
-) -> frozenset[str]:
+def unused_modules(terms: frozenset[str], methods: frozenset[str] = frozenset()) -> frozenset[str]:
     """Modules of what is not named, nor imported by one that is.
 
     Parameters
     ----------
     terms : frozenset of str
         Keys of `TERMS`.
-    observables : frozenset of str
     methods : frozenset of str
         Keys of `METHODS`.
 
@@ -183,29 +183,8 @@ def unused_modules(
     frozenset of str
     """
     unused = set()
-    for named, modules in (
-        (terms, TERMS), (observables, observable_modules()), (methods, METHODS),
-    ):  # fmt: skip
+    for named, modules in ((terms, TERMS), (methods, METHODS)):
         used = tuple(module for name, module in modules.items() if name in named)
         needed = reachable(used, LISTS).union({None})  # None: there is no such page
         unused |= {module for module in modules.values() if file_of(module) not in needed}
     return frozenset(unused)
-
-
-@cache
-def observable_modules() -> dict[str, str]:
-    """The module of each observable by name, as the registry lists them; nothing is imported."""
-    tree = ast.parse(file_of(OBSERVE).read_bytes())  # type: ignore[union-attr]  # it is there
-    module_of = {
-        alias.asname or alias.name: node.module
-        for node in tree.body
-        if isinstance(node, ast.ImportFrom) and node.module
-        for alias in node.names
-    }
-    registry: Any  # the node of a dict, of text to names
-    (registry,) = (
-        node.value
-        for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "OBSERVABLES"
-    )
-    return {key.value: module_of[value.id] for key, value in zip(registry.keys, registry.values)}

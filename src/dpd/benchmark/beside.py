@@ -15,7 +15,7 @@ from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
 from dpd.observe import observables
-from dpd.observe.thermal import ThermalMotion
+from dpd.observe.common.thermal import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.start.make import system_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from dpd.benchmark.lammps import Lammps, lammps_module
 from dpd.benchmark.timing import labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import WORKLOADS, workload
-from dpd.observe.blocks import BLOCKS
+from dpd.observe.common.blocks import BLOCKS
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import nearest
-from dpd.observe.blocks import BlockSums
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class PairBondLengths:
+class PairBondLengths(Observable, key="bond_lengths"):
     """Distribution and mean of bond lengths, for each pair of species that is bonded.
 
     The integral of a distribution over the length is 1, less the share beyond the range. The mean
@@ -30,6 +30,9 @@ class PairBondLengths:
     range, bin : float
         End of the distribution, and largest width of its bins, in r_c.
     """
+
+    stands = frozenset(Change)
+    needs_bonds, bins_of = True, "range"
 
     def __init__(
         self, scene: Scene, system: BondedSystem, every: int, range: float, bin: float
@@ -48,6 +51,8 @@ class PairBondLengths:
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.space import nearest
+
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
         apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], simulation.box)

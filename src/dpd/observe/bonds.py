@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import nearest
-from dpd.observe.blocks import BlockSums
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
 
 
-class BondLengths:
+class BondLengths(Observable, key="bonds"):
     """Mean, mean square and longest bond length in blocks, and their distribution.
 
     Parameters
@@ -30,6 +30,9 @@ class BondLengths:
         Bin width in r_c.
     """
 
+    stands = frozenset(Change)
+    needs_bonds = True
+
     def __init__(self, scene: Scene, system: BondedSystem, every: int, bin: float) -> None:
         self.every = every
         self._system = system
@@ -41,6 +44,8 @@ class BondLengths:
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.space import nearest
+
         members = self._system.members
         position = simulation.state.by_identity(simulation.state.position)
         apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], simulation.box)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import nearest
-from dpd.observe.blocks import BlockSums
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Chains:
+class Chains(Observable, key="chains"):
     """Squared radius of gyration and end-to-end distance, for each kind of molecule.
 
     A molecule is followed from bead to bead over nearest images, so bonds have to be shorter
@@ -34,6 +34,8 @@ class Chains:
     every : int
         Steps between samples.
     """
+
+    stands = frozenset(Change)
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
@@ -109,6 +111,8 @@ def unwrapped(
     kind : Molecule
         Of which they are; a chain if not given.
     """
+    from dpd.engine.space import nearest
+
     if kind is None or kind.is_chain:
         steps = nearest(np.diff(beads, axis=2), box)
         return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.particles.tilt import FACTORS, tilt_factors
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Configuration:
+class Configuration(Observable, key="configuration"):
     """Positions at the last sample, molecule after molecule.
 
     Under shear the tilt of the box is there as well, and at constant pressure its edges.
@@ -28,7 +28,11 @@ class Configuration:
         Steps between looks; the last one stays.
     """
 
+    stands = frozenset(Change)
+
     def __init__(self, scene: Scene, system: System, every: int) -> None:
+        from dpd.particles.tilt import FACTORS
+
         self.every = every
         self.arrays: dict[str, np.ndarray] = {
             "position": np.full((system.dimension, scene.beads), np.nan)
@@ -38,8 +42,15 @@ class Configuration:
         if system.pressure is not None:
             self.arrays["edges"] = np.full(system.dimension, np.nan)
 
+    @classmethod
+    def steps_between(cls, settings: dict[str, Any], dt: float, sample: int) -> int:
+        """The last step alone."""
+        return sample
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.particles.tilt import tilt_factors
+
         state = simulation.state
         self.arrays["position"][...] = state.by_identity(state.position)
         if "tilt" in self.arrays:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from dpd.engine.queries.configurational import force_and_curvature
-from dpd.observe.blocks import BlockSums
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Configurational:
+class Configurational(Observable, key="configurational"):
     """Squared conservative forces and the Laplacian of the potential, in blocks of the run.
 
     Their ratio, of means, is kT in equilibrium and does not look at velocities: it shows an
@@ -30,6 +30,13 @@ class Configurational:
         Steps between samples.
     """
 
+    stands = frozenset(Change)
+    cannot = {
+        Change.SLIDES: "is a temperature in equilibrium only",
+        Change.FLOWS: "is a temperature in equilibrium only",
+        Change.JUMPS: "needs a force without the jump of a core",
+    }
+
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -39,6 +46,8 @@ class Configurational:
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.queries.configurational import force_and_curvature
+
         system = replace(self._system, box=simulation.box)
         self.averages.add(force_and_curvature(system, simulation.state))
 

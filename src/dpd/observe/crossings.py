@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MOST = 8  # pairs of crossing bonds per bond that are kept in mind
 
 
-class Crossings:
+class Crossings(Observable, key="crossings"):
     """Pairs of bonds that cross, over time.
 
     Where chains cannot pass through each other there is none at any time. ``crossings``
@@ -33,6 +33,9 @@ class Crossings:
         Steps between samples.
     """
 
+    stands = frozenset(Change)
+    interval, dimensions, needs_bonds, is_series = 0.2, (2,), True, True
+
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
         self._system = system
@@ -46,6 +49,8 @@ class Crossings:
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.queries.crossings import crossing_bonds
+
         state, arrays = simulation.state, self.arrays
         members = self._system.members
         one, other = crossing_bonds(state.by_identity(state.position), members, simulation.box)

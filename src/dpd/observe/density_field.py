@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.scene.grids import frames_of, grid_shape
+from dpd.page import Change, Observable, Refusals
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,9 +16,24 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 AXES = "xyz"
+MOST_FRAMES = 100  # unless the scene says how often
+# Numbers over time, of 4 bytes. With copies for checkpoint and result they fit into the memory that
+# a cluster is asked for, `dpd.pipeline.resources`.
+MOST_CELLS = 5 * 10**7
 
 
-class DensityField:
+def grid_shape(box: tuple[float, ...], spacing: float) -> tuple[int, ...]:
+    """Cells along each axis: equal ones, not wider than ``spacing``."""
+    return tuple(math.ceil(edge / spacing - 1e-9) for edge in box)
+
+
+def frames_of(scene: Scene) -> int:
+    """Frames of ``density_field``; the last one may have fewer looks than the others."""
+    settings = scene.observe["density_field"]
+    return -(-(scene.steps.sample // settings["every"]) // settings["average"])
+
+
+class DensityField(Observable, key="density_field"):
     """Number density of each species in the cells of a grid, in frames one after the other.
 
     The density of a cell is the number of beads in it over its volume. A frame is the average of
@@ -37,6 +53,8 @@ class DensityField:
         Largest width of a cell in r_c; each axis is cut into equal cells.
     """
 
+    stands = frozenset(Change) - {Change.SLIDES}
+
     def __init__(
         self, scene: Scene, system: System, every: int, average: int, spacing: float
     ) -> None:
@@ -50,6 +68,32 @@ class DensityField:
             "field": np.zeros((frames_of(scene), *self._shape), np.float32),
             "box": np.zeros((frames_of(scene), system.dimension)),
         }
+
+    @classmethod
+    def steps_between(cls, settings: dict[str, Any], dt: float, sample: int) -> int:
+        """No more than `MOST_FRAMES`."""
+        every = super().steps_between(settings, dt, sample)
+        return max(every, -(-sample // (MOST_FRAMES * settings["average"])))
+
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """Cells that are too wide, or too many for all frames."""
+        spacing, smallest = settings["spacing"], min(scene.box)
+        if spacing > smallest / 2:
+            yield (
+                "spacing",
+                f"{spacing:g} makes fewer than two cells along an edge of {smallest:g}; allowed: "
+                f"<= {smallest / 2:g}",
+            )
+        cells = math.prod(grid_shape(scene.box, spacing)) * len(scene.species)
+        frames = frames_of(scene)
+        if frames * cells > MOST_CELLS:
+            yield (
+                "every",
+                f"{frames} frames of {cells} cells (all species together) make "
+                f"{frames * cells:.3g} numbers; allowed: <= {MOST_CELLS}. Take a larger every, "
+                "average or spacing",
+            )
 
     def sample(self, simulation: Simulation) -> None:
         """Add a look to its frame."""

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import Followed
+from dpd.observe.common.following import Followed
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,14 +16,14 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Diffusion:
+class Diffusion(Observable, key="diffusion"):
     """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
 
     The time t counts from the first sample. Displacements are those from that one start, relative
-    to the centre of mass of all beads, as `dpd.observe.following.Followed` has them; of a molecule,
-    that of its centre of mass. D(t) tends to the diffusion coefficient where t is long enough for
-    beads to have lost their velocity, and chains to have moved their own size. For an error, or for
-    averages over many starts, see the observable ``displacement``.
+    to the centre of mass of all beads, as `dpd.observe.common.following.Followed` has them; of a
+    molecule, that of its centre of mass. D(t) tends to the diffusion coefficient where t is long
+    enough for beads to have lost their velocity, and chains to have moved their own size. For an
+    error, or for averages over many starts, see the observable ``displacement``.
 
     Parameters
     ----------
@@ -31,6 +32,9 @@ class Diffusion:
     every : int
         Steps between samples.
     """
+
+    stands = frozenset(Change)
+    interval, is_series = 0.2, True
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every

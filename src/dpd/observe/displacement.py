@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.following import Followed
-from dpd.observe.multitau import MultipleTau
+from dpd.observe.common.following import Followed
+from dpd.observe.common.multitau import MultipleTau
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -16,11 +17,11 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Displacement:
+class Displacement(Observable, key="displacement"):
     """Mean-square displacement of innermost beads and of centres of mass.
 
-    By multiple-tau correlation (`dpd.observe.multitau`), of displacements as
-    `dpd.observe.following.Followed` has them: relative to the centre of mass of all beads.
+    By multiple-tau correlation (`dpd.observe.common.multitau`), of displacements as
+    `dpd.observe.common.following.Followed` has them: relative to the centre of mass of all beads.
     "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
     even number.
 
@@ -31,6 +32,9 @@ class Displacement:
     every : int
         Steps between samples: the shortest lag.
     """
+
+    stands = frozenset(Change)
+    interval = 0.1
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every

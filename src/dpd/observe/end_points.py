@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.observe.blocks import BlockSums
 from dpd.observe.chains import in_one_piece
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable, Refusals
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,8 +16,10 @@ if TYPE_CHECKING:
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
+MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
 
-class EndPoints:
+
+class EndPoints(Observable, key="end_points"):
     """Distribution of the end-to-end distance, for each kind of molecule.
 
     Of a branched molecule all pairs of ends count: of beads with a single bond. The integral of a
@@ -33,6 +36,9 @@ class EndPoints:
         End of the distribution, and largest width of its bins, in r_c.
     """
 
+    stands = frozenset(Change)
+    needs_bonds, bins_of = True, "range"
+
     def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
         self.every = every
         self._kinds = scene.molecules
@@ -41,6 +47,17 @@ class EndPoints:
         shape = (len(self._kinds), len(self._edges))
         self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
+
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """Too many pairs of ends."""
+        pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
+        if pairs > MOST_PAIRS:
+            yield (
+                "",
+                f"'end_points' would look at {pairs:.3g} pairs of ends of branched molecules; "
+                f"allowed: <= {MOST_PAIRS}",
+            )
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.space import nearest
-from dpd.observe.multitau import MultipleTau
+from dpd.observe.common.multitau import MultipleTau
+from dpd.page import Change, Observable, Refusals
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class EndToEnd:
+class EndToEnd(Observable, key="end_to_end"):
     """Autocorrelation of the end-to-end vector, <R(t) . R(0)> (Nikunen et al. 2007, Fig. 4b).
 
-    By multiple-tau correlation (`dpd.observe.multitau`), for each linear molecule of two beads
-    or more. Branched molecules have no such vector and are left out.
+    By multiple-tau correlation (`dpd.observe.common.multitau`), for each linear molecule of two
+    beads or more. Branched molecules have no such vector and are left out.
 
     Parameters
     ----------
@@ -30,6 +30,9 @@ class EndToEnd:
     every : int
         Steps between samples: the shortest lag.
     """
+
+    stands = frozenset(Change)
+    needs_bonds = True
 
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
@@ -43,8 +46,16 @@ class EndToEnd:
         self.averages = MultipleTau(samples, (system.dimension, len(lengths)), 1)
         self.arrays = self.averages.arrays | {"square": np.zeros(len(lengths))}
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """No linear molecule."""
+        if not any(len(kind.beads) > 1 and kind.is_linear for kind in scene.molecules):
+            yield "", "'end_to_end' has nothing to measure: no molecule is linear"
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.space import nearest
+
         state, members = simulation.state, self._members
         position = state.by_identity(state.position)
         bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], simulation.box)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.queries.pairs import neighbour_pairs
+from dpd.page import Change, Observable, Refusals
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 NEAR = 1.0  # r_c, the range of the forces: within it beads are neighbours
 
 
-class Mixing:
+class Mixing(Observable, key="mixing"):
     """Short-range order of each pair of species: 0 if mixed at random, 1 if apart.
 
     The order parameter of Warren and Cowley (Cowley, Phys. Rev. 77, 669 (1950)), for a fluid:
@@ -36,6 +36,9 @@ class Mixing:
         Steps between samples.
     """
 
+    stands = frozenset(Change) - {Change.SLIDES}
+    is_series = True
+
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._system = system
@@ -51,8 +54,16 @@ class Mixing:
             "order": np.full((samples, len(self._pairs)), np.nan),
         }
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """A single species."""
+        if len(scene.species) < 2:
+            yield "", "'mixing' has nothing to measure: there is a single species"
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample; 0 where no two beads are near each other."""
+        from dpd.engine.queries.pairs import neighbour_pairs
+
         state = simulation.state
         position = state.by_identity(state.position)
         pairs = neighbour_pairs(position, self._kinds, simulation.box, NEAR, len(self._names))

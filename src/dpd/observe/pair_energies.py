@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.pairs import soft_energies
-from dpd.observe.blocks import BlockSums
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class PairEnergies:
+class PairEnergies(Observable, key="pair_energies"):
     """Energy of the soft repulsion between the beads of each two species.
 
     Where the repulsion of two species is a, the derivative of the free energy by a is this energy
@@ -32,6 +32,9 @@ class PairEnergies:
         Steps between samples.
     """
 
+    stands = frozenset(Change) - {Change.SLIDES}
+    cannot = {Change.JUMPS: "knows the soft repulsion alone"}
+
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
         self._repulsion, self._kinds = np.asarray(scene.repulsion, dtype=float), scene.kinds
@@ -42,6 +45,8 @@ class PairEnergies:
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.queries.pairs import soft_energies
+
         state = simulation.state
         position = state.by_identity(state.position)
         found = soft_energies(position, self._kinds, simulation.box, self._repulsion)

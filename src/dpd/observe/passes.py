@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.passes import passed_bonds
+from dpd.page import Change, Observable
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Passes:
+class Passes(Observable, key="passes"):
     """Number of pairs of bonds that passed through each other since the sample before.
 
     Parameters
@@ -25,6 +25,13 @@ class Passes:
     every : int
         Steps between samples: beads are taken to move in straight lines between.
     """
+
+    stands = frozenset(Change)
+    cannot = {
+        Change.SLIDES: "takes beads to move in straight lines, and a flow carries them past each "
+        "other"
+    }
+    interval, dimensions, needs_bonds, is_series = 0.1, (3,), True, True
 
     def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
         self.every = every
@@ -37,6 +44,8 @@ class Passes:
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample; the first one has none before it."""
+        from dpd.engine.queries.passes import passed_bonds
+
         state, arrays = simulation.state, self.arrays
         # What passes does so in any box, so all are taken in the one that the run began with.
         box = self._system.box

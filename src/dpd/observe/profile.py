@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.observe.blocks import BlockSums
-from dpd.observe.layers import Layers
+from dpd.observe.common.blocks import BlockSums
+from dpd.observe.common.layers import Layers
+from dpd.page import Change, Observable, Refusals
 from dpd.scene.flow import profile_axis
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Profile:
+class Profile(Observable, key="profile"):
     """Number density of each species in slices across an axis.
 
     At constant pressure the slices are stretched with the box, and their places are those in the
@@ -36,6 +37,9 @@ class Profile:
         Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
+    stands = frozenset(Change)
+    bins_of = "box"
+
     def __init__(
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
@@ -48,6 +52,12 @@ class Profile:
         if system.pressure is not None:
             # The edge along the axis, summed over the samples.
             self.arrays = self.arrays | {"length": np.zeros(1)}
+
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """An axis that the box lacks."""
+        profile_axis(scene, settings.get("axis"))
+        return iter(())
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.queries.pairs import pair_histogram
 from dpd.errors import UserError
-from dpd.observe.blocks import BlockSums
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable, Refusals
+from dpd.scene.shear import room_for_images
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class RadialDistribution:
+class RadialDistribution(Observable, key="rdf"):
     """g(r) of all beads: the n_k pairs found in a shell over those of an ideal gas.
 
     A shell of bin k holds the volume v_k between its two radii (4 pi r^3 / 3 in three
@@ -41,6 +42,12 @@ class RadialDistribution:
         Bin width in r_c.
     """
 
+    stands = frozenset(Change)
+    cannot = {
+        Change.ENDS: "compares with a fluid that is alike everywhere, which none is near a wall"
+    }
+    bins_of = "range"
+
     def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
         self.every = every
         self._system = system
@@ -50,8 +57,27 @@ class RadialDistribution:
         self.arrays = self.averages.arrays
         self._beads = scene.beads
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """A single bead, and distances at which one meets images."""
+        farthest, half = settings["range"], min(scene.box) / 2
+        if scene.beads < 2:
+            yield "", "'rdf' has nothing to measure: there is a single bead"
+        if farthest > half:
+            text = f"{farthest:g} is more than half the smallest edge; allowed: <= {half:g}"
+            yield "range", text
+        room = min(half, *room_for_images(scene))
+        if farthest > room:
+            yield (
+                "range",
+                f"{farthest:g} reaches further than images under shear allow; allowed: <= "
+                f"{room:.4g}",
+            )
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.queries.pairs import pair_histogram
+
         box, farthest = simulation.box, self._edges[-1]
         if farthest > min(box) / 2:
             raise UserError(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
-from dpd.observe.blocks import BlockSums
-from dpd.observe.layers import Layers
-from dpd.observe.thermal import ThermalMotion
+from dpd.observe.common.blocks import BlockSums
+from dpd.observe.common.layers import Layers
+from dpd.observe.common.thermal import ThermalMotion
+from dpd.page import Change, Observable, Refusals
 from dpd.scene.flow import profile_axis
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class StressProfile:
+class StressProfile(Observable, key="stress_profile"):
     """Pressure normal to an axis's slices, and tangential to them, slice by slice.
 
     The pressure tensor of conservative forces, (sum_i m_i c_i c_i + sum r_ij F_ij) / V, is divided
@@ -57,6 +57,9 @@ class StressProfile:
     cuts each line at each edge of a slice.
     """
 
+    stands = frozenset(Change) - {Change.SLIDES}
+    interval, bins_of = 0.4, "box"
+
     def __init__(
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
@@ -72,8 +75,16 @@ class StressProfile:
             # The edge along the axis, summed over the samples.
             self.arrays = self.arrays | {"length": np.zeros(1)}
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """An axis that the box lacks."""
+        profile_axis(scene, settings.get("axis"))
+        return iter(())
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
+
         system, state = replace(self._system, box=simulation.box), simulation.state
         slices = Slices(self._layers.axis, self._layers.count, *self._layers.bounds(simulation))
         sample = virial_in_slices(system, state, slices) + self._kinetic(simulation)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.queries.waves import density_waves
-from dpd.observe.blocks import BlockSums
-from dpd.scene.grids import wave_numbers
+from dpd.observe.common.blocks import BlockSums
+from dpd.page import Change, Observable, Refusals
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -17,8 +17,39 @@ if TYPE_CHECKING:
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
+MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
+MOST_SUMS = 10**11  # terms of a sample: minutes for each
 
-class StructureFactor:
+
+def wave_numbers(box: tuple[float, ...], most: float) -> np.ndarray:
+    """The wave vectors that a periodic box has up to a length, one of each pair q and -q.
+
+    Parameters
+    ----------
+    box : tuple of float
+        Edges L in r_c.
+    most : float
+        Largest |q| in 1 / r_c.
+
+    Returns
+    -------
+    (n, dimension) int64 array
+        Whole numbers m of q = 2 pi m / L; the last axis changes first.
+    """
+    reach = [_farthest(edge, most) for edge in box]
+    axes = [np.arange(-count, count + 1) for count in reach]
+    numbers = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
+    numbers = numbers[len(numbers) // 2 + 1 :]  # behind 0 stand the opposites of those before it
+    length = np.sqrt(((2 * np.pi * numbers / np.array(box)) ** 2).sum(axis=1))
+    return numbers[length <= most * (1 + 1e-12)]
+
+
+def _farthest(edge, most):
+    """The largest whole number along an axis."""
+    return int(most * edge / (2 * np.pi) * (1 + 1e-12))
+
+
+class StructureFactor(Observable, key="structure_factor"):
     """Partial structure factors S_ab(q) = Re <rho_a(q) rho_b(-q)> / sqrt(N_a N_b).
 
     Here rho_a(q) is the sum of exp(-i q r) over the N_a beads of species a (Ashcroft and Langreth,
@@ -40,6 +71,10 @@ class StructureFactor:
         Largest |q| in 1 / r_c.
     """
 
+    stands = frozenset(Change) - {Change.SLIDES, Change.ENDS}
+    cannot = {Change.STRETCHES: "belongs to the wave vectors of a box, and those change"}
+    interval = 2.0
+
     def __init__(self, scene: Scene, system: System, every: int, max: float) -> None:
         self.every = every
         self._system = system
@@ -54,8 +89,32 @@ class StructureFactor:
         )
         self.arrays = self.averages.arrays
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """Wave vectors that the box has not, or that are too many."""
+        most, longest = settings["max"], max(scene.box)
+        least = 2 * np.pi / longest
+        if most < least:
+            yield (
+                "max",
+                f"{most:g} is below the smallest wave number of the box, 2 pi / {longest:g}; "
+                f"allowed: >= {least:.4g}",
+            )
+        # Their number, before they are all written down.
+        around = math.prod(2 * _farthest(edge, most) + 1 for edge in scene.box) // 2
+        pairs = len(scene.species) * (len(scene.species) + 1) // 2
+        if around * pairs > MOST_WAVES or around * scene.beads > MOST_SUMS:
+            yield (
+                "max",
+                f"{most:g} makes up to {around:.3g} wave vectors for {scene.beads} beads; "
+                f"allowed: <= {min(MOST_WAVES // pairs, MOST_SUMS // scene.beads)} vectors. Take "
+                "a smaller max",
+            )
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.queries.waves import density_waves
+
         state = simulation.state
         position = state.by_identity(state.position)[:, self._order]
         waves = density_waves(position, self._system.box, self._begins, self._numbers)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.space import unfolded
 from dpd.observe.chains import unwrapped
+from dpd.page import Change, Observable, Refusals
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from dpd.observe import Variables
     from dpd.scene.scene import Scene
 
+MOST_NUMBERS = 10**8  # of all configurations: 0.8 gigabytes
 
-class Trace:
+
+class Trace(Observable, key="trace"):
     """Configurations of the first molecule, one after the other.
 
     Each is in one piece, and they go on where it leaves the box; the first begins in it.
@@ -28,6 +30,13 @@ class Trace:
     every : int
         Steps between samples.
     """
+
+    stands = frozenset(Change)
+    cannot = {
+        Change.SLIDES: "follows one molecule, which a flow carries off",
+        Change.STRETCHES: "cannot follow a molecule in a box that changes",
+    }
+    is_series = True
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
@@ -41,8 +50,23 @@ class Trace:
             "trace": np.full(shape, np.nan),
         }
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """Too many coordinates."""
+        every, beads = settings["every"], len(scene.molecules[0].beads)
+        numbers = scene.steps.sample // every * beads * scene.dimension
+        if numbers > MOST_NUMBERS:
+            least = -(-scene.steps.sample * beads * scene.dimension // MOST_NUMBERS)
+            yield (
+                "every",
+                f"{every} keeps {numbers:.3g} coordinates of the first molecule; allowed: <= "
+                f"{MOST_NUMBERS}, every >= {least}",
+            )
+
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""
+        from dpd.engine.space import unfolded
+
         state, arrays, box = simulation.state, self.arrays, self._system.box
         beads = state.by_identity(state.position)[:, None, : self._length]
         at, image = int(arrays["taken"][0]), state.image[:, 0]

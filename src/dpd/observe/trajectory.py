@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dpd.page import Change, Observable, Refusals
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class Trajectory:
+class Trajectory(Observable, key="trajectory"):
     """Positions, images and velocities of beads, appended to ``run.gsd`` in single precision.
 
     Position plus image times the vectors of the box goes on where a bead leaves the box, and has
@@ -36,6 +38,9 @@ class Trajectory:
     path : path or None
         Of the file; without one, nothing is written.
     """
+
+    stands = frozenset(Change)
+    is_series, suffix = True, ".gsd"
 
     def __init__(
         self, scene: Scene, system: System, every: int, species: Sequence[str] | None = None,
@@ -58,6 +63,14 @@ class Trajectory:
         self.file = None if path is None else TrajectoryFile(path)
         joined = len(scene.bonded), len(scene.angled)
         self.file_bytes = bytes_of(steps // every, self._written.sum(), *joined, velocities)
+
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """Species that there are not."""
+        for name in settings.get("species", ()):
+            if name not in scene.species:
+                allowed = ", ".join(scene.species)
+                yield "species", f"there are no beads {name!r}; allowed: {allowed}"
 
     def sample(self, simulation: Simulation) -> None:
         """Append a frame."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.observe.blocks import BlockSums
-from dpd.observe.layers import Layers
+from dpd.observe.common.blocks import BlockSums
+from dpd.observe.common.layers import Layers
+from dpd.page import Change, Observable, Refusals
 from dpd.scene.flow import momentum_axes, profile_axis
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class VelocityProfile:
+class VelocityProfile(Observable, key="velocity_profile"):
     """Mean velocity of the beads in layers across an axis, and their temperature about it.
 
     The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads
@@ -39,6 +40,9 @@ class VelocityProfile:
         Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
+    stands = frozenset(Change)
+    interval, bins_of = 0.2, "box"
+
     def __init__(
         self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
     ) -> None:
@@ -52,6 +56,12 @@ class VelocityProfile:
         shape = 3 + system.dimension, self._layers.count
         self.averages = BlockSums(shape, scene.steps.sample // every)
         self.arrays = self.averages.arrays
+
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """An axis that the box lacks."""
+        profile_axis(scene, settings.get("axis"))
+        return iter(())
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

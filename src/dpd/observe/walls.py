@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.external import DRAG, PUSH
+from dpd.page import Change, Observable, Refusals
 from dpd.scene.walls import AXES
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-class WallForces:
+class WallForces(Observable, key="walls"):
     """What beads do to each wall per area, over time.
 
     The mean of the conservative force is the pressure of the fluid normal to the wall. The mean of
@@ -31,6 +31,9 @@ class WallForces:
     """
 
     needs_forces = True
+
+    stands = frozenset(Change) - {Change.SLIDES}
+    interval, is_series = 0.16, True
 
     def __init__(self, scene: Scene, system: System, every: int) -> None:
         self.every = every
@@ -48,8 +51,16 @@ class WallForces:
             "friction": np.full((n, len(axes), d), np.nan),
         }
 
+    @classmethod
+    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+        """No walls."""
+        if "walls" not in scene.data:
+            yield "", "'walls' has nothing to measure: the scene has none; add 'walls'"
+
     def record(self, sums: Sums) -> None:
         """Take some samples."""
+        from dpd.engine.external import DRAG, PUSH
+
         first, on_beads = int(self.arrays["taken"][0]), sums.walls
         assert on_beads is not None  # the run measures forces for whoever needs them
         at = slice(first, first + len(sums.step))

@@ -14,7 +14,7 @@ that the last configuration lacks:
 - ``box``, at constant pressure;
 - ``step``;
 - as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene, with
-  the samples that it remembers for a longer run (`dpd.observe.longer`).
+  the samples that it remembers for a longer run (`dpd.observe.common.longer`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from dpd.engine.checkpoint import arrays_of, checksum_of, mistake_in, put_back
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.longer import MOST_REMEMBERED, bytes_to_remember, remember
+from dpd.observe.common.longer import MOST_REMEMBERED, bytes_to_remember, remember
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles, of_scene
 from dpd.particles.tilt import box_at

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from dpd.digest import ROOT
-from dpd.scene.beside import SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -87,7 +86,7 @@ class Results:
     def trajectory(self, paper: str, sweep: str, point: str) -> str:
         """The trajectory of a run whose scene asks for one, see `dpd.scene.beside`."""
         run = self.run(paper, sweep, point)
-        return run.removesuffix(".nc") + SUFFIXES["trajectory"]
+        return run.removesuffix(".nc") + ".gsd"
 
     def sweep(self, paper: str, sweep: str) -> str:
         """The runs of a sweep on its axes."""

@@ -133,7 +133,7 @@ def _temperature_of(stored, scene):
     if scene is None:
         return np.nan
     from dpd.engine.simulation import Snapshot  # the engine, which few looks need
-    from dpd.observe.thermal import ThermalMotion
+    from dpd.observe.common.thermal import ThermalMotion
     from dpd.start.make import system_of
 
     system, species = system_of(scene), stored.get("species")

@@ -20,7 +20,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
 from dpd.observe import observables
-from dpd.observe.longer import go_on_from
+from dpd.observe.common.longer import go_on_from
 from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
 from dpd.pipeline.run_warnings import warning_of
 from dpd.scene.beside import files_beside

@@ -5,17 +5,19 @@ themselves: a tiny system is set up, and no step of it is run.
 """
 
 import json
+from contextlib import suppress
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from dpd import files
 from dpd.analysis.collect import RECORDED, collect
-from dpd.observe import OBSERVABLES, observables
+from dpd.errors import UserError
+from dpd.observe import observables
+from dpd.page import Observable, names
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
-from dpd.scene.shear import IN_A_FLOW
 from dpd.stages import run_sources
 from dpd.start.make import system_of
 
@@ -29,14 +31,13 @@ FLUID = {
     "steps": {"equilibrate": 0, "sample": 1000},
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
-WALLED = FLUID | {"walls": {"axis": "z", "repulsion": 25}}
-# What some observables have more of, and under which key of a scene.
+WALLED = FLUID | {"walls": {"axis": "y", "repulsion": 25}}
+# Some observables have more in such scenes.
 MORE = (
-    ({"shear": {"rate": 0.1}}, "under shear", sorted(IN_A_FLOW)),
-    ({"walls": WALLED["walls"]}, "between walls", ["stress_profile"]),
-    ({"pressure": {"target": 1}}, "at constant pressure", ["thermo", "configuration"]),
+    ({"shear": {"rate": 0.1}}, "under shear"),
+    ({"walls": WALLED["walls"]}, "between walls"),
+    ({"pressure": {"target": 1}}, "at constant pressure"),
 )
-IN_A_PLANE = ("crossings",)  # observables of two dimensions
 VERDICT_COLUMNS = {
     "paper": "the paper",
     "figure": "the figure whose file measures the number",
@@ -70,7 +71,7 @@ def run_table() -> str:
     """Markdown: the variables of run.nc, observable by observable."""
     rows = [
         [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
-        for observable in OBSERVABLES
+        for observable in names(Observable)
         for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
     ]
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
@@ -93,16 +94,19 @@ def verdict_table() -> str:
 
 
 def _scene(observable, more=(), **settings):
-    """A scene that an observable can look at."""
-    base = PLANE if observable in IN_A_PLANE else WALLED if observable == "walls" else FLUID
-    return Scene(base | dict(more) | {"observe": [{observable: settings}]}, "example")
+    """The first of some scenes that an observable can look at."""
+    asked = dict(more) | {"observe": [{observable: settings}]}
+    for base in (FLUID, PLANE):
+        with suppress(UserError):
+            return Scene(base | asked, "example")
+    return Scene(WALLED | asked, "example")
 
 
 def _all_variables(observable):
     """Variables of an observable, with those that it has in some scenes alone."""
     found = _variables(_scene(observable))
-    for key, where, observables_with_more in MORE:
-        if observable in observables_with_more:
+    for key, where in MORE:
+        with suppress(UserError):  # it cannot look at such a scene
             for name, variable in _variables(_scene(observable, key)).items():
                 dimensions, array, units, meaning = variable
                 found.setdefault(name, (dimensions, array, units, f"{meaning}, {where}"))

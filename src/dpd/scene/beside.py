@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dpd.page import Observable, find
+
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
-
-SUFFIXES = {"trajectory": ".gsd"}  # of the files of observables
 
 
 def files_beside(scene: Scene, path: str | Path) -> dict[str, Path]:
@@ -25,11 +25,8 @@ def files_beside(scene: Scene, path: str | Path) -> dict[str, Path]:
     dict of str to Path
         By the name of the observable.
     """
-    return {
-        name: Path(path).with_suffix(suffix)
-        for name, suffix in SUFFIXES.items()
-        if name in scene.observe
-    }
+    suffixes = {name: find(Observable, name).suffix for name in scene.observe}
+    return {name: Path(path).with_suffix(suffix) for name, suffix in suffixes.items() if suffix}
 
 
 def unfinished(path: Path) -> Path:

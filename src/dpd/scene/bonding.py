@@ -126,12 +126,6 @@ def check_bonding(scene: Scene, refuse: Callable[[str, str], None]) -> None:
         if is_table(scene.data["angle"]):
             triples = _all_names(scene, lambda kind: kind.triples)
             _check_table(scene, "angle", triples, refuse)
-    for name in ("bonds", "bond_lengths", "crossings", "passes", "end_to_end", "end_points"):
-        if not chains and name in scene.observe:
-            refuse("observe", f"{name!r} has nothing to measure: every molecule is a single bead")
-    linear = any(len(kind.beads) > 1 and kind.is_linear for kind in scene.molecules)
-    if chains and not linear and "end_to_end" in scene.observe:
-        refuse("observe", "'end_to_end' has nothing to measure: no molecule is linear")
 
 
 def _all_names(scene, places):

@@ -138,9 +138,6 @@ def check_flow(scene: Scene, refuse: Callable[[str, str], object]) -> None:
     refuse : callable
         Called with a key and a problem; raises.
     """
-    for name in ("profile", "velocity_profile", "stress_profile"):
-        if name in scene.observe:
-            profile_axis(scene, scene.observe[name].get("axis"))
     body, walls = body_force_of(scene), walls_of(scene)
     if body is None:
         return
@@ -156,8 +153,6 @@ def check_flow(scene: Scene, refuse: Callable[[str, str], object]) -> None:
             f"there are walls along {AXES[body.opposite]}, between which one flow is enough; "
             "remove the key, or name an axis without walls",
         )
-    if "configurational" in scene.observe:
-        refuse("observe", "'configurational' holds in equilibrium, not with a body force")
     if not _is_braked(scene, body, walls):
         refuse(
             "body_force",

@@ -10,7 +10,6 @@ from dpd.errors import UserError
 from dpd.scene.architecture import length_of
 from dpd.scene.bonding import is_table, laws_of
 from dpd.scene.flow import check_flow
-from dpd.scene.grids import check_grids
 from dpd.scene.shear import check_shear, room_for_images
 from dpd.scene.start import OF_FILE, reads_file, start_forces
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
@@ -23,17 +22,6 @@ MOST_BEADS = 10**8  # 31 GB of state
 MOST_STEPS = 10**12
 MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
-MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
-MOST_NUMBERS = 10**8  # of configurations in a row: 0.8 gigabytes
-MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
-MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
-# With the name of what their bins divide.
-HISTOGRAMS = (
-    ("rdf", "range"), ("profile", "box"), ("velocity_profile", "box"), ("stress_profile", "box"),
-    ("bond_lengths", "range"), ("end_points", "range"),
-)  # fmt: skip
-# Observables that keep every sample.
-SERIES = ("thermo", "walls", "mixing", "diffusion", "crossings", "passes", "trace", "trajectory")
 
 
 def check_beads(data: dict[str, Any], where: str) -> None:
@@ -93,8 +81,6 @@ def check_limits(scene: Scene) -> None:
     if len(scene.species) > MOST_SPECIES:
         refuse("molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}")
     _check_length(scene, refuse)
-    _check_observe(scene, refuse)
-    check_grids(scene, refuse)
     _check_start_file(scene, refuse)
     _check_start_forces(scene, refuse)
     check_shear(scene, refuse)
@@ -113,63 +99,6 @@ def _check_length(scene, refuse):
             f"{steps:.3g} steps, {work:.3g} bead-steps; allowed: <= {MOST_STEPS:.0e} steps and "
             f"<= {MOST_WORK:.0e} bead-steps, about two years on one core",
         )
-
-
-def _check_observe(scene, refuse):
-    """Names that stand twice, series and histograms that are too long, bins that are too wide."""
-    names = [item if isinstance(item, str) else next(iter(item)) for item in scene.data["observe"]]
-    for name in names:
-        if names.count(name) > 1:
-            refuse("observe", f"{name!r} is there {names.count(name)} times; keep one")
-    if "rdf" in scene.observe and scene.beads < 2:
-        refuse("observe", "'rdf' has nothing to measure: there is a single bead")
-    for name in SERIES:
-        if name not in scene.observe:
-            continue
-        steps = scene.watched(name)
-        samples = steps // scene.observe[name]["every"]
-        if samples > MOST_SAMPLES:
-            refuse(
-                f"observe.{name}.every",
-                f"{scene.observe[name]['every']} makes {samples} samples; allowed: <= "
-                f"{MOST_SAMPLES}, every >= {-(-steps // MOST_SAMPLES)}",
-            )
-    for name in scene.observe.get("trajectory", {}).get("species", ()):
-        if name not in scene.species:
-            refuse(
-                "observe.trajectory.species",
-                f"there are no beads {name!r}; allowed: {', '.join(scene.species)}",
-            )
-    for name, what in HISTOGRAMS:
-        if name not in scene.observe:
-            continue
-        bin, end = scene.observe[name]["bin"], scene.observe[name].get("range", max(scene.box))
-        if bin > end:
-            refuse(f"observe.{name}.bin", f"{bin:g} is more than the {what}; allowed: <= {end:g}")
-        if end / bin > MOST_BINS:
-            refuse(
-                f"observe.{name}.bin",
-                f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= "
-                f"{end / MOST_BINS:g}",
-            )
-    if "end_points" in scene.observe:
-        pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
-        if pairs > MOST_PAIRS:
-            refuse(
-                "observe",
-                f"'end_points' would look at {pairs:.3g} pairs of ends of branched molecules; "
-                f"allowed: <= {MOST_PAIRS}",
-            )
-    if "trace" in scene.observe:
-        every, beads = scene.observe["trace"]["every"], len(scene.molecules[0].beads)
-        numbers = scene.steps.sample // every * beads * scene.dimension
-        if numbers > MOST_NUMBERS:
-            least = -(-scene.steps.sample * beads * scene.dimension // MOST_NUMBERS)
-            refuse(
-                "observe.trace.every",
-                f"{every} keeps {numbers:.3g} coordinates of the first molecule; allowed: <= "
-                f"{MOST_NUMBERS}, every >= {least}",
-            )
 
 
 def _check_start_file(scene, refuse):

@@ -18,11 +18,6 @@ MOST_TIMES = 10  # by which the volume may grow, as dpd.engine.barostat has it
 # Excess pressure over a rho^2 of beads that do not see each other, g(r) = 1: the integral of
 # r F(r) over the soft repulsion. In three dimensions Groot and Warren (1997) measured 0.101.
 MEAN_FIELD = {2: math.pi / 24, 3: math.pi / 30}
-# Observables that a box which changes does not allow, and why.
-FIXED_BOX_OBSERVED = {
-    "trace": "cannot follow a molecule in a box that changes",
-    "structure_factor": "belongs to the wave vectors of a box, and those change",
-}
 FIXED_BOX = ("walls", "shear", "body_force")  # keys of scenes whose box cannot be stretched
 
 
@@ -51,11 +46,6 @@ def with_pressure(scene: Scene) -> dict[str, Any]:
         _check_every(scene, filled, dt)
     _check_axes(scene, filled)
     _check_target(scene, filled)
-    for name, why in FIXED_BOX_OBSERVED.items():
-        if name in scene.observe:
-            raise UserError(
-                f"{scene.where}: observe: {name!r} {why}; take it out, or remove the key 'pressure'"
-            )
     for key in FIXED_BOX:
         if key in scene.data:
             _refuse(scene, "", f"cannot be held in a scene with {key!r}; remove one of the two")

@@ -11,6 +11,7 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError
+from dpd.page import Change, Observable, find, refusals
 from dpd.physics.schemes import WITHOUT_EXCHANGE, scheme_named
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
@@ -19,7 +20,6 @@ from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, check_limits
 from dpd.scene.molecules import MissedDensity, Molecule
-from dpd.scene.observed import observed
 from dpd.scene.pressure import with_pressure
 from dpd.scene.schema import read_yaml, schema, validate, with_defaults
 from dpd.scene.start import reads_file, with_file
@@ -33,6 +33,12 @@ TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 # Share by which whole molecules may miss the density that is asked for: 1 % changes the pressure,
 # which goes with the square of the density, by 2 %. Less is noted, rounding is not.
 MOST_MISSED, NOTED_MISSED = 0.01, 1e-4
+
+# What sections of a scene do to the world.
+MADE = {
+    "shear": Change.SLIDES, "pressure": Change.STRETCHES, "walls": Change.ENDS,
+    "body_force": Change.FLOWS, "core": Change.JUMPS,
+}  # fmt: skip
 
 
 class Steps(NamedTuple):
@@ -280,7 +286,16 @@ class Scene:
     @cached_property
     def observe(self) -> dict[str, dict[str, Any]]:
         """Settings of each observable by name, with ``every`` filled in."""
-        return observed(self.data, self.steps.sample)
+        rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
+        dt, sample, chosen = self.data["integrator"]["dt"], self.steps.sample, {}
+        for item in self.data["observe"]:
+            name, given = (item, {}) if isinstance(item, str) else next(iter(item.items()))
+            settings = with_defaults(given, rules[name])
+            if "every" not in settings:
+                every = find(Observable, name).steps_between(settings, dt, sample)
+                settings["every"] = max(1, min(every, sample))
+            chosen[name] = settings
+        return chosen
 
     def _fail(self, key, problem):
         raise UserError(f"{self.where}: {key}: {problem}")
@@ -294,18 +309,6 @@ class Scene:
         self._check_thermostat()
         if self.steps.sample < 1:
             self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
-        for name, settings in self.observe.items():
-            if settings["every"] > self.watched(name):
-                self._fail(
-                    f"observe.{name}.every",
-                    f"{settings['every']} steps is longer than the run; allowed: 1 to "
-                    f"{self.watched(name)}",
-                )
-        for name, dimension in (("crossings", 2), ("passes", 3)):
-            if name in self.observe and self.dimension != dimension:
-                self._fail("observe", f"{name!r} are counted in {dimension} dimensions only")
-        if "configurational" in self.observe and self.data.get("core", {}).get("radius"):
-            self._fail("observe", "'configurational' needs a force without the jump of a core")
         if self.data["start"]["method"] == "polymerize":
             if self.dimension != 2:
                 self._fail("start.method", "'polymerize' grows chains in two dimensions only")
@@ -315,14 +318,21 @@ class Scene:
             if branched:
                 text = self.data["molecules"][self.molecules.index(branched[0])]["architecture"]
                 self._fail("start.method", f"'polymerize' grows chains; {text!r} has branches")
-        half = min(self.box) / 2
-        if "rdf" in self.observe and self.observe["rdf"]["range"] > half:
-            self._fail(
-                "observe.rdf.range",
-                f"{self.observe['rdf']['range']:g} is more than half the smallest edge; "
-                f"allowed: <= {half:g}",
-            )
         check_limits(self)
+        self._check_observe()
+
+    def _check_observe(self):
+        asked = self.data["observe"]
+        names = [each if isinstance(each, str) else next(iter(each)) for each in asked]
+        for name in names:
+            if names.count(name) > 1:
+                self._fail("observe", f"{name!r} is there {names.count(name)} times; keep one")
+        made = {change: key for key, change in MADE.items() if key in self.data}
+        if not self.data.get("core", {}).get("radius"):
+            made.pop(Change.JUMPS, None)
+        for name in names:
+            for key, problem in refusals(find(Observable, name), self, made):
+                self._fail(f"observe.{name}.{key}" if key else "observe", problem)
 
     def _check_box(self):
         if len(self.box) != self.dimension:

@@ -17,18 +17,6 @@ if TYPE_CHECKING:
 
 AXES = "xyz"
 CUTOFF = 1.0
-# Observables that know of images that slide, and of velocities about a flow.
-IN_A_FLOW = {
-    "thermo", "rdf", "profile", "velocity_profile", "bonds", "bond_lengths", "chains",
-    "displacement", "diffusion", "end_to_end", "end_points", "crossings", "configuration",
-    "trajectory",
-}  # fmt: skip
-# Why others do not.
-NOT_IN_A_FLOW = {
-    "configurational": "is a temperature in equilibrium only",
-    "passes": "takes beads to move in straight lines, and a flow carries them past each other",
-    "trace": "follows one molecule, which a flow carries off",
-}
 # Keys of a scene that do not go together with shear, and why.
 NOT_BESIDE = {
     "walls": "walls stand still, and the fluid would flow through or past them",
@@ -74,18 +62,6 @@ def check_shear(scene: Scene, refuse: Refuse) -> None:
     _check_axes(scene, refuse)
     _check_beside(scene, refuse)
     _check_box(scene, refuse)
-    for name in scene.observe:
-        if name not in IN_A_FLOW:
-            why = NOT_IN_A_FLOW.get(name, "takes the images of the box to stay where they are")
-            refuse("observe", f"{name!r} {why}; not allowed with 'shear'")
-    flow, _ = axes_of_shear(scene)
-    room = min(room_for_images(scene)[flow], min(scene.box) / 2)
-    if "rdf" in scene.observe and scene.observe["rdf"]["range"] > room:
-        refuse(
-            "observe.rdf.range",
-            f"{scene.observe['rdf']['range']:g} reaches further than images under shear allow; "
-            f"allowed: <= {room:.4g}",
-        )
 
 
 def _check_axes(scene, refuse):

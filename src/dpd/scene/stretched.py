@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 # Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
-# bead than to its own. It may so in this share of all bonds and steps; see dpd.observe.stretch.
+# bead than to its own. It may so in this share of all bonds and steps, see
+# dpd.observe.common.stretch.
 STRETCHED = 0.48
 MOST_STRETCHED = 1e-4
 
@@ -20,7 +21,7 @@ def stretched_share(bond: dict[str, Any], kT: float, box: Sequence[float]) -> fl
 
     From their Boltzmann weight r^(d-1) exp(-C (r - length)^2 / (2 kT)), in any direction, without
     other forces: where beads repel each other bonds are a little longer, which a run looks after
-    itself (`dpd.observe.stretch`).
+    itself (`dpd.observe.common.stretch`).
 
     Parameters
     ----------

@@ -158,8 +158,6 @@ def check_walls(scene: Scene, refuse: Callable[[str, str], object]) -> None:
     """
     walls = walls_of(scene)
     if walls is None:
-        if "walls" in scene.observe:
-            refuse("observe", "'walls' has nothing to measure: the scene has none; add 'walls'")
         return
     for axis in walls.axes:
         if scene.box[axis] < 2 * RANGE:
@@ -176,18 +174,6 @@ def check_walls(scene: Scene, refuse: Callable[[str, str], object]) -> None:
             "take gw-vv or dpd-vv, or walls without gamma",
         )
     _check_velocity(scene, walls, refuse)
-    if "rdf" in scene.observe:
-        refuse(
-            "observe",
-            "'rdf' compares with a fluid that is alike everywhere, which none is near a wall; "
-            "take 'profile', or remove the walls",
-        )
-    if "structure_factor" in scene.observe:
-        refuse(
-            "observe",
-            "'structure_factor' takes the fluid to repeat along every axis; take 'density_field', "
-            "or remove the walls",
-        )
 
 
 def _check_velocity(scene, walls, refuse):

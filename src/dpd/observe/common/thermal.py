@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.layers import Layers
+from dpd.observe.common.layers import Layers
 from dpd.scene.flow import momentum_axes
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.space import along_axes, nearest
 from dpd.errors import LostRun
 from dpd.scene.stretched import MOST_STRETCHED, STRETCHED
 
@@ -78,5 +77,7 @@ def stretched(position: np.ndarray, members: np.ndarray, box: tuple[float, ...])
     box : tuple
         Of images that slide, the axes of their lattice count.
     """
+    from dpd.engine.space import along_axes, nearest
+
     apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
     return int((np.abs(along_axes(apart, box)) > STRETCHED * np.array(box)[:, None]).sum())

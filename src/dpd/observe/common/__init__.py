@@ -1,0 +1,1 @@
+"""What several observables share: layers, averages in blocks, correlations, thermal motion."""
