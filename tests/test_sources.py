@@ -133,8 +133,11 @@ print(json.dumps([module.__file__ for module in modules]))
 """
 
 
-# Readers and writers of formats import libraries that most processes do without.
-LATE = {str(path) for path in (PACKAGE / "particles").glob("*.py")}
+# Readers and writers of formats import libraries that most processes do without, and kernels of
+# observables come with their first sample.
+LATE = {
+    str(path) for room in ("particles", "engine/queries") for path in (PACKAGE / room).glob("*.py")
+}
 
 
 @pytest.mark.few(1)

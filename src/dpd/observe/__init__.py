@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dpd.observe.common.stretch import Stretch
 from dpd.page import Observable, find
 from dpd.scene.beside import files_beside
 
@@ -54,7 +55,5 @@ def observables(scene: Scene, system: System, path: str | Path | None = None) ->
         asked.append(find(Observable, name)(scene, system, **settings, **own))
     if system.bond is None:
         return asked
-    from dpd.observe.common.stretch import Stretch
-
     # A checker does not know that a system with a law of bonds has bonds.
     return [*asked, Stretch(scene, system)]  # type: ignore[arg-type, list-item]
