@@ -83,6 +83,11 @@ def test_what_a_page_refuses_does_not_count(tmp_path):
         path.write_text(PAGE.replace(old, new) if old else PAGE)
         found.add(source_of(path).digest)
     assert len(found) == 1
+    for number in (2, 3):  # such names elsewhere are code as any other
+        path = tmp_path / f"cannot {number}.py"
+        path.write_text(f"def half():\n    cannot = {number}\n    return cannot\n")
+        found.add(source_of(path).digest)
+    assert len(found) == 3
 
 
 def test_data_files_and_files_that_are_no_python(tmp_path):

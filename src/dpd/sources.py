@@ -265,11 +265,13 @@ def _read(tree):
             fields.pop(HINTS.get(type(node)), None)
             if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
                 fields["body"] = node.body[1:]
+            if isinstance(node, ast.ClassDef):
+                fields["body"] = [item for item in fields["body"] if not _only_refuses(item)]
             waiting += fields.values()
             if isinstance(node, IMPORTS):
                 imports.append(node)
         elif isinstance(node, list):
-            counting = [item for item in node if not (_serves_hints(item) or _only_refuses(item))]
+            counting = [item for item in node if not _serves_hints(item)]
             parts.append(len(counting))
             waiting += counting
         else:
@@ -285,7 +287,7 @@ def _serves_hints(node):
 
 
 def _only_refuses(node):
-    """Whether a node says what a page cannot measure: no number hangs on that."""
+    """Whether a node of a class says what a page cannot measure: no number hangs on that."""
     if isinstance(node, ast.FunctionDef):
         return node.name == "refuses"
     return isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in SAYS_WHAT_NOT
