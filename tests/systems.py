@@ -9,8 +9,8 @@ from dpd.engine.state import State, System
 from dpd.jit import COMPILES
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
-from dpd.physics.schemes import scheme_named
-from dpd.physics.soft import Soft
+from dpd.physics.integrator import scheme_named
+from dpd.physics.repulsion import Soft
 
 BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
 BOX_2D = (5.1, 2.2)  # the rows of cells run along the last axis
@@ -41,7 +41,7 @@ def make_system(box, scheme="gw-vv", prediction=0.5, *, bonds=None, core=None, *
     ----------
     box : tuple
     scheme, prediction
-        See `dpd.physics.schemes.scheme_named`.
+        See `dpd.physics.integrator.scheme_named`.
     bonds : (members, stiffness, length) or None
     core : (diameter, push, width) or None
     """

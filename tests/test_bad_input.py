@@ -7,8 +7,10 @@ import time
 import pytest
 
 from dpd.errors import UserError
+from dpd.page import Observable, Term, find, names
 from dpd.scene.scene import Scene
-from dpd.scene.schema import read_yaml, schema
+from dpd.scene.sections import Basics
+from dpd.scene.yaml import read_yaml
 
 FLUID = {
     "dimension": 3,
@@ -27,67 +29,40 @@ def _own_cache(tmp_path, monkeypatch):
 
 
 def refusal(make, *arguments):
-    """The one sentence of what must be refused, within seconds."""
+    """The sentences of what must be refused, within seconds."""
     begun = time.process_time()
     with pytest.raises(UserError) as caught:
         make(*arguments)
     assert time.process_time() - begun < 3.0
     message = str(caught.value)
-    assert "\n" not in message and len(message) < 800, message
+    assert all(len(line) < 800 for line in message.splitlines()), message
     return message
-
-
-def bomb(levels):
-    """A text in which aliases stand for 9^levels values."""
-    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
-    for level in range(1, levels):
-        lines.append(f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]")
-    return "\n".join(lines)
 
 
 # A text, and what the message has to name.
 TEXTS = [
     ("seed: 1\nbox: 4\nseed: 2", ["line 3", "seed", "twice", "line 1"]),
-    ("steps: {sample: 5, sample: 6}", ["steps.sample", "twice"]),
-    ("repulsion:\n  2: 1\n  2.0: 3", ["line 3", "repulsion.2.0", "twice"]),
-    ("x: &x {a: 1}\ny: {<<: *x, <<: *x}", ["line 2", "y.<<", "twice"]),
-    ("box: 010", ["line 1", "box", "010", "8", "leave out the leading 0"]),
-    ("dt: 1:30", ["dt", "1:30", "base 60"]),
-    ("dt: 1:30.5", ["dt", "1:30.5", "base 60"]),
-    ("architecture: No", ["architecture", "No", "false", "'No' in quotes"]),
-    ("on: 1", ["on", "true", "'on' in quotes"]),
-    ("- yes", ["0", "yes", "true"]),
-    ("day: 2001-01-01", ["day", "timestamp", "'2001-01-01' in quotes"]),
-    ("a: !!python/object:os.system x", ["a", "nothing here is"]),
-    ("a: !thing {b: 1}", ["a", "!thing"]),
+    ("steps: {sample: 5, sample: 6}", ["sample", "twice"]),
+    ("repulsion:\n  2: 1\n  2.0: 3", ["line 3", "2.0", "twice"]),
+    ("a: !!python/object:os.system x", ["not YAML", "python/object"]),
+    ("a: !thing {b: 1}", ["not YAML", "!thing"]),
     ("a: !!int x", ["not YAML"]),
     ("a: !!int ''", ["not YAML"]),
     ("a: !!bool maybe", ["not YAML"]),
-    ("a: !!float '" + "9:" * 300 + "9'", ["not YAML"]),
-    ("? !!map x\n: 1", ["not YAML"]),
-    ("a: !!set {" + "b" * 5000 + "}", ["a", "a set"]),
-    ("b" * 900 + ": 010", ["bbb...", "leave out the leading 0"]),
-    ("a: &a [1, *a]", ["line 1", "a.1", "alias inside"]),
-    ("a: &a {b: {c: *a}}", ["a.b.c", "alias inside"]),
-    (bomb(9), ["more than 200000 values"]),
-    ("[" * 100_000, ["nested more than 64 levels"]),
-    ("- " * 100_000, ["nested more than 64 levels"]),
-    ("{a: " * 100_000, ["nested more than 64 levels"]),
-    ("a: " + "9" * 5000, ["a", "5000 digits"]),
+    ("a: " + "9" * 5000, ["not YAML"]),
     ("? [1, 2]\n: 3", ["a key that is a list"]),
     ("[1, 2]", ["expected keys and values", "list"]),
     ("just text", ["expected keys and values", "str"]),
     ("", ["empty"]),
     ("a: [1, 2", ["not YAML", "line 2"]),
-    ("a: 1\n---\nb: 2", ["not YAML", "single document"]),
+    ("a: 1\n---\nb: 2", ["not YAML"]),
     ("a: \x07", ["not YAML"]),
-    ("a: [" + "1, " * 300_000 + "1]", ["more than 200000"]),
     ("#" * 2**21, ["too many", "1048576"]),
 ]
 
 
 @pytest.mark.parametrize(("text", "named"), TEXTS, ids=lambda part: str(part)[:30])
-def test_texts_that_are_not_what_they_look_like(tmp_path, text, named):
+def test_texts_that_are_no_yaml(tmp_path, text, named):
     """Refused with file and, where it is known, line and key."""
     path = tmp_path / "my.yaml"
     path.write_text(text)
@@ -98,15 +73,19 @@ def test_texts_that_are_not_what_they_look_like(tmp_path, text, named):
 
 
 def test_texts_that_are_plain(tmp_path):
-    """Merge keys, aliases, quotes and plain words stay allowed."""
+    """Merge keys and aliases; numbers and words are what they look like, as in YAML 1.2."""
     path = tmp_path / "my.yaml"
     path.write_text(
-        "a: &a {x: 1, y: 0.5}\nb: {<<: *a, y: 2}\nc: 'no'\nd: [true, null, 0, -3, 0x10, 1_000]\n"
+        "a: &a {x: 1, y: 0.5}\nb: {<<: *a, y: 2}\nc: [no, On, 1:30, 2001-01-01, 1_000, '2']\n"
+        "d: [true, null, ~, 0, -3, 010, 1e5, -2E-3, .5, 6.]\n"
     )
-    assert read_yaml(path) == {
-        "a": {"x": 1, "y": 0.5}, "b": {"x": 1, "y": 2}, "c": "no",
-        "d": [True, None, 0, -3, 16, 1000],
+    data = read_yaml(path)
+    assert data == {
+        "a": {"x": 1, "y": 0.5}, "b": {"x": 1, "y": 2},
+        "c": ["no", "On", "1:30", "2001-01-01", "1_000", "2"],
+        "d": [True, None, None, 0, -3, 10, 1e5, -2e-3, 0.5, 6.0],
     }  # fmt: skip
+    assert [type(each) for each in data["d"][3:7]] == [int, int, int, float]
 
 
 def test_files_that_cannot_be_read(tmp_path):
@@ -125,16 +104,16 @@ SCENES = [
     ({"dimension": "3"}, ["dimension", "'3' is text", "write 3 without quotes"]),
     ({"dimension": 3.0}, ["dimension", "3.0", "write 3"]),
     ({"dimension": True}, ["dimension", "True"]),
-    ({"box": "2e1"}, ["box", "'2e1' is text", "write 20.0", "a point"]),
+    ({"box": "2e1"}, ["box", "'2e1' is text", "write 20"]),
     ({"box": "4"}, ["box", "'4' is text", "write 4"]),
     ({"box": None}, ["box", "nothing after the colon"]),
     ({"steps": {"sample": 10.0}}, ["steps.sample", "10.0", "write 10"]),
     ({"steps": {"sample": "1e3"}}, ["steps.sample", "'1e3' is text", "write 1000 without"]),
     ({"steps": {"sample": "3.0"}}, ["steps.sample", "'3.0' is text", "write 3 without"]),
-    ({"steps": {"sample": "2.5"}}, ["steps.sample: '2.5' is not of type integer"]),
-    ({"integrator": {"scheme": "gw-vv", "dt": "nan"}}, ["dt: 'nan' is not of type number"]),
-    ({"box": "1e999"}, ["box: '1e999' is not allowed", "number > 0"]),
-    ({"steps": {"sample": 1e30}}, ["steps.sample: 1e+30 is out of range"]),
+    ({"steps": {"sample": "2.5"}}, ["steps.sample: '2.5' is not a whole number"]),
+    ({"integrator": {"scheme": "gw-vv", "dt": "nan"}}, ["dt: 'nan' is not a number"]),
+    ({"box": "1e999"}, ["box: '1e999' is not a number"]),
+    ({"steps": {"sample": 1e30}}, ["steps.sample: 1e+30 is"]),
     ({"steps": {"sample": 10**30}}, ["steps.sample", "out of range"]),
     ({"steps": {"sample": 10**13}}, ["steps.sample", "<= 1000000000000"]),
     ({"steps": {"sample": 10**12}, "box": 40}, ["bead-steps", "two years"]),
@@ -145,13 +124,13 @@ SCENES = [
     ({"integrator": {"scheme": "gw-vv", "dt": 100}}, ["integrator.dt", "100", "<= 10"]),
     ({"thermostat": {"kT": 5e-324}}, ["thermostat.kT", ">= 1e-06"]),
     ({"thermostat": {"gamma": True}}, ["thermostat.gamma", "True", "not a number"]),
-    ({"observe": [{"rdf": {"bin": 1000, "range": 2}}]}, ["observe.0.rdf.bin", "1000", "<= 1"]),
-    ({"observe": [{"rdf": {"bin": 1e-12, "range": 2}}]}, ["observe.0.rdf.bin", ">= 0.0001"]),
+    ({"observe": [{"rdf": {"bin": 1000, "range": 2}}]}, ["observe.rdf.bin", "1000", "<= 1"]),
+    ({"observe": [{"rdf": {"bin": 1e-12, "range": 2}}]}, ["observe.rdf.bin", ">= 0.0001"]),
     ({"observe": [{"rdf": {"bin": 0.5, "range": 0.1}}]}, ["observe.rdf.bin", "range", "<= 0.1"]),
     ({"observe": ["rdf"], "molecules": [{"architecture": "A", "count": 1}], "box": 6},
      ["observe: 'rdf'", "a single bead"]),
     ({"observe": [{"profile": {"bin": 1000}}]}, ["observe.profile.bin", "1000", "<= 4"]),
-    ({"observe": [{"profile": {"bin": 1e-12}}]}, ["observe.0.profile.bin", ">= 0.001"]),
+    ({"observe": [{"profile": {"bin": 1e-12}}]}, ["observe.profile.bin", ">= 0.001"]),
     ({"observe": [{"profile": {"bin": 0.001}}], "box": [2, 2, 10_000]},
      ["observe.profile.bin", "1e+07 bins", "bin >= 0.01"]),
     (CHAINS | {"observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8},
@@ -159,11 +138,11 @@ SCENES = [
      ["observe.trace.every", "1.8e+08 coordinates", "every >= 36"]),
     ({"start": {"relax": {"steps": 10**9, "dt": 0.01}}, "box": 100},
      ["steps and duration", "3e+15 bead-steps"]),
-    ({"observe": ["thermo", {"thermo": {"every": 2}}]}, ["observe", "'thermo'", "2 times"]),
+    ({"observe": ["thermo", {"thermo": {"every": 2}}]}, ["observe", "'thermo'", "more than once"]),
     ({"observe": [{"thermo": {"every": 1}}], "steps": {"sample": 10**9}},
      ["observe.thermo.every", "10000000", "every >= 100"]),
-    ({"observe": [{"thermo": None}]}, ["observe.0", "thermo", "nothing after the colon"]),
-    ({"start": 5}, ["start", "5", "object"]),
+    ({"observe": [{"thermo": None}]}, ["observe.thermo", "nothing after the colon"]),
+    ({"start": 5}, ["start", "5", "keys and values"]),
     ({"start": {"forces": {"gamma": 9}}}, ["start.forces", "no effect", "relax"]),
     ({"start": {"forces": {"core": {"radius": 0.1}}, "relax": {"steps": 9, "dt": 0.01}}},
      ["start.forces.core", "'force' is missing"]),
@@ -184,7 +163,7 @@ SCENES = [
      ["architecture", "repeats are not allowed", "<= 1000000"]),
     ({"molecules": [{"architecture": "A", "count": "7"}]}, ["count", "write 7 without quotes"]),
     ({"molecules": [{"architecture": "A", "count": 10**9}]}, ["count", "<= 100000000"]),
-    ({"repulsion": {1: 25}}, ["repulsion", "1", '"A B"']),
+    ({"repulsion": {1: 25}}, ["repulsion", "1"]),
     ({"repulsion": {"A A": "25"}}, ["repulsion.A A", "write 25"]),
     ({"repulsion": {"A A": None}}, ["repulsion.A A", "nothing after the colon"]),
     ({"repulsion": {"A A": "many " * 1000}}, ["repulsion.A A", "..."]),
@@ -312,20 +291,21 @@ def key_of(place):
 
 def test_the_whole_scenes_have_every_key():
     """So that a key that comes in is tried out too."""
-    rules, keys, observed = schema("scene")["properties"], {}, set()
+    keys, observed = {}, set()
     for whole in WHOLES:
         Scene(whole)
         keys |= whole
         observed |= {
             item if isinstance(item, str) else next(iter(item)) for item in whole["observe"]
         }
-    assert set(keys) == set(rules)
+    assert set(keys) == {*Basics.model_fields, *names(Term)}
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
-    for name in ("start", "thermostat", "integrator", "pairs", "core", "bond", "angle", "walls",
-                 "body_force", "shear", "pressure"):  # fmt: skip
-        assert set(rules[name]["properties"]) - set(keys[name]) <= not_here, name
-    observables = rules["observe"]["items"]["oneOf"][0]["enum"]
-    assert set(observables) - observed == {
+    sections = {name: find(Term, name) for name in names(Term) if not find(Term, name).bare}
+    sections |= {name: Basics.model_fields[name].annotation for name in ("start", "pairs")}
+    for name, section in sections.items():
+        fields = {field.alias or key for key, field in section.model_fields.items()}
+        assert fields - set(keys[name]) <= not_here, name
+    assert set(names(Observable)) - observed == {
         "crossings",  # in two dimensions
         "configurational",  # without a core
         "pair_energies",  # without a core
@@ -349,8 +329,8 @@ def test_any_value_at_any_key(whole, place):
             scene = Scene(with_value(whole, place, value), "my.yaml")
         except UserError as problem:
             message = str(problem)
-            assert message.startswith("my.yaml: ") and "\n" not in message, message
-            assert len(message) < 800
+            lines = message.splitlines()
+            assert all(line.startswith("my.yaml: ") and len(line) < 800 for line in lines), message
             named = {str(part) for part in place} | {place[0]}
             if place[-1] == "architecture":  # of a species that tables then have not
                 named.add("no molecule has the species")

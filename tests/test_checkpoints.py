@@ -19,7 +19,6 @@ from dpd.observe import observables
 from dpd.pipeline.study import read_paper
 from dpd.pipeline.there import refuse_to_lose
 from dpd.scene.scene import Scene
-from dpd.scene.schema import MOST_MARKS, validate
 from dpd.start.make import make_start, system_of
 
 SCENE = {
@@ -341,23 +340,6 @@ def test_kernels_that_others_could_have_written_are_not_run(tmp_path, monkeypatc
         with pytest.warns(UserWarning, match="another user can write there"):
             assert not trusts(tmp_path / "kernels")
     jit._warn.cache_clear()
-
-
-def test_marks_of_what_is_valid_do_not_grow_without_end(tmp_path, monkeypatch):
-    """The oldest are dropped; a folder that cannot be made is no reason to fail."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    marks = tmp_path / "dpd-papers" / "valid"
-    marks.mkdir(parents=True)
-    for number in range(MOST_MARKS):
-        (marks / str(number)).touch()
-        os.utime(marks / str(number), ns=(number, number))
-    validate(SCENE, "scene", "here")
-    left = list(marks.iterdir())
-    assert len(left) == MOST_MARKS // 2 and not (marks / "0").exists()
-    assert (marks / str(MOST_MARKS - 1)).exists() and max(len(mark.name) for mark in left) == 64
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    validate(SCENE, "scene", "here")
 
 
 def test_all_names_are_those_of_a_checkpoint(good):

@@ -116,7 +116,7 @@ BAD = [
     ({"chi": {"A B": 4, "B A": 4}}, "other order"),
     ({"chi": {"A C": 4}}, "chi.A C: no molecule has the species 'C'; allowed: A, B"),
     ({"chi": {"A A": 4}}, "mixes with itself"),
-    ({"chi": {"A": 4}}, "A pair of species"),
+    ({"chi": {"A": 4}}, "a pair of species"),
     ({"chi": {"A B": -1}}, "chi.A B: -1 is out of range"),
     ({"chi": {"A B": "4"}}, "write 4 without quotes"),
     ({"repulsion": {"A A": 25, "B B": 26}}, "the same repulsion for A A and B B"),

@@ -113,7 +113,7 @@ BAD = {
     "unknown axis": ({"pressure": {"target": 9, "axes": "w"}}, "'w' is not known; allowed: all, x"),
     "no such axis": (
         {"dimension": 2, "pressure": {"target": 90, "axes": "z"}},
-        "pressure.axes: there is no z in 2 dimensions; allowed: all, x, y",
+        "pressure.axes: 'z' is no axis in 2 dimensions; allowed: x, y",
     ),
     "every": (
         {"pressure": {"target": 9, "time": 0.4, "every": 11}},

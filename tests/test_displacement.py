@@ -131,7 +131,7 @@ def watch(velocity, samples, observer=None, first=0):
     """Beads that move by ``velocity`` from sample to sample, stored in some other order."""
     scene = Scene(FREE)
     if observer is None:
-        observer = Displacement(scene, system_of(scene), 1)
+        observer = Displacement(every=1).begin(scene, system_of(scene))
     rng = np.random.default_rng(3)
     begun = rng.random((2, 10)) * np.array(scene.box)[:, None]
     for t in range(first, first + samples):
@@ -199,7 +199,7 @@ def test_arrays_are_all_that_goes_on():
     velocity = np.random.default_rng(1).normal(scale=0.3, size=(2, 10))
     scene, whole = watch(velocity, 1700)
     _, half = watch(velocity, 877)
-    other = Displacement(scene, system_of(scene), 1)
+    other = Displacement(every=1).begin(scene, system_of(scene))
     for name, array in half.arrays.items():
         other.arrays[name][...] = array
     watch(velocity, 823, other, first=877)

@@ -9,7 +9,7 @@ import pytest
 from dpd.digest import PACKAGE, ROOT
 
 # What only kernels call has no hints: Numba finds the types, and makes of each one code of its own.
-FOR_KERNELS = {"kernel", "inlined", "inlined_exactly", "intrinsic_for", "overload"}
+FOR_KERNELS = {"kernel", "inlined", "inlined_exactly", "intrinsic_for", "overload", "part"}
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 

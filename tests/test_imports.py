@@ -21,12 +21,12 @@ ORDER = (
     ("stages",),
     ("scene", "engine"),
     ("physics",),
-    ("page",),
+    ("sentences",),
     ("jit",),
     ("compiling", "lazy_parts"),
     ("numba_settings",),
     ("files", "interrupts", "sources"),
-    ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),
+    ("arguments", "digest", "drafts", "errors", "page", "progress", "streams", "theory"),
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
 # What a figure of a paper is made of; a picture of chains measures them as runs do.
@@ -76,13 +76,11 @@ def test_imports_go_down(module):
     assert not up, f"dpd.{module} stands below, or beside, what it imports: {', '.join(sorted(up))}"
 
 
-def test_a_scene_knows_schemes_alone():
-    """Of all that moves beads: what is simulated does not know how."""
+def test_a_scene_knows_no_term():
+    """Nor an engine: what is simulated does not know how; it finds its pages by their keys."""
     rooms = [module for module in MODULES if room_of(module) == "scene"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
-    physics = {name for name in names if name.startswith("physics")}
-    assert physics == {"physics.schemes.scheme_named", "physics.schemes.WITHOUT_EXCHANGE"}
-    assert not any(name.startswith("engine") for name in names)
+    assert not any(name.startswith(("engine", "physics")) for name in names)
 
 
 def test_a_plan_needs_no_numba():
@@ -96,7 +94,7 @@ def test_a_plan_needs_no_numba():
 
 
 @pytest.mark.parametrize(
-    "first", [("numba", "dpd.physics.forces"), ("dpd.physics.forces", "numba")]
+    "first", [("numba", "dpd.physics.common.forces"), ("dpd.physics.common.forces", "numba")]
 )
 def test_whoever_imports_numba_first_it_has_our_settings(first):
     """The folder of kernels, and the level of optimisation, on which the last bits depend."""
@@ -116,7 +114,7 @@ def test_of_the_pipeline_a_report_knows_papers_and_paths():
     rooms = [module for module in MODULES if room_of(module) == "report"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    names = ("made_from", "paths", "study", "sweep", "theory")
+    names = ("made_from", "paths", "sections", "study", "sweep", "theory")
     assert known == {f"pipeline.{name}" for name in names}
 
 

@@ -82,7 +82,7 @@ def installed(wheel, tmp_path_factory):
 
 
 def test_a_wheel_holds_all_files_that_the_package_reads(wheel):
-    """Code, schemas, pages of the physics, templates; pages for people stay in the repository."""
+    """Code, tables, templates; pages for people stay in the repository."""
     held = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("dpd/")}
     there = {
         f"dpd/{path.relative_to(PACKAGE)}"
@@ -90,7 +90,7 @@ def test_a_wheel_holds_all_files_that_the_package_reads(wheel):
         if path.is_file() and path.suffix != ".md" and not NO_SOURCE & set(path.parts)
     }
     assert held == there
-    assert {"dpd/schemas/scene.yaml", "dpd/scene/automatic.yaml", "dpd/report/page.html"} <= held
+    assert {"dpd/scene/automatic.yaml", "dpd/report/page.html"} <= held
 
 
 def test_metadata(wheel):

@@ -48,7 +48,7 @@ def test_one_configuration():
     found = virial_in_slices(own.system, own.state, Slices(2, 40, 0.0, 20.0)) / VOLUME
     expected = normal_and_tangential(virial)
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    observed = StressProfile(scene, own.system, 1, WIDTH)
+    observed = StressProfile(every=1, bin=WIDTH).begin(scene, own.system)
     observed.sample(own)
     whole = observed.averages.means()[0] / VOLUME
     assert np.abs(whole - normal_and_tangential(kinetic + virial)).max() < 1e-7 * whole.max()
@@ -59,7 +59,7 @@ def test_tension_and_profile_of_the_papers_slabs():
     """Means of both codes agree within four standard errors; the tension is known to 10 %."""
     scene, own = settled(2000)
     other = Profiled(scene, own.state, WIDTH)
-    observed, found = StressProfile(scene, own.system, 1, WIDTH), []
+    observed, found = StressProfile(every=1, bin=WIDTH).begin(scene, own.system), []
     for _ in range(SAMPLES):
         own.advance(EVERY)
         observed.sample(own)

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-import dpd.scene.limits as limits
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, UserError
 from dpd.files import read
 from dpd.observe import observables
 from dpd.observe.common.stretch import stretched
+from dpd.physics import bond as bonds_page
+from dpd.physics.bond import BondLaw, stretched_share
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
-from dpd.scene.stretched import stretched_share
 from dpd.start.make import make_start, system_of
 
 DIMERS = {
@@ -59,13 +59,13 @@ def test_the_share_is_that_of_drawn_bonds(dimension):
         over = (np.abs(bonds) > 0.48 * np.array(box)).sum(axis=1)
         expected = np.average(over, weights=weights)
         error = np.sqrt(np.average((over - expected) ** 2, weights=weights) / 10**6)
-        assert abs(stretched_share(bond, 1.0, box) - expected) < 4 * error
+        assert abs(stretched_share(BondLaw(**bond), 1.0, box) - expected) < 4 * error
 
 
 @pytest.fixture
 def unchecked(monkeypatch):
     """Scenes are not refused for what their bonds are expected to do."""
-    monkeypatch.setattr(limits, "stretched_share", lambda *given: 0.0)
+    monkeypatch.setattr(bonds_page, "stretched_share", lambda *given: 0.0)
 
 
 @pytest.mark.few(1)

@@ -1,6 +1,7 @@
 """Scenes and studies: what they mean, and what they refuse."""
 
 import copy
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -8,13 +9,12 @@ import pytest
 from dpd.digest import ROOT
 from dpd.engine.space import nearest
 from dpd.errors import UserError
-from dpd.physics.schemes import SCHEMES
+from dpd.physics.integrator import SCHEMES, Integrator
 from dpd.pipeline.study import read_paper, read_study
 from dpd.pipeline.sweep import merge
-from dpd.scene import schema as rules
 from dpd.scene.scene import Scene
-from dpd.scene.schema import read_yaml, schema, validate
 from dpd.scene.start import FLIGHT, start_digest
+from dpd.scene.yaml import read_yaml
 from dpd.start.make import make_start
 
 GOOD = {
@@ -33,7 +33,7 @@ BAD = [
     ({"charge": 1}, ["unknown key 'charge'; allowed: ", "unstable, keep_state, seed"]),
     ({"integrator": {"scheme": "gw-vv", "dt": 0.04, "lamda": 1}}, ["lamda", "lambda"]),
     ({"box": "large"}, ["box", "'large'", "number"]),
-    ({"dimension": 4}, ["dimension", "4", "2, 3"]),
+    ({"dimension": 4}, ["dimension", "4", "<= 3"]),
     ({"molecules": [{"architecture": "A", "density": -3}]}, ["molecules.0.density", "-3", "> 0"]),
     ({"molecules": [{"architecture": "A", "density": "3"}]}, ["density", "'3'", "number"]),
     ({"molecules": [{"architecture": "A"}]}, ["molecules.0", "density", "count"]),
@@ -52,7 +52,7 @@ BAD = [
     ({"bond": {"stiffness": 2}}, ["bond", "single bead"]),
     ({"molecules": [{"architecture": "A 2", "density": 3}]}, ["bond", "several beads"]),
     ({"observe": ["thermo", "bonds"]}, ["observe", "single bead"]),
-    ({"observe": ["viscosity"]}, ["observe.0", "viscosity", "thermo"]),
+    ({"observe": ["viscosity"]}, ["observe", "viscosity", "thermo"]),
     ({"observe": [{"rdf": {"range": 3}}]}, ["observe.rdf.range", "3", "<= 2"]),
     ({"observe": [{"thermo": {"every": 100}}]}, ["observe.thermo.every", "100", "1 to 10"]),
     ({"steps": {}}, ["steps.sample", "nothing to sample"]),
@@ -60,7 +60,7 @@ BAD = [
     ({"thermostat": {"gamma": -1}}, ["thermostat.gamma", "-1", ">= 0"]),
     ({"core": {"radius": 0.6, "force": 100}}, ["core.radius", "0.6", "< 0.5"]),
     ({"box": 2.2, "pairs": {"search": "list"}}, ["pairs.skin", "2.3", "search: cells"]),
-    ({"seed": 1.5}, ["seed", "1.5", "integer"]),
+    ({"seed": 1.5}, ["seed", "1.5", "whole number"]),
 ]  # fmt: skip
 
 
@@ -71,7 +71,6 @@ def test_bad_scenes_are_refused(change, named):
         Scene(GOOD | change, "my.yaml")
     message = str(refusal.value)
     assert message.startswith("my.yaml: ")
-    assert "\n" not in message
     for part in named:
         assert part in message, message
 
@@ -86,7 +85,7 @@ def test_two_values_for_a_pair_are_refused():
 
 def test_schema_and_table_name_the_same_schemes():
     """What a scene may ask for is what the engine has, and auto."""
-    allowed = schema("scene")["properties"]["integrator"]["properties"]["scheme"]["enum"]
+    allowed = get_args(Integrator.model_fields["scheme"].annotation)
     assert sorted(allowed) == sorted(["auto", *SCHEMES])
 
 
@@ -305,28 +304,3 @@ def test_merge_keeps_what_is_not_named():
     assert merge(base, {"list": {1: {"x": 9}}}) == merge(base, {"list": {"1": {"x": 9}}})
     with pytest.raises(UserError, match="count from 0"):
         merge(base, {"list": {"2": {}}})
-
-
-def test_what_was_found_valid_is_not_checked_again(tmp_path, monkeypatch):
-    """By what it says and what is allowed; where nothing can be kept, each time."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    looked = []
-    look = rules._validator
-    monkeypatch.setattr(rules, "_validator", lambda name: looked.append(name) or look(name))
-    good, bad = {"papers": ["liu_2008"], "study": "quick"}, {"papers": 3, "study": "quick"}
-    for _ in range(2):
-        validate(good, "config", "here")
-        assert looked == ["config"]
-    for _ in range(2):
-        with pytest.raises(UserError, match="papers"):
-            validate(bad, "config", "here")
-    assert len(looked) == 3
-    text = rules._rules("config")
-    monkeypatch.setattr(rules, "_rules", lambda name: text + "\n# edited")
-    validate(good, "config", "here")
-    assert len(looked) == 4
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    for count in (5, 6):
-        validate(good, "config", "here")
-        assert len(looked) == count

@@ -11,7 +11,6 @@ from dpd.observe.common.thermal import ThermalMotion
 from dpd.observe.thermo import Thermo
 from dpd.pipeline.extend import Extension, extend
 from dpd.pipeline.simulate import simulate
-from dpd.scene.flow import momentum_axes
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 
@@ -49,7 +48,7 @@ AXES = {
 def test_where_momentum_is_conserved(name):
     """Along an axis where no friction with a bath or a wall, and no plane, takes it up."""
     changes, axes = AXES[name]
-    assert momentum_axes(Scene(FLUID | changes)) == axes
+    assert Scene(FLUID | changes).momentum_axes == axes
 
 
 def thermal_kT(scene, flow, samples=400, seed=1):
@@ -62,7 +61,7 @@ def thermal_kT(scene, flow, samples=400, seed=1):
     thermal, found = ThermalMotion(scene, system), np.empty((samples, 3))
     mass = np.broadcast_to(system.mass_of(kinds), kinds.shape)
     low, extent = np.array(system.origin)[:, None], np.array(system.extent)[:, None]
-    axes = list(momentum_axes(scene))
+    axes = list(scene.momentum_axes)
     for sample in found:
         place = rng.random((3, len(kinds))) * extent
         velocity = rng.normal(size=place.shape) / np.sqrt(mass)
@@ -149,7 +148,7 @@ def test_the_energy_holds_the_flow():
     """kT does not."""
     scene = Scene(FLUID | {"steps": {"sample": 1}, "observe": [{"thermo": {"every": 1}}]})
     system = system_of(scene)
-    thermo = Thermo(scene, system, 1, True)
+    thermo = Thermo(every=1).begin(scene, system)
     state = make_start(scene)
     state.velocity[0] += 2.0
     thermo.record(Simulation(system, state).call(0, [0], measure=True))

@@ -18,9 +18,9 @@ from dpd.pipeline.made_from import page_sources
 from dpd.pipeline.overlay import replaced_values, sweep_in_force
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
+from dpd.pipeline.sections import ARGUMENTS
 from dpd.pipeline.study import Paper, read_paper
 from dpd.pipeline.theory import check_kind, unfold_theory
-from dpd.scene.schema import schema
 from dpd.theory.calculations import CALCULATIONS, Quantity, monomer_fluid
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
@@ -64,15 +64,14 @@ def test_a_study_changes_arguments():
     assert (value.key, value.paper, value.study) == ("theory.second_virial.samples", 9, 4)
 
 
-def test_every_calculation_takes_what_its_schema_says():
-    """Names and arguments of src/dpd/schemas/theory.yaml are those of the functions."""
-    rules = schema("theory")["properties"]
-    assert set(rules) == set(CALCULATIONS)
+def test_every_calculation_takes_what_its_settings_say():
+    """Names and arguments in `dpd.pipeline.sections` are those of the functions."""
+    assert set(ARGUMENTS) == set(CALCULATIONS)
     for name, function in CALCULATIONS.items():
-        taken = inspect.signature(function).parameters
-        assert set(taken) == set(rules[name]["properties"]), name
-        for argument, rule in rules[name]["properties"].items():
-            always = argument in rules[name]["required"] or "default" in rule
+        taken, fields = inspect.signature(function).parameters, ARGUMENTS[name].model_fields
+        assert set(taken) == set(fields), name
+        for argument, field in fields.items():
+            always = field.is_required() or field.default is not None
             assert always == (taken[argument].default is inspect.Parameter.empty), argument
 
 

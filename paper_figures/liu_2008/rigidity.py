@@ -111,7 +111,7 @@ def _bonds(at):
     squares = (at.bond_mean_square - at.bond_mean**2).values.ravel()
     variance, variance_error = block_mean_and_error(squares)
     bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
-    looks = scene.steps.sample // scene.observe["bonds"]["every"]
+    looks = scene.steps.sample // scene.observe["bonds"].every
     kT, kT_error = over_replicas(at.kT.values, at.kT_error.values, -1)
     return {
         "longest": float(longest),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import difflib
 import errno
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
     from pathlib import Path
 
 FAILED = "error: "  # begins the sentence of a command that failed
 LONGEST_SHOWN = 100  # characters of a value
+NEAR = 0.65  # likeness of names, above which one may be meant: charge is no core, owm is own
 
 
 class UserError(Exception):
@@ -58,3 +60,12 @@ def shown(value: object, form: Callable[[object], str] = repr) -> str:
     """A value as a message shows it: on one line, and not at any length."""
     text = " ".join(form(value).split())
     return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+
+
+def suggestion(name: object, allowed: Collection[object]) -> str:
+    """Allowed names and the nearest of them, as the end of a message about a name."""
+    if not allowed:
+        return "there are none"
+    near = difflib.get_close_matches(str(name), [str(each) for each in allowed], 1, NEAR)
+    guess = f"; did you mean {near[0]!r}?" if near else ""
+    return f"allowed: {', '.join(map(str, allowed))}{guess}"

@@ -27,6 +27,7 @@ import dpd.numba_settings  # noqa: F401
 from dpd.digest import text_digest
 from dpd.errors import reason
 from dpd.lazy_parts import compilers
+from dpd.page import PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -227,6 +228,8 @@ def method(name: str) -> Callable[..., Any]:
     # Numba's hints do not know all options of INLINED.
     @overload(call, strict=False, jit_options=INLINED)  # type: ignore[arg-type]
     def of_class(record, *arguments):
+        while PARTS:  # of the page, which does not import Numba
+            inlined()(PARTS.pop())
         return getattr(record.instance_class, name)
 
     return call

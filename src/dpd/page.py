@@ -1,23 +1,32 @@
 """What a page is: it says everything about one thing, and the house asks it.
 
-A page registers by being a subclass of its kind with a key. The key is the name of its file, so
-reading a scene imports no page that the scene does not name. Nothing at the top of a page imports
-kernels: they come with the first sample.
+A page is a class in a file of its own: its settings, what it does to the world, and what it cannot
+be combined with. It registers by being a subclass of its kind with a key. The key is the name of
+its file, so reading a scene imports no page that the scene does not name. Nothing at the top of a
+page imports Numba: kernels come with the first step.
 """
 
 from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
+
+# To look for plugins of pydantic among all installed packages takes 8 ms.
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator
+
+if TYPE_CHECKING:
+    from typing import Self
 
 Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
 
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
+MOST_STEPS = 10**12
 
 
 class Change(Enum):
@@ -33,14 +42,109 @@ class Change(Enum):
     JUMPS = "needs a force without jumps"
 
 
-class Page:
-    """A page; pages of a kind stand in one folder."""
+# --- settings
 
-    folder: ClassVar[Path]  # of the pages of this kind, each in a file that is called by its key
+N = TypeVar("N")
+SPECIES, PAIR, TRIPLE = r"^\S+$", r"^\S+ \S+$", r"^\S+ \S+ \S+$"
+# What a key of a table is, by its pattern, for messages.
+NAMES = {
+    SPECIES: "a species, as 'A'", PAIR: "a pair of species, as 'A B'",
+    TRIPLE: "three species along two bonds, as 'A B C'",
+}  # fmt: skip
+Species = Annotated[str, Field(pattern=SPECIES)]
+Pair = Annotated[str, Field(pattern=PAIR)]
+Triple = Annotated[str, Field(pattern=TRIPLE)]
+
+
+def _form(value: object) -> str:
+    """Which branch a value is meant for: by its kind, so that only errors of that are told."""
+    return "=table" if isinstance(value, dict) else "=list" if isinstance(value, list) else "=one"
+
+
+_One = Annotated[N, Tag("=one")]
+_PerSpecies = Annotated[dict[Species, N], Field(min_length=1), Tag("=table")]
+_PerPair = Annotated[dict[Pair, N], Field(min_length=1), Tag("=table")]
+PerSpecies = Annotated[_One[N] | _PerSpecies[N], Discriminator(_form)]
+PerPair = Annotated[_One[N] | _PerPair[N], Discriminator(_form)]
+OneOrMore = Annotated[_One[N] | Annotated[list[N], Tag("=list")], Discriminator(_form)]
+PairTable = Annotated[dict[Pair, N], Field(min_length=1)]
+Axis = Literal["x", "y", "z"]
+K = TypeVar("K")
+_Laws = Annotated[dict[K, N], Field(min_length=1), Tag("=table")]
+OneOrTable = Annotated[
+    _One[N] | _Laws[K, N], Discriminator(lambda value: "=table" if is_table(value) else "=one")
+]
+Positive = Annotated[float, Field(gt=0, le=1e6)]
+NotNegative = Annotated[float, Field(ge=0, le=1e6)]
+
+
+def is_table(value: object) -> bool:
+    """Whether something is a law for each pair or triple of species, not one for all."""
+    return isinstance(value, dict) and any(" " in str(key) for key in value)
+
+
+def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bounds: Any) -> Any:
+    """A setting: what it is, its default, its unit, and bounds as pydantic has them.
+
+    Parameters
+    ----------
+    of : str
+        What it names or is given for, which a scene must have: ``axis``, ``species`` (a value for
+        each, if it is a table), or ``some species``.
+    """
+    extra: Any = {key: value for key, value in {"unit": unit, "of": of}.items() if value}
+    given = {"default_factory": default} if callable(default) else {"default": default}
+    return Field(description=text, json_schema_extra=extra or None, **given, **bounds)
+
+
+def interval_setting(text: str) -> Any:
+    """How many steps lie between samples; if it is not given, the page's interval decides."""
+    return setting(text, 0, ge=1, le=MOST_STEPS)  # 0: the page decides
+
+
+class Section(BaseModel):
+    """Settings: nothing unknown, nothing converted, no infinity, never changed."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True,
+        populate_by_name=True, validate_default=False,
+    )  # fmt: skip
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _given(cls, value):
+        """Nothing behind a colon is not the same as a key that is left out."""
+        if value is None:
+            raise ValueError("None (nothing after the colon) where a value is needed")
+        return value
+
+    def conflicts(self) -> Refusals:
+        """What its settings have against each other, whatever the scene."""
+        return iter(())
+
+
+# --- pages
+
+
+class Page(Section):
+    """A page; pages of a kind stand in one folder.
+
+    Attributes
+    ----------
+    bare : str
+        The setting that the whole section stands for, if it is no table of settings.
+    stands : frozenset of Change
+        Changes that it was made for.
+    cannot : dict of Change to str
+        Why not, where `Change` does not say it best.
+    """
+
+    folder: ClassVar[Path]  # each page in a file that is called by its key
     package: ClassVar[str]
     key: ClassVar[str] = ""
-    stands: ClassVar[frozenset[Change]] = frozenset()  # changes that it was made for
-    cannot: ClassVar[Mapping[Change, str]] = {}  # why not, where `Change` does not say it best
+    bare: ClassVar[str] = ""
+    stands: ClassVar[frozenset[Change]] = frozenset()
+    cannot: ClassVar[Mapping[Change, str]] = {}
     _pages: ClassVar[dict[str, type[Page]]]
 
     @classmethod
@@ -48,11 +152,84 @@ class Page:
         """Whether it can stand a change."""
         return change in cls.stands and change not in cls.cannot
 
+    @classmethod
+    def why_not(cls, change: Change) -> str:
+        """Why it cannot stand a change."""
+        return cls.cannot.get(change, change.value)
+
+    @classmethod
+    def summary(cls) -> str:
+        """Its description in one sentence."""
+        return " ".join((cls.__doc__ or "").split("\n\n")[0].split())
+
     def __init_subclass__(cls, key: str = "", **options: Any) -> None:
         super().__init_subclass__(**options)
         if key:
             cls.key = key
             cls._pages[key] = cls
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, key: str = "", **options: Any) -> None:
+        """Pydantic hands on the words of the class line, all of which are used by now."""
+
+
+class Term(Page):
+    """Something that acts on beads or on the box; its key is a section of the scene.
+
+    Attributes
+    ----------
+    acts_on : str
+        What it is for, where a scene must have one: ``bonds``; or nothing.
+    makes : frozenset of Change
+        What it does to the world; see `changes`.
+    """
+
+    folder = Path(__file__).parent / "physics"
+    package = "dpd.physics"
+    _pages: ClassVar[dict[str, type[Page]]] = {}
+    stands = frozenset(Change)
+    acts_on: ClassVar[str] = ""
+    makes: ClassVar[frozenset[Change]] = frozenset()
+
+    def changes(self, scene: Any) -> frozenset[Change]:
+        """What it does to the world in a scene."""
+        return self.makes
+
+    def unknown(self, scene: Any) -> Refusals:
+        """Tables that do not fit the species, but for settings that say what they are ``of``."""
+        return iter(())
+
+    def refuses(self, scene: Any) -> Refusals:
+        """What it cannot stand: boxes, numbers of beads, other settings."""
+        return iter(())
+
+    def completed(self, scene: Any) -> Self:
+        """Itself, with what its settings leave to the scene."""
+        return self
+
+    def gap(self, scene: Any, axis: int) -> float:
+        """How far behind the box, on either side of an axis, there is room for beads, in r_c."""
+        return 0.0
+
+    def room(self, scene: Any) -> tuple[float, ...]:
+        """The least distances that images of a bead may have along each axis, in r_c."""
+        return tuple(scene.period)
+
+    def across(self, scene: Any) -> tuple[int, ...]:
+        """The axes across which the fluid changes because of it."""
+        return ()
+
+    def brakes(self, scene: Any) -> bool:
+        """Whether it takes up momentum, along all axes, by a friction with what is no bead."""
+        return False
+
+    def untried(self) -> str:
+        """Why scheme ``auto``, whose table was measured without it, cannot choose a step."""
+        return ""
+
+    def record(self, scene: Any) -> Any:
+        """What kernels get; None where nothing of it acts."""
+        return None
 
 
 class Observable(Page):
@@ -77,30 +254,110 @@ class Observable(Page):
 
     folder = Path(__file__).parent / "observe"
     package = "dpd.observe"
+    _pages: ClassVar[dict[str, type[Page]]] = {}
     interval: ClassVar[float] = 0.8
     dimensions: ClassVar[tuple[int, ...]] = (2, 3)
     needs_bonds: ClassVar[bool] = False
     is_series: ClassVar[bool] = False
     bins_of: ClassVar[str] = ""
     suffix: ClassVar[str] = ""
-    _pages: ClassVar[dict[str, type[Page]]] = {}
+    needs_forces: ClassVar[bool] = False
 
-    every: int
-    arrays: dict[str, Any]
+    if TYPE_CHECKING:
+        arrays: dict[str, Any]
 
-    def variables(self) -> dict[str, tuple[tuple[str, ...], Any, str, str]]:
-        """What it has measured: name to (dimensions, array, units, long_name)."""
+        def variables(self) -> dict[str, tuple[tuple[str, ...], Any, str, str]]:
+            """What it has measured: name to (dimensions, array, units, long_name)."""
+
+    every: int = interval_setting("Steps between samples.")
+
+    def begin(self, scene: Any, system: Any, **files: Path) -> Self:
+        """A copy that measures in a run, and keeps what it has seen."""
+        measuring = self.model_copy()
+        measuring._start(scene, system, **files)
+        return measuring
+
+    def _start(self, scene, system):
+        """Make room for what it keeps, in ``arrays``."""
         raise NotImplementedError
 
-    @classmethod
-    def steps_between(cls, settings: dict[str, Any], dt: float, sample: int) -> int:
-        """Steps between samples where the scene does not say, of so many that are sampled."""
-        return round(cls.interval / dt)
+    # A page is its settings; in a run its copy has more, see `dpd.observe`.
+    __setattr__ = object.__setattr__
 
-    @classmethod
-    def refuses(cls, scene: Any, settings: dict[str, Any]) -> Refusals:
+    def steps_between(self, scene: Any) -> int:
+        """Steps between samples where the scene does not say."""
+        return round(self.interval / scene.dt)
+
+    def watched(self, scene: Any) -> int:
+        """Steps of the run that it looks at."""
+        return int(scene.steps.sample)
+
+    def refuses(self, scene: Any) -> Refusals:
         """What it cannot measure in a scene that is otherwise allowed."""
         return iter(())
+
+    def refusals(self, scene: Any, made: Mapping[Change, str]) -> Refusals:
+        """All that it has against a scene; the changes that are made, by a key of the scene."""
+        if scene.dimension not in self.dimensions:
+            yield "", f"{self.key!r} is measured in {self.dimensions[0]} dimensions only"
+        if self.needs_bonds and not any(len(kind.beads) > 1 for kind in scene.molecules):
+            yield "", f"{self.key!r} has nothing to measure: every molecule is a single bead"
+        for change, key in made.items():
+            if not self.allows(change):
+                yield "", f"{self.key!r} {self.why_not(change)}; not allowed with {key!r}"
+        yield from self._sizes(scene)
+        yield from self.refuses(scene)
+
+    def _sizes(self, scene):
+        """Samples and bins that are too many, and intervals and bins that are too long."""
+        every, steps = self.every, self.watched(scene)
+        if every > steps:
+            yield "every", f"{every} steps is longer than the run; allowed: 1 to {steps}"
+        if self.is_series and steps // every > MOST_SAMPLES:
+            least = -(-steps // MOST_SAMPLES)
+            text = f"{every} makes {steps // every} samples; allowed: <= {MOST_SAMPLES}, every >= "
+            yield "every", f"{text}{least}"
+        if self.bins_of:
+            bin, end = self.bin, getattr(self, "range", max(scene.box))
+            if bin > end:
+                yield "bin", f"{bin:g} is more than the {self.bins_of}; allowed: <= {end:g}"
+            if end / bin > MOST_BINS:
+                least = end / MOST_BINS
+                text = f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= "
+                yield "bin", f"{text}{least:g}"
+
+
+def check_laws(table: Mapping[str, Any], there: list[tuple[str, ...]]) -> Refusals:
+    """Laws that are there twice, or for beads that are nowhere bonded.
+
+    Parameters
+    ----------
+    table : dict
+        Laws by the names of species along bonds, which may be read from either end.
+    there : list of tuple of str
+        The species of all beads that are bonded so, each as its lesser direction.
+    """
+    seen: set[str] = set()
+    for name in table:
+        along = tuple(name.split())
+        if " ".join(along[::-1]) in seen:
+            yield name, "is there in the other order, too; keep one"
+        seen.add(name)
+        if min(along, along[::-1]) not in there:
+            allowed = ", ".join(repr(" ".join(each)) for each in there[:20])
+            yield name, f"no molecule has these beads bonded; allowed: {allowed}"
+
+
+PARTS: list[Callable[..., Any]] = []
+
+
+def part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that formulas of a page call; in Python it stays as it is."""
+    PARTS.append(function)
+    return function
+
+
+# --- the registry
 
 
 def names(kind: type[Page]) -> list[str]:
@@ -119,47 +376,3 @@ def find(kind: type[Page], key: str) -> Any:
     if key not in kind._pages:
         importlib.import_module(module_of(kind, key))
     return kind._pages[key]
-
-
-def refusals(page: type[Observable], scene: Any, made: Mapping[Change, str]) -> Refusals:
-    """All that an observable has against a scene; the changes that are made, by a key of the scene.
-
-    Yields
-    ------
-    tuple of str
-        A key of its settings, or none where the observable itself cannot be; and what is wrong.
-    """
-    settings = scene.observe[page.key]
-    if scene.dimension not in page.dimensions:
-        yield "", f"{page.key!r} is measured in {page.dimensions[0]} dimensions only"
-    if page.needs_bonds and not any(len(kind.beads) > 1 for kind in scene.molecules):
-        yield "", f"{page.key!r} has nothing to measure: every molecule is a single bead"
-    for change, key in made.items():
-        if not page.allows(change):
-            why = page.cannot.get(change, change.value)
-            yield "", f"{page.key!r} {why}; not allowed with {key!r}"
-    yield from _sizes(page, scene, settings)
-    yield from page.refuses(scene, settings)
-
-
-def _sizes(page, scene, settings):
-    """Samples and bins that are too many, and intervals and bins that are too long."""
-    every, steps = settings["every"], scene.watched(page.key)
-    if every > steps:
-        yield "every", f"{every} steps is longer than the run; allowed: 1 to {steps}"
-    if page.is_series and steps // every > MOST_SAMPLES:
-        least = -(-steps // MOST_SAMPLES)
-        yield (
-            "every",
-            f"{every} makes {steps // every} samples; allowed: <= {MOST_SAMPLES}, every >= {least}",
-        )
-    if page.bins_of:
-        bin, end = settings["bin"], settings.get("range", max(scene.box))
-        if bin > end:
-            yield "bin", f"{bin:g} is more than the {page.bins_of}; allowed: <= {end:g}"
-        if end / bin > MOST_BINS:
-            least = end / MOST_BINS
-            yield (
-                "bin",
-                f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= {least:g}",
-            )

@@ -33,9 +33,9 @@ PLACES = {"dpd": "src/dpd"}
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
     "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
-    "dpd.page", "dpd.pipeline.kept",
+    "dpd.page", "dpd.pipeline.kept", "dpd.pipeline.sections",
     "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
-    "dpd.scene.plain_yaml", "dpd.scene.pressure", "dpd.scene.schema", "dpd.sources", "dpd.stages",
+    "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
     "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
@@ -46,7 +46,10 @@ DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
 HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
-SAYS_WHAT_NOT = ("stands", "cannot")  # of a page
+# Of a page: what it refuses, and settings, whose values stand in a scene's own digest.
+SAYS_WHAT_NOT = ("stands", "cannot")
+REFUSES = ("refuses", "conflicts", "unknown", "untried")
+SETTINGS = ("setting", "interval_setting", "Field")
 MOST_KEPT = 40  # states of the sources for which digests are kept
 
 
@@ -287,9 +290,11 @@ def _serves_hints(node):
 
 
 def _only_refuses(node):
-    """Whether a node of a class says what a page cannot measure: no number hangs on that."""
+    """Whether a node of a class says what may be asked of a page: no number hangs on that."""
     if isinstance(node, ast.FunctionDef):
-        return node.name == "refuses"
+        return node.name in REFUSES
+    if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call):
+        return getattr(node.value.func, "id", "") in SETTINGS
     return isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in SAYS_WHAT_NOT
 
 

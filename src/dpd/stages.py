@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from dpd.digest import text_digest
 from dpd.page import Observable, module_of, names
-from dpd.physics.schemes import scheme_named
+from dpd.physics.integrator import scheme_named
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
 
@@ -37,15 +37,15 @@ STAGES = {
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
 # Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
 TERMS = {
-    "body_force": "dpd.physics.body",
+    "body_force": "dpd.physics.body_force",
     "angle": "dpd.physics.angle",
     "bond": "dpd.physics.bond",
     "core": "dpd.physics.core",
-    "exchange": "dpd.physics.exchange",
-    "langevin": "dpd.physics.langevin",
+    "exchange": "dpd.physics.common.exchange",
+    "langevin": "dpd.physics.common.langevin",
     "pressure": "dpd.physics.pressure",
     "barostat": "dpd.engine.barostat",
-    "walls": "dpd.physics.wall",
+    "walls": "dpd.physics.walls",
 }
 # Methods of `start` that only some scenes name.
 METHODS = {"file": "dpd.start.from_file"}

@@ -8,7 +8,7 @@ laboratory: an image above moves with the flow there, and friction sees that.
 import numpy as np
 
 from dpd.jit import kernel
-from dpd.physics import noise
+from dpd.physics.common import noise
 from dpd.physics.core import Core
 
 EXCHANGES = ("shardlow", "lowe-andersen", "aboba")
@@ -30,10 +30,8 @@ def pair_noise(low, high, seed, step, gaussian):
 
 def of_each(law):
     """Two parameters of a law for all, or of each bond or angle in a table."""
-    if len(law) == 2:
-        return law
     one, other, number = law
-    return one[number], other[number]
+    return (one, other) if number is None else (one[number], other[number])
 
 
 def flow_of(system, position):

@@ -9,8 +9,8 @@ from dpd.engine.loop import run
 from dpd.engine.queries.configurational import force_and_curvature
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.physics.angle import Angle, AngleTable
-from dpd.physics.bond import Bond, BondTable
+from dpd.physics.angle import Angle
+from dpd.physics.bond import Bond
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
@@ -46,8 +46,8 @@ def laws(tabled, members, triples):
     """One law for all bonds and one for all angles, or a table of each."""
     if not tabled:
         return Bond(60.0, 0.5), Angle(7.0, 2.0)
-    bond = BondTable(np.array([60.0, 20.0, 90.0]), np.array([0.5, 0.0, 0.8]), members[:, 1] % 3)
-    angle = AngleTable(np.array([7.0, 3.0]), np.array([2.0, np.pi]), triples[:, 2] % 2)
+    bond = Bond(np.array([60.0, 20.0, 90.0]), np.array([0.5, 0.0, 0.8]), members[:, 1] % 3)
+    angle = Angle(np.array([7.0, 3.0]), np.array([2.0, np.pi]), triples[:, 2] % 2)
     return bond, angle
 
 

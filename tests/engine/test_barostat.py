@@ -10,8 +10,8 @@ from dpd.engine.barostat import MOST_TIMES, stretched_box, stretched_state
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.jit import COMPILES
+from dpd.physics import pressure as pressure_page
 from dpd.physics.pressure import Look, Pressure, draw
-from dpd.scene import pressure as scene_pressure
 from tests.engine.reference_pressure import PressedReference
 from tests.systems import (
     BOX_3D,
@@ -249,4 +249,4 @@ def test_start_in_a_box_that_is_too_small():
 
 def test_scene_and_engine_have_the_same_limit():
     """The scene may not import the engine."""
-    assert scene_pressure.MOST_TIMES == MOST_TIMES
+    assert pressure_page.MOST_TIMES == MOST_TIMES

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dpd.engine.queries.configurational import force_and_curvature
-from dpd.physics.soft import Soft
+from dpd.physics.repulsion import Soft
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
 from tests.systems import chains, make_simulation, make_system, random_beads

@@ -166,7 +166,7 @@ def test_g_of_an_ideal_gas_is_one():
         }
     )  # fmt: skip
     system = system_of(scene)
-    observer = RadialDistribution(scene, system, 50, 1.0, 1.0)
+    observer = RadialDistribution(every=50, range=1.0, bin=1.0).begin(scene, system)
     simulation = Simulation(system, make_start(scene))
     for _ in range(scene.steps.sample // 50):
         simulation.advance(50)

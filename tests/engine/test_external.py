@@ -5,8 +5,8 @@ import pytest
 
 from dpd.engine.queries.configurational import force_and_curvature
 from dpd.engine.simulation import BehindWall
-from dpd.physics.body import BodyForce
-from dpd.physics.wall import Walls
+from dpd.physics.body_force import BodyForce
+from dpd.physics.walls import Walls
 from tests.engine.reference import Reference
 from tests.systems import (
     assert_same_place,

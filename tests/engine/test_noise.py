@@ -12,7 +12,7 @@ import pytest
 from scipy import stats
 
 from dpd.jit import kernel
-from dpd.physics.noise import Keys
+from dpd.physics.common.noise import Keys
 from tests.engine.reference import (
     cos_pi,
     gaussian_noise,

@@ -11,7 +11,7 @@ import pytest
 from dpd.digest import ROOT
 from dpd.physics.bond import Bond
 from dpd.physics.core import Core
-from dpd.physics.soft import Soft
+from dpd.physics.repulsion import Soft
 
 NUDGE = 1e-5
 TABLE = np.array([[25.0]])

@@ -283,7 +283,7 @@ def test_displacement_is_that_about_the_flow():
     })  # fmt: skip
     system = system_of(scene)
     simulation = Simulation(system, make_start(scene))
-    watch = Displacement(scene, system, every)
+    watch = Displacement(every=every).begin(scene, system)
     simulation.advance(every)
     watch.sample(simulation)
     x, y = by_identity(simulation, "velocity").copy()

@@ -181,7 +181,7 @@ def first_scene(runs: xr.Dataset) -> Scene:
 def samples_of(runs: xr.Dataset, observable: str) -> int:
     """Bead-samples that an observable of one point has taken, all replicas together."""
     scene = first_scene(runs)
-    configurations = scene.steps.sample // scene.observe[observable]["every"]
+    configurations = scene.steps.sample // scene.observe[observable].every
     return scene.beads * configurations * runs.scene.size
 
 

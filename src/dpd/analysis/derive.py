@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.structure import closest_contact
-from dpd.errors import UserError
-from dpd.scene.schema import suggestion
+from dpd.errors import UserError, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +21,7 @@ DIGITS = 6  # of a value: rounding must not make runs anew
 def _closest_contact(at):
     """2 r_0, refused where g(r) does not keep single configurations."""
     scene = first_scene(at)
-    samples = scene.steps.sample // scene.observe["rdf"]["every"]
+    samples = scene.steps.sample // scene.observe["rdf"].every
     if samples != at.sizes["block"]:
         raise UserError(
             f"observe.rdf.every: {samples} configurations in {at.sizes['block']} blocks; "

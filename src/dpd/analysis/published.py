@@ -4,11 +4,15 @@ import math
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from dpd.digest import ROOT
-from dpd.errors import UserError
-from dpd.scene.schema import read_yaml, suggestion, validate
+from dpd.errors import UserError, suggestion
+from dpd.page import Refusals, Section, setting
+from dpd.scene.yaml import read_yaml
+from dpd.sentences import read_section
 
 PUBLISHED = ROOT / "paper_figures" / "published.yaml"
 
@@ -37,6 +41,45 @@ class Number:
         return f"{self.value:g}" + ("" if math.isnan(self.error) else f" ± {self.error:g}")
 
 
+class Entry(Section):
+    """A number or claim of published.yaml that a figure's runs are held against."""
+
+    figure: str = setting("The figure file that measures it.")
+    shown_in: list[str] | None = setting("Other figure files that show it.", None)
+    quantity: str = setting("What it is, in words and symbols of the field.")
+    where: str = setting("Section, equation, figure or table that prints it.")
+    kind: Literal["simulated", "closed form", "check"] = setting(
+        "simulated: printed, and held against simulation. closed form: printed, and held against a "
+        "formula. check: our own, not printed.", "simulated",
+    )  # fmt: skip
+    value: float | None = setting("The number.", None)
+    error: float | None = setting(
+        "Its standard error: printed, or measured by us, and then limits are ours.", None, ge=0
+    )
+    rounding: float | None = setting(
+        'Half of its last printed digit, or of what a word like "about" allows.', None, ge=0
+    )
+    rival: float | None = setting(
+        "A value that a run must be able to tell from it, or it decides nothing; 0 if none is "
+        "named.", None,
+    )  # fmt: skip
+    range: Annotated[list[float | None], Field(min_length=2, max_length=2)] | None = setting(
+        "Lowest and highest value that the claim allows, null for an open end.", None
+    )
+    limits: Literal["text", "ours"] | None = setting(
+        "Who set the range, the rounding or the error: the text, or we.", None
+    )
+    note: str | None = setting("How the text is read.", None)
+    pending: str | None = setting("Why nothing is held against it yet.", None)
+
+    def conflicts(self) -> Refusals:
+        """A value or a range, and who has set the latter."""
+        if (self.value is None) == (self.range is None):
+            yield "", "needs a value or a range, and not both"
+        if self.range is not None and self.limits is None:
+            yield "", "the key 'limits' is missing: who set the range"
+
+
 class Shown(dict):
     """Numbers by name that one figure may show; any other name is refused with a sentence."""
 
@@ -63,7 +106,7 @@ def published(paper: str) -> dict[str, dict[str, Any]]:
     Raises
     ------
     UserError
-        If an entry is not as src/dpd/schemas/published.yaml has it.
+        If an entry is not as `Entry` has it.
     """
     return _all_published().get(paper, {})
 
@@ -71,7 +114,9 @@ def published(paper: str) -> dict[str, dict[str, Any]]:
 @cache
 def _all_published():
     table = read_yaml(PUBLISHED)
-    validate(table, "published", str(PUBLISHED))
+    for paper, numbers in table.items():
+        for name, entry in numbers.items():
+            read_section(Entry, entry, str(PUBLISHED), f"{paper}.{name}")
     return table
 
 

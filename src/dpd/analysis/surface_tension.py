@@ -23,7 +23,6 @@ from dpd.analysis.flow import Measured
 from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import mean_and_error
 from dpd.errors import UserError
-from dpd.scene.flow import profile_axis
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -237,20 +236,21 @@ def _length(run, name):
 def _scene_of(run):
     """The scene of a run, which must not have walls."""
     scene = Scene(json.loads(str(run.attrs["scene"])), "run")
-    if "walls" in scene.data:
+    if scene.ended:
         raise UserError("the tension of walls would be measured too; take a run without walls")
     return scene
 
 
 def _axis_of(scene, name):
-    observed = scene.observe.get("stress_profile", {})
-    return profile_axis(scene, name if name is not None else observed.get("axis"))
+    if name is None and "stress_profile" in scene.observe:
+        name = scene.observe["stress_profile"].axis
+    return scene.axis_of_profile(name)
 
 
 def _observed_axis(scene, name):
     if name not in scene.observe:
         raise UserError(f"the run did not observe {name!r}, which tells where the interfaces are")
-    return profile_axis(scene, scene.observe[name].get("axis"))
+    return scene.axis_of_profile(scene.observe[name].axis)
 
 
 def _edge(run, scene, axis):

@@ -24,11 +24,12 @@ from dpd.digest import PACKAGE
 from dpd.errors import Occupied, UserError, shown
 from dpd.pipeline.paths import run_file
 from dpd.pipeline.points import fixed
+from dpd.pipeline.sections import SweptAxis
 from dpd.pipeline.simulate import is_made
 from dpd.pipeline.sweep import Point, Sweep, unfold
 from dpd.pipeline.there import result_there
 from dpd.progress import Progress
-from dpd.scene.schema import validate
+from dpd.sentences import read_section
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -140,9 +141,7 @@ def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int
     described = {}
     for name, values in plain(axes).items():
         if isinstance(values, dict):
-            axis = {"scene": {}, "axes": {name: values}}
-            paper = {"title": "", "reference": "", "figures": {}, "sweeps": {"sweep": axis}}
-            validate(paper, "paper", key)
+            read_section(SweptAxis, values, key, f"axes.{name}")
             described[name] = values
         elif isinstance(values, list):
             described[name] = {"values": values, "set": name, "units": "reduced", "long_name": name}

@@ -14,9 +14,8 @@ from dpd.benchmark.features import features
 from dpd.benchmark.scaling import scaling
 from dpd.benchmark.schemes import schemes
 from dpd.benchmark.tension import tension_beside_lammps
-from dpd.errors import UserError
+from dpd.errors import UserError, suggestion
 from dpd.pipeline.simulate import versions
-from dpd.scene.schema import suggestion
 from dpd.stages import stage_digest
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-# The names that src/dpd/schemas/paper.yaml allows.
+# The names that dpd.pipeline.sections allows.
 MEASUREMENTS: dict[str, Callable[..., xr.Dataset]] = {
     "lammps": beside_lammps,
     "scaling": scaling,

@@ -9,7 +9,7 @@ import numpy as np
 from dpd.benchmark.timing import TURNS, in_turns, labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import workload
 from dpd.engine.simulation import Unstable
-from dpd.physics.schemes import SCHEMES
+from dpd.physics.integrator import SCHEMES
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -123,7 +123,7 @@ def tension_beside_lammps(
 def own_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
     """(block, 2, slices) array: normal and tangential pressure by this engine."""
     own = simulation_of(scene, begin)
-    observed = StressProfile(scene, own.system, 1, WIDTH)
+    observed = StressProfile.model_validate({"every": 1, "bin": WIDTH}).begin(scene, own.system)
     for _ in range(samples):
         own.advance(EVERY)
         observed.sample(own)

@@ -100,7 +100,7 @@ class Workload(NamedTuple):
     system : str
         The system in words, for tables.
     scene : dict
-        As src/dpd/schemas/scene.yaml has it.
+        As `dpd.scene.scene.Scene` takes it.
     """
 
     system: str

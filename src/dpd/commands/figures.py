@@ -71,7 +71,7 @@ def _figure(options: Namespace) -> None:
 
     paper = read_paper(options.paper, options.study, only=[])
     if options.figure not in paper.figures:
-        from dpd.scene.schema import suggestion
+        from dpd.errors import suggestion
 
         raise UserError(
             f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "

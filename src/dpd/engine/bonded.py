@@ -16,9 +16,9 @@ from dpd.engine.pair import CLOSEST
 from dpd.engine.rows import push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.jit import inlined
-from dpd.physics.angle import Angle, AngleTable
-from dpd.physics.bond import Bond, BondTable
-from dpd.physics.forces import curvature, energy, force, force_over_r
+from dpd.physics.angle import Angle
+from dpd.physics.bond import Bond
+from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of
 
 if TYPE_CHECKING:
     from dpd.engine.state import System
@@ -31,7 +31,7 @@ class Angles(NamedTuple):
 
     Attributes
     ----------
-    law : Angle or AngleTable
+    law : Angle
         What acts in each.
     members : (n, 3) uint32 array
         Identities of the three beads, the middle one in between.
@@ -39,7 +39,7 @@ class Angles(NamedTuple):
         Where batches of angles begin and end: those of the molecules of each batch of bonds.
     """
 
-    law: Angle | AngleTable
+    law: Angle
     members: np.ndarray
     batch: np.ndarray
 
@@ -49,7 +49,7 @@ class Bonds(NamedTuple):
 
     Attributes
     ----------
-    law : Bond or BondTable
+    law : Bond
         What acts along each.
     members : (n, 2) uint32 array
         Identities of the two ends.
@@ -58,7 +58,7 @@ class Bonds(NamedTuple):
         threads may work on them at the same time.
     """
 
-    law: Bond | BondTable
+    law: Bond
     members: np.ndarray
     batch: np.ndarray
 
@@ -107,7 +107,7 @@ def bonds_of(system: System) -> Bonds | None:
     return in_batches(system.bond, system.members)
 
 
-def in_batches(bond: Bond | BondTable | None, members: np.ndarray | None) -> Bonds | None:
+def in_batches(bond: Bond | None, members: np.ndarray | None) -> Bonds | None:
     """`Bonds`, cut into batches between molecules that are numbered one after the other.
 
     None for a system without bonds.
@@ -137,16 +137,16 @@ def angles_of(system: System, bonds: Bonds | None) -> Angles | None:
     order = np.argsort(of_batch, kind="stable")
     batch = np.searchsorted(of_batch[order], np.arange(len(lowest) + 1)).astype(np.int64)
     law = _as_compiled(system.angle)
-    if isinstance(law, AngleTable):
+    if law.number is not None:
         law = law._replace(number=law.number[order])
     return Angles(law, members[order], batch)
 
 
 def _as_compiled(law):
     """A law or a table with the types that kernels are compiled for."""
-    if isinstance(law, Bond | Angle):
-        return type(law)(*map(float, law))
     *values, number = law
+    if number is None:
+        return type(law)(*map(float, values))
     columns = (np.ascontiguousarray(value, dtype=np.float64) for value in values)
     return type(law)(*columns, np.ascontiguousarray(number, dtype=np.uint16))
 
@@ -227,12 +227,12 @@ def add_bonds(f, x, slot, law, members, begin, end, arms, virial, sums, measure,
     gather(arms, n, x, slot, members, first, 0, 1, edges, slide)
     apart, over_r = arms.apart, arms.scale
     for b in range(n):
-        over_r[b] = force_over_r(law, length(apart, b, edges), first + b)
+        over_r[b] = force_over_r(law_of(law, first + b), length(apart, b, edges))
     for b in range(n):
         push_apart(f, arms.i[b], arms.j[b], over_r[b], apart, b, edges)
     if measure:
         for b in range(n):
-            sums[OF_BONDS] += energy(law, length(apart, b, edges), first + b)
+            sums[OF_BONDS] += energy(law_of(law, first + b), length(apart, b, edges))
             for k in range(len(edges)):
                 add_moment(virial, k, over_r[b] * apart[k, b], apart, b, edges)
 
@@ -298,13 +298,13 @@ def add_angles(
     to_i, to_k, push_i, push_k = arms.apart, others.apart, arms.push, others.push
     for a in range(n):
         at = opening(to_i, to_k, a, edges)
-        across = -force(law, at.theta, first + a) * at.sine / (at.sine * at.sine + CLOSEST)
+        across = -force(law_of(law, first + a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
         for k in range(len(edges)):
             e_i, e_k = to_i[k, a] * at.over_i, to_k[k, a] * at.over_k
             push_i[k, a] = across * at.over_i * (e_k - at.cosine * e_i)
             push_k[k, a] = across * at.over_k * (e_i - at.cosine * e_k)
         if measure:
-            sums[OF_BONDS] += energy(law, at.theta, first + a)
+            sums[OF_BONDS] += energy(law_of(law, first + a), at.theta)
     for a in range(n):
         push_apart(f, arms.i[a], arms.j[a], 1.0, push_i, a, edges)
         push_apart(f, others.i[a], others.j[a], 1.0, push_k, a, edges)
@@ -324,8 +324,9 @@ def bond_curvature(x, slot, bonds, arms, edges):
     gather(arms, n, x, slot, bonds.members, uint64(0), 0, 1, edges, None)
     for b in range(n):
         r = length(arms.apart, b, edges)
-        over_r = force_over_r(bonds.law, r, b)
-        total += 2.0 * (curvature(bonds.law, r, b) - (len(edges) - 1) * over_r)
+        law = law_of(bonds.law, b)
+        over_r = force_over_r(law, r)
+        total += 2.0 * (curvature(law, r) - (len(edges) - 1) * over_r)
     return total
 
 
@@ -347,7 +348,8 @@ def angle_curvature(x, slot, angles, arms, others, edges):
         over_s = at.sine / (at.sine * at.sine + CLOSEST)
         squares = at.over_i * at.over_i + at.over_k * at.over_k
         product = at.over_i * at.over_k
-        total += curvature(angles.law, at.theta, a) * 2.0 * (squares - at.cosine * product)
+        law = law_of(angles.law, a)
+        total += curvature(law, at.theta) * 2.0 * (squares - at.cosine * product)
         bend = 2.0 * (len(edges) - 2) * over_s * (at.cosine * squares - product)
-        total -= force(angles.law, at.theta, a) * bend
+        total -= force(law, at.theta) * bend
     return total

@@ -11,8 +11,8 @@ from dpd.engine.integrate import of_bead, of_bead_or_one
 from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
-from dpd.physics.forces import curvature, drag, energy, force, random, weight
-from dpd.physics.noise import gaussian_noise, uniform_noise
+from dpd.physics.common.forces import curvature, drag, energy, force, random, weight
+from dpd.physics.common.noise import gaussian_noise, uniform_noise
 
 # The noise of a bead is that of a pair with a partner that no bead is: another one for each axis of
 # a bath, and for each wall and axis.

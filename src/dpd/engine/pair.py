@@ -15,8 +15,8 @@ import numpy as np
 from dpd.engine.rows import difference_along, push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_PAIRS
 from dpd.jit import inlined
-from dpd.physics.forces import energy, force
-from dpd.physics.noise import gaussian_noise, uniform_noise
+from dpd.physics.common.forces import energy, force
+from dpd.physics.common.noise import gaussian_noise, uniform_noise
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
 

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.physics.angle import Angle, AngleTable
-from dpd.physics.body import BodyForce
-from dpd.physics.bond import Bond, BondTable
+from dpd.physics.angle import Angle
+from dpd.physics.body_force import BodyForce
+from dpd.physics.bond import Bond
+from dpd.physics.common.exchange import Exchange
+from dpd.physics.common.forces import Forces
+from dpd.physics.common.langevin import Langevin
 from dpd.physics.core import Core
-from dpd.physics.exchange import Exchange
-from dpd.physics.forces import Forces
-from dpd.physics.friction import Friction
-from dpd.physics.langevin import Langevin
+from dpd.physics.integrator import Scheme
 from dpd.physics.pressure import Pressure
-from dpd.physics.schemes import Scheme
+from dpd.physics.repulsion import Soft
 from dpd.physics.shear import Shear
-from dpd.physics.soft import Soft
-from dpd.physics.wall import WallFriction, Walls
+from dpd.physics.thermostat import Friction
+from dpd.physics.walls import WallFriction, Walls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -119,16 +119,16 @@ class System:
     dt : float
         Time step in tau.
     scheme : Scheme
-        From `dpd.physics.schemes.scheme_named`.
+        From `dpd.physics.integrator.scheme_named`.
     seed : int
         Seed of the noise.
     members : (n, 2) uint32 array or None
         Identities of the two ends of each bond.
-    bond : Bond, BondTable or None
+    bond : Bond or None
         The law of all bonds, or of each.
     angle_members : (n, 3) uint32 array or None
         Identities of the three beads of each angle, the middle one in between.
-    angle : Angle, AngleTable or None
+    angle : Angle or None
         The law of all angles, or of each.
     skin : float
         0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
@@ -161,9 +161,9 @@ class System:
     scheme: Scheme
     seed: int
     members: np.ndarray | None = None
-    bond: Bond | BondTable | None = None
+    bond: Bond | None = None
     angle_members: np.ndarray | None = None
-    angle: Angle | AngleTable | None = None
+    angle: Angle | None = None
     skin: float = 0.0
     per_bead: bool = False
     masses: np.ndarray | None = None

@@ -1,6 +1,7 @@
 """The step, and the compiled loop over steps.
 
-With f the force, c, lambda and b the coefficients of the scheme (`dpd.physics.schemes`), a step is
+With f the force, c, lambda and b the coefficients of the scheme (see `dpd.physics.integrator`), a
+step is
 
     drift              r  += dt v + c dt^2 f
                        v~  = v + lambda dt f,      v += (1 - b) dt f
@@ -83,9 +84,9 @@ from dpd.engine.threads import (
     share_of,
 )
 from dpd.jit import inlined, kernel
-from dpd.physics.forces import Forces
-from dpd.physics.noise import Keys, step_keys
-from dpd.physics.schemes import Scheme
+from dpd.physics.common.forces import Forces
+from dpd.physics.common.noise import Keys, step_keys
+from dpd.physics.integrator import Scheme
 
 OF_LINE, OF_LIST, OF_CACHED = 0, 1, 2  # kinds of room
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dpd.observe.common.stretch import Stretch
-from dpd.page import Observable, find
+from dpd.page import Observable
 from dpd.scene.beside import files_beside
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ def observables(scene: Scene, system: System, path: str | Path | None = None) ->
     """
     beside = {} if path is None else files_beside(scene, path)
     asked: list[Observable] = []
-    for name, settings in scene.observe.items():
+    for name, page in scene.observe.items():
         own = {"path": beside[name]} if name in beside else {}
-        asked.append(find(Observable, name)(scene, system, **settings, **own))
+        asked.append(page.begin(scene, system, **own))
     if system.bond is None:
         return asked
     # A checker does not know that a system with a law of bonds has bonds.

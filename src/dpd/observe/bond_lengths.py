@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -20,33 +20,24 @@ class PairBondLengths(Observable, key="bond_lengths"):
 
     The integral of a distribution over the length is 1, less the share beyond the range. The mean
     takes every bond.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    range, bin : float
-        End of the distribution, and largest width of its bins, in r_c.
     """
 
     stands = frozenset(Change)
     needs_bonds, bins_of = True, "range"
 
-    def __init__(
-        self, scene: Scene, system: BondedSystem, every: int, range: float, bin: float
-    ) -> None:
-        self.every = every
+    range: float = setting("End of the distribution.", 5.0, unit="r_c", gt=0, le=1000)
+    bin: float = setting("Largest width of a bin.", 0.02, unit="r_c", ge=0.0001, le=1)
+
+    def _start(self, scene: Scene, system: BondedSystem) -> None:
         self._system = system
         ends = np.sort(scene.kinds[system.members].astype(np.int64), axis=1)
         pairs, self._pair = np.unique(ends, axis=0, return_inverse=True)
         self._pair = self._pair.ravel()
         self._names = [f"{scene.species[i]} {scene.species[j]}" for i, j in pairs]
-        self._edges = np.linspace(0.0, range, int(np.ceil(range / bin)) + 1)
+        self._edges = np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
         # The last place holds the mean.
         shape = (len(pairs), len(self._edges))
-        self.averages = BlockSums(shape, scene.steps.sample // every)
+        self.averages = BlockSums(shape, scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

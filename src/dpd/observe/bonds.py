@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -18,27 +18,18 @@ LONGEST = 5.0  # end of the histogram in r_c; the mean takes every bond
 
 
 class BondLengths(Observable, key="bonds"):
-    """Mean, mean square and longest bond length in blocks, and their distribution.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    bin : float
-        Bin width in r_c.
-    """
+    """Mean, mean square and longest bond length in blocks, and their distribution."""
 
     stands = frozenset(Change)
     needs_bonds = True
 
-    def __init__(self, scene: Scene, system: BondedSystem, every: int, bin: float) -> None:
-        self.every = every
+    bin: float = setting("Bin width.", 0.01, unit="r_c", ge=0.0001, le=1)
+
+    def _start(self, scene: Scene, system: BondedSystem) -> None:
         self._system = system
-        self._edges = np.linspace(0.0, LONGEST, round(LONGEST / bin) + 1)
+        self._edges = np.linspace(0.0, LONGEST, round(LONGEST / self.bin) + 1)
         # The first two places hold the sums of r and r^2.
-        samples = scene.steps.sample // every
+        samples = scene.steps.sample // self.every
         self.averages = BlockSums((len(self._edges) + 1,), samples)
         self.arrays = self.averages.arrays | {"longest": np.full(samples, np.nan)}
 

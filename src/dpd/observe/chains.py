@@ -26,23 +26,15 @@ class Chains(Observable, key="chains"):
     than half the box. The end-to-end distance is that of linear molecules. If the scene has
     branched ones, the mean squared distance of their ends is measured as well: the mean over all
     pairs of beads with a single bond, which for a linear molecule is the same number.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change)
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._kinds = scene.molecules
         self._branched = [not kind.is_linear for kind in self._kinds]
         numbers = 3 if any(self._branched) else 2
-        self.averages = BlockSums((len(self._kinds), numbers), scene.steps.sample // every)
+        self.averages = BlockSums((len(self._kinds), numbers), scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, interval_setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -19,21 +19,17 @@ class Configuration(Observable, key="configuration"):
     """Positions at the last sample, molecule after molecule.
 
     Under shear the tilt of the box is there as well, and at constant pressure its edges.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between looks; the last one stays.
     """
 
     stands = frozenset(Change)
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
+    every: int = interval_setting(
+        "Steps between looks; only the last look is kept. If not given, the length of the run."
+    )
+
+    def _start(self, scene: Scene, system: System) -> None:
         from dpd.particles.tilt import FACTORS
 
-        self.every = every
         self.arrays: dict[str, np.ndarray] = {
             "position": np.full((system.dimension, scene.beads), np.nan)
         }
@@ -42,10 +38,9 @@ class Configuration(Observable, key="configuration"):
         if system.pressure is not None:
             self.arrays["edges"] = np.full(system.dimension, np.nan)
 
-    @classmethod
-    def steps_between(cls, settings: dict[str, Any], dt: float, sample: int) -> int:
+    def steps_between(self, scene: Scene) -> int:
         """The last step alone."""
-        return sample
+        return int(scene.steps.sample)
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

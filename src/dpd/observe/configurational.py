@@ -20,14 +20,6 @@ class Configurational(Observable, key="configurational"):
 
     Their ratio, of means, is kT in equilibrium and does not look at velocities: it shows an
     integrator's error where the kinetic temperature is right by construction.
-
-    Parameters
-    ----------
-    scene : Scene
-        Without a rigid core, whose force jumps.
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change)
@@ -37,11 +29,10 @@ class Configurational(Observable, key="configurational"):
         Change.JUMPS: "needs a force without the jump of a core",
     }
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._beads = scene.beads
-        self.averages = BlockSums((2,), scene.steps.sample // every)
+        self.averages = BlockSums((2,), scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

@@ -23,23 +23,14 @@ class Crossings(Observable, key="crossings"):
     Where chains cannot pass through each other there is none at any time. ``crossings``
     counts the pairs at a sample, ``crossings_begun`` those that the sample before did not
     have.
-
-    Parameters
-    ----------
-    scene : Scene
-        In two dimensions, with bonds.
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change)
     interval, dimensions, needs_bonds, is_series = 0.2, (2,), True, True
 
-    def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: BondedSystem) -> None:
         self._system = system
-        n, bonds = scene.steps.sample // every, len(system.members)
+        n, bonds = scene.steps.sample // self.every, len(system.members)
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "crossings": np.full(n, np.nan),

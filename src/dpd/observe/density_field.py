@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals
+from dpd.page import Change, Observable, Refusals, interval_setting, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -29,8 +29,8 @@ def grid_shape(box: tuple[float, ...], spacing: float) -> tuple[int, ...]:
 
 def frames_of(scene: Scene) -> int:
     """Frames of ``density_field``; the last one may have fewer looks than the others."""
-    settings = scene.observe["density_field"]
-    return -(-(scene.steps.sample // settings["every"]) // settings["average"])
+    page = scene.observe["density_field"]
+    return -(-(scene.steps.sample // page.every) // page.average)
 
 
 class DensityField(Observable, key="density_field"):
@@ -40,45 +40,40 @@ class DensityField(Observable, key="density_field"):
     ``average`` looks, ``every`` steps apart; so it covers ``every`` times ``average`` steps, and
     the next one follows at once. Where the run ends within a frame, that is the average of the
     looks that it has.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between looks.
-    average : int
-        Looks in a frame.
-    spacing : float
-        Largest width of a cell in r_c; each axis is cut into equal cells.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
 
-    def __init__(
-        self, scene: Scene, system: System, every: int, average: int, spacing: float
-    ) -> None:
-        self.every, self._average = every, average
+    every: int = interval_setting("Steps between looks.")
+    average: int = setting(
+        "Looks in a frame, which covers every times average steps; the next one follows at once.",
+        10,
+        ge=1,
+        le=1000000000,
+    )
+    spacing: float = setting(
+        "Largest width of a cell, at most half the smallest edge.", 0.5, unit="r_c", ge=0.01
+    )
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._names = scene.species
-        self._looks = scene.steps.sample // every
-        self._shape = (len(scene.species), *grid_shape(system.extent, spacing))
+        self._looks = scene.steps.sample // self.every
+        self._shape = (len(scene.species), *grid_shape(system.extent, self.spacing))
         self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
             "field": np.zeros((frames_of(scene), *self._shape), np.float32),
             "box": np.zeros((frames_of(scene), system.dimension)),
         }
 
-    @classmethod
-    def steps_between(cls, settings: dict[str, Any], dt: float, sample: int) -> int:
+    def steps_between(self, scene: Scene) -> int:
         """No more than `MOST_FRAMES`."""
-        every = super().steps_between(settings, dt, sample)
-        return max(every, -(-sample // (MOST_FRAMES * settings["average"])))
+        every = super().steps_between(scene)
+        return max(every, -(-scene.steps.sample // (MOST_FRAMES * self.average)))
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """Cells that are too wide, or too many for all frames."""
-        spacing, smallest = settings["spacing"], min(scene.box)
+        spacing, smallest = self.spacing, min(scene.box)
         if spacing > smallest / 2:
             yield (
                 "spacing",
@@ -107,7 +102,7 @@ class DensityField(Observable, key="density_field"):
             cell = cell * cells + np.clip((along * (cells / edge)).astype(np.int64), 0, cells - 1)
         counts = np.bincount(cell, minlength=np.prod(shape)).reshape(shape)
         density = counts * (np.prod(shape[1:]) / np.prod(box))
-        frame = int(self.arrays["taken"][0]) // self._average
+        frame = int(self.arrays["taken"][0]) // self.average
         self.arrays["field"][frame] += density.astype(np.float32)
         self.arrays["box"][frame] += box
         self.arrays["taken"][0] += 1
@@ -119,7 +114,7 @@ class DensityField(Observable, key="density_field"):
         with np.errstate(invalid="ignore"):
             field = self.arrays["field"] / looks.reshape(-1, *[1] * len(self._shape))
             box = self.arrays["box"] / looks[:, None]
-        first = 1 + self._average * np.arange(frames)
+        first = 1 + self.average * np.arange(frames)
         middle = first + 0.5 * (self._looks_in_frames(self._looks) - 1)
         axes = [f"field_{axis}" for axis in AXES[: self._system.dimension]]
         middles = {
@@ -144,5 +139,5 @@ class DensityField(Observable, key="density_field"):
 
     def _looks_in_frames(self, looks):
         """(frames,) array: how many of so many looks are in each frame."""
-        first = self._average * np.arange(len(self.arrays["field"]))
-        return np.clip(looks - first, 0, self._average)
+        first = self.average * np.arange(len(self.arrays["field"]))
+        return np.clip(looks - first, 0, self.average)

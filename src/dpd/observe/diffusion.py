@@ -24,27 +24,19 @@ class Diffusion(Observable, key="diffusion"):
     molecule, that of its centre of mass. D(t) tends to the diffusion coefficient where t is long
     enough for beads to have lost their velocity, and chains to have moved their own size. For an
     error, or for averages over many starts, see the observable ``displacement``.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change)
     interval, is_series = 0.2, True
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._names = scene.species
         self._kinds = scene.kinds.astype(np.int64)
         self._molecule_kinds = np.repeat(
             np.arange(len(scene.molecules)), [kind.count for kind in scene.molecules]
         )
-        samples = scene.steps.sample // every
+        samples = scene.steps.sample // self.every
         self._followed = Followed(scene, system)
         self.arrays = self._followed.arrays | {
             "taken": np.zeros(1, np.int64),

@@ -8,7 +8,7 @@ import numpy as np
 
 from dpd.observe.common.following import Followed
 from dpd.observe.common.multitau import MultipleTau
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, interval_setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -24,20 +24,14 @@ class Displacement(Observable, key="displacement"):
     `dpd.observe.common.following.Followed` has them: relative to the centre of mass of all beads.
     "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
     even number.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples: the shortest lag.
     """
 
     stands = frozenset(Change)
     interval = 0.1
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    every: int = interval_setting("Steps between samples, the shortest time.")
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         inner = np.repeat(
             [kind.middle for kind in scene.molecules],
@@ -46,7 +40,7 @@ class Displacement(Observable, key="displacement"):
         self._inner = np.cumsum(scene.lengths) - scene.lengths + inner.T
         self._followed = Followed(scene, system)
         shape = system.dimension, 3, len(scene.lengths)
-        self.averages = MultipleTau(scene.steps.sample // every, shape, 2)
+        self.averages = MultipleTau(scene.steps.sample // self.every, shape, 2)
         self.arrays = self.averages.arrays | self._followed.arrays
 
     def sample(self, simulation: Simulation) -> None:

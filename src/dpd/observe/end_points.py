@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.chains import in_one_piece
 from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable, Refusals
+from dpd.page import Change, Observable, Refusals, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -24,32 +24,23 @@ class EndPoints(Observable, key="end_points"):
 
     Of a branched molecule all pairs of ends count: of beads with a single bond. The integral of a
     distribution over the distance is 1, less the share beyond the range, which is kept beside it.
-
-    Parameters
-    ----------
-    scene : Scene
-        With bonds shorter than half the box.
-    system : System
-    every : int
-        Steps between samples.
-    range, bin : float
-        End of the distribution, and largest width of its bins, in r_c.
     """
 
     stands = frozenset(Change)
     needs_bonds, bins_of = True, "range"
 
-    def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
-        self.every = every
+    range: float = setting("End of the distribution.", 20.0, unit="r_c", gt=0, le=10000)
+    bin: float = setting("Largest width of a bin.", 0.1, unit="r_c", ge=0.0001, le=10)
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._kinds = scene.molecules
-        self._edges = np.linspace(0.0, range, int(np.ceil(range / bin)) + 1)
+        self._edges = np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
         # The last place holds the share beyond the range.
         shape = (len(self._kinds), len(self._edges))
-        self.averages = BlockSums(shape, scene.steps.sample // every)
+        self.averages = BlockSums(shape, scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """Too many pairs of ends."""
         pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
         if pairs > MOST_PAIRS:

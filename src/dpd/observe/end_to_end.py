@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.common.multitau import MultipleTau
-from dpd.page import Change, Observable, Refusals
+from dpd.page import Change, Observable, Refusals, interval_setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -21,33 +21,25 @@ class EndToEnd(Observable, key="end_to_end"):
 
     By multiple-tau correlation (`dpd.observe.common.multitau`), for each linear molecule of two
     beads or more. Branched molecules have no such vector and are left out.
-
-    Parameters
-    ----------
-    scene : Scene
-        With bonds shorter than half the box.
-    system : System
-    every : int
-        Steps between samples: the shortest lag.
     """
 
     stands = frozenset(Change)
     needs_bonds = True
 
-    def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
-        self.every = every
+    every: int = interval_setting("Steps between samples, the shortest time.")
+
+    def _start(self, scene: Scene, system: BondedSystem) -> None:
         self._system = system
         chains = [kind for kind in scene.molecules if len(kind.beads) > 1 and kind.is_linear]
         self._members = _bonds_of(scene)
         self._sign = np.concatenate([np.tile(along_chain(kind), kind.count) for kind in chains])
         lengths = np.repeat([len(kind.beads) for kind in chains], [kind.count for kind in chains])
         self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
-        samples = scene.steps.sample // every
+        samples = scene.steps.sample // self.every
         self.averages = MultipleTau(samples, (system.dimension, len(lengths)), 1)
         self.arrays = self.averages.arrays | {"square": np.zeros(len(lengths))}
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """No linear molecule."""
         if not any(len(kind.beads) > 1 and kind.is_linear for kind in scene.molecules):
             yield "", "'end_to_end' has nothing to measure: no molecule is linear"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,21 +26,12 @@ class Mixing(Observable, key="mixing"):
     and b, and <n_ab> = 2 N_a N_b / (N (N - 1)) n are, if the same beads had their species by lot.
     It is below 0 where unlike beads prefer each other. Bonded pairs count as any other, so that
     blocks of a chain give a little order even where chains are mixed.
-
-    Parameters
-    ----------
-    scene : Scene
-        With two species or more.
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
     is_series = True
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._names = scene.species
         self._pairs = list(combinations(range(len(self._names)), 2))
@@ -48,14 +39,13 @@ class Mixing(Observable, key="mixing"):
         number = np.bincount(self._kinds, minlength=len(self._names)).astype(float)
         beads = number.sum()
         self._by_lot = 2 * np.outer(number, number) / (beads * (beads - 1))
-        samples = scene.steps.sample // every
+        samples = scene.steps.sample // self.every
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "order": np.full((samples, len(self._pairs)), np.nan),
         }
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """A single species."""
         if len(scene.species) < 2:
             yield "", "'mixing' has nothing to measure: there is a single species"

@@ -22,25 +22,16 @@ class PairEnergies(Observable, key="pair_energies"):
 
     Where the repulsion of two species is a, the derivative of the free energy by a is this energy
     over a. Their sum is the pair energy of `thermo`.
-
-    Parameters
-    ----------
-    scene : Scene
-        Without rigid cores.
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
     cannot = {Change.JUMPS: "knows the soft repulsion alone"}
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._repulsion, self._kinds = np.asarray(scene.repulsion, dtype=float), scene.kinds
         self._names = scene.species
         self._pairs = list(combinations_with_replacement(range(len(self._names)), 2))
-        self.averages = BlockSums((len(self._pairs),), scene.steps.sample // every)
+        self.averages = BlockSums((len(self._pairs),), scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

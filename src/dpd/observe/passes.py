@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, interval_setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -15,16 +15,7 @@ if TYPE_CHECKING:
 
 
 class Passes(Observable, key="passes"):
-    """Number of pairs of bonds that passed through each other since the sample before.
-
-    Parameters
-    ----------
-    scene : Scene
-        In three dimensions, with bonds.
-    system : System
-    every : int
-        Steps between samples: beads are taken to move in straight lines between.
-    """
+    """Number of pairs of bonds that passed through each other since the sample before."""
 
     stands = frozenset(Change)
     cannot = {
@@ -33,13 +24,16 @@ class Passes(Observable, key="passes"):
     }
     interval, dimensions, needs_bonds, is_series = 0.1, (3,), True, True
 
-    def __init__(self, scene: Scene, system: BondedSystem, every: int) -> None:
-        self.every = every
+    every: int = interval_setting(
+        "Steps between samples, between which beads are taken to move in straight lines."
+    )
+
+    def _start(self, scene: Scene, system: BondedSystem) -> None:
         self._system = system
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "last": np.zeros((system.dimension, scene.beads)),
-            "passes": np.full(scene.steps.sample // every, np.nan),
+            "passes": np.full(scene.steps.sample // self.every, np.nan),
         }
 
     def sample(self, simulation: Simulation) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.common.blocks import BlockSums
 from dpd.observe.common.layers import Layers
-from dpd.page import Change, Observable, Refusals
-from dpd.scene.flow import profile_axis
+from dpd.page import Axis, Change, Observable, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -23,41 +22,23 @@ class Profile(Observable, key="profile"):
 
     At constant pressure the slices are stretched with the box, and their places are those in the
     mean box.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    bin : float
-        Largest width of a slice in r_c; the axis is cut into equal slices. Between walls they
-        reach from behind one wall to behind the other.
-    axis : str or None
-        Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
     stands = frozenset(Change)
     bins_of = "box"
 
-    def __init__(
-        self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
-    ) -> None:
-        self.every = every
+    bin: float = setting("Bin width, at most the longest edge.", 0.2, unit="r_c", ge=0.001)
+    axis: Axis | None = setting("The axis; if not given, as for velocity_profile.", None, of="axis")
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._names = scene.species
-        self._slices = Layers(system, profile_axis(scene, axis), bin)
+        self._slices = Layers(system, scene.axis_of_profile(self.axis), self.bin)
         shape = len(self._names), self._slices.count
-        self.averages = BlockSums(shape, scene.steps.sample // every)
+        self.averages = BlockSums(shape, scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
         if system.pressure is not None:
             # The edge along the axis, summed over the samples.
             self.arrays = self.arrays | {"length": np.zeros(1)}
-
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
-        """An axis that the box lacks."""
-        profile_axis(scene, settings.get("axis"))
-        return iter(())
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

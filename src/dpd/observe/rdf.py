@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.errors import UserError
 from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable, Refusals
-from dpd.scene.shear import room_for_images
+from dpd.page import Change, Observable, Refusals, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -29,17 +28,6 @@ class RadialDistribution(Observable, key="rdf"):
 
     Programs that have N^2 in place of N (N - 1) find less, by a factor 1 - 1/N: 0.9 for ten beads.
     Bonded pairs count like any other. At constant pressure V is the volume at each sample.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    range : float
-        Largest distance in r_c.
-    bin : float
-        Bin width in r_c.
     """
 
     stands = frozenset(Change)
@@ -48,26 +36,29 @@ class RadialDistribution(Observable, key="rdf"):
     }
     bins_of = "range"
 
-    def __init__(self, scene: Scene, system: System, every: int, range: float, bin: float) -> None:
-        self.every = every
+    range: float = setting(
+        "Largest distance, at most half the smallest edge.", 3.0, unit="r_c", gt=0
+    )
+    bin: float = setting("Bin width.", 0.02, unit="r_c", ge=0.0001, le=1)
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
-        bins = max(1, round(range / bin))
-        self._edges = np.linspace(0.0, range, bins + 1)
-        self.averages = BlockSums((bins,), scene.steps.sample // every)
+        bins = max(1, round(self.range / self.bin))
+        self._edges = np.linspace(0.0, self.range, bins + 1)
+        self.averages = BlockSums((bins,), scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
         self._beads = scene.beads
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """A single bead, and distances at which one meets images."""
-        farthest, half = settings["range"], min(scene.box) / 2
+        farthest, half = self.range, min(scene.box) / 2
+        room = min(half, *scene.room)
         if scene.beads < 2:
             yield "", "'rdf' has nothing to measure: there is a single bead"
         if farthest > half:
             text = f"{farthest:g} is more than half the smallest edge; allowed: <= {half:g}"
             yield "range", text
-        room = min(half, *room_for_images(scene))
-        if farthest > room:
+        elif farthest > room:
             yield (
                 "range",
                 f"{farthest:g} reaches further than images under shear allow; allowed: <= "

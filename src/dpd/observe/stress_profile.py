@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.common.blocks import BlockSums
 from dpd.observe.common.layers import Layers
 from dpd.observe.common.thermal import ThermalMotion
-from dpd.page import Change, Observable, Refusals
-from dpd.scene.flow import profile_axis
+from dpd.page import Axis, Change, Observable, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -38,20 +37,6 @@ class StressProfile(Observable, key="stress_profile"):
     At constant pressure the slices are stretched with the box, and their places are those in the
     mean box.
 
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    bin : float
-        Largest width of a slice in r_c; the axis is cut into equal slices. Between walls they
-        reach from behind one wall to behind the other.
-    axis : str or None
-        Its name; if not given, see `dpd.scene.flow.profile_axis`.
-
-    Notes
-    -----
     A sample takes as long as 3.0, 3.6 and 4.2 steps with slices of 0.5, 0.2 and 0.1 r_c, measured
     for 3840 beads of density 3 on one core: it sorts the beads, finds all pairs as a step does, and
     cuts each line at each edge of a slice.
@@ -60,26 +45,20 @@ class StressProfile(Observable, key="stress_profile"):
     stands = frozenset(Change) - {Change.SLIDES}
     interval, bins_of = 0.4, "box"
 
-    def __init__(
-        self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
-    ) -> None:
-        self.every = every
+    bin: float = setting("Width of a slice, at most the longest edge.", 0.2, unit="r_c", ge=0.001)
+    axis: Axis | None = setting("The axis; if not given, as for velocity_profile.", None, of="axis")
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._system, self._thermal = system, ThermalMotion(scene, system)
-        self._layers = Layers(system, profile_axis(scene, axis), bin)
+        self._layers = Layers(system, scene.axis_of_profile(self.axis), self.bin)
         self._walled = system.walls is not None and self._layers.axis in system.walls.axis
         # Normal and tangential; with walls across the axis, what they add to the normal one.
         shape = 3 if self._walled else 2, self._layers.count
-        self.averages = BlockSums(shape, scene.steps.sample // every)
+        self.averages = BlockSums(shape, scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
         if system.pressure is not None:
             # The edge along the axis, summed over the samples.
             self.arrays = self.arrays | {"length": np.zeros(1)}
-
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
-        """An axis that the box lacks."""
-        profile_axis(scene, settings.get("axis"))
-        return iter(())
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable, Refusals
+from dpd.page import Change, Observable, Refusals, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -60,39 +60,37 @@ class StructureFactor(Observable, key="structure_factor"):
     The sums are over beads, without a grid, for every wave vector q = 2 pi m / L of the box up to
     ``max``. They are kept for each wave vector, and averaged over shells of |q|: shell k reaches
     from k - 1/2 to k + 1/2 times 2 pi over the longest edge.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    max : float
-        Largest |q| in 1 / r_c.
     """
 
     stands = frozenset(Change) - {Change.SLIDES, Change.ENDS}
     cannot = {Change.STRETCHES: "belongs to the wave vectors of a box, and those change"}
     interval = 2.0
 
-    def __init__(self, scene: Scene, system: System, every: int, max: float) -> None:
-        self.every = every
+    max: float = setting(
+        "Largest length of a wave vector; the work grows with its third power (in two dimensions, "
+        "its square) times volume and beads.",
+        4.0,
+        unit="1 / r_c",
+        gt=0,
+        le=1000,
+    )
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._names = scene.species
-        self._numbers = wave_numbers(system.box, max)
+        self._numbers = wave_numbers(system.box, self.max)
         self._pairs = list(combinations_with_replacement(range(len(self._names)), 2))
         self._order = np.argsort(scene.kinds, kind="stable")  # species after species
         counts = np.bincount(scene.kinds, minlength=len(self._names))
         self._begins = np.concatenate([[0], np.cumsum(counts)])
         self.averages = BlockSums(
-            (len(self._pairs), len(self._numbers)), scene.steps.sample // every
+            (len(self._pairs), len(self._numbers)), scene.steps.sample // self.every
         )
         self.arrays = self.averages.arrays
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """Wave vectors that the box has not, or that are too many."""
-        most, longest = settings["max"], max(scene.box)
+        most, longest = self.max, max(scene.box)
         least = 2 * np.pi / longest
         if most < least:
             yield (

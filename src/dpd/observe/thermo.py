@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.common.thermal import ThermalMotion
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, setting
 
 if TYPE_CHECKING:
     from dpd.engine.state import Sums, System
@@ -42,15 +42,6 @@ class Thermo(Observable, key="thermo"):
     the space between the planes, which near them is not that of the bulk. The shear stress is minus
     the element of P, with all forces, of the axes of the flow and of its gradient. At constant
     pressure V is the volume at each sample, which is then a series as well.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    pressure : bool
-        Whether to measure pressure and energy, which takes a sixth of a step.
     """
 
     stands = frozenset(Change)
@@ -59,10 +50,12 @@ class Thermo(Observable, key="thermo"):
     # than one over twice as many, which would take a tenth more of the run time.
     interval = 0.16
 
-    def __init__(self, scene: Scene, system: System, every: int, pressure: bool) -> None:
-        self.every, self.needs_forces = every, pressure
+    pressure: bool = setting("Whether to measure pressure and energy.", True)
+
+    def _start(self, scene: Scene, system: System) -> None:
+        self.needs_forces = self.pressure  # type: ignore[misc]  # of a page without it, False
         self._system, self._thermal = system, ThermalMotion(scene, system)
-        n, d = scene.steps.sample // every, system.dimension
+        n, d = scene.steps.sample // self.every, system.dimension
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "kT": np.full(n, np.nan),
@@ -70,20 +63,19 @@ class Thermo(Observable, key="thermo"):
         }
         if system.pressure is not None:
             self.arrays["volume"] = np.full(n, np.nan)
-        if pressure:
+        if self.pressure:
             self.arrays |= {
                 "kinetic": np.full((n, d, d), np.nan),
                 "virial": np.full((n, 2, d, d), np.nan),
                 "energy": np.full((n, 2), np.nan),
                 "motion": np.full(n, np.nan),
             }
-        if pressure and system.walls is not None:
+        if self.pressure and system.walls is not None:
             self.arrays["wall_energy"] = np.full(n, np.nan)
 
-    @classmethod
-    def steps_between(cls, settings: dict[str, Any], dt: float, sample: int) -> int:
+    def steps_between(self, scene: Scene) -> int:
         """No more than `MOST_SAMPLES`."""
-        return max(super().steps_between(settings, dt, sample), -(-sample // MOST_SAMPLES))
+        return max(super().steps_between(scene), -(-scene.steps.sample // MOST_SAMPLES))
 
     def record(self, sums: Sums) -> None:
         """Take some samples."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,13 +22,6 @@ class Trace(Observable, key="trace"):
     """Configurations of the first molecule, one after the other.
 
     Each is in one piece, and they go on where it leaves the box; the first begins in it.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
     """
 
     stands = frozenset(Change)
@@ -38,22 +31,20 @@ class Trace(Observable, key="trace"):
     }
     is_series = True
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._kind = scene.molecules[0]
         self._length = len(self._kind.beads)
-        shape = (scene.steps.sample // every, system.dimension, self._length)
+        shape = (scene.steps.sample // self.every, system.dimension, self._length)
         self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
             "image": np.zeros(system.dimension, np.int32),
             "trace": np.full(shape, np.nan),
         }
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """Too many coordinates."""
-        every, beads = settings["every"], len(scene.molecules[0].beads)
+        every, beads = self.every, len(scene.molecules[0].beads)
         numbers = scene.steps.sample // every * beads * scene.dimension
         if numbers > MOST_NUMBERS:
             least = -(-scene.steps.sample * beads * scene.dimension // MOST_NUMBERS)

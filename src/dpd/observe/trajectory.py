@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals
+from dpd.page import Change, Observable, interval_setting, setting
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from dpd.engine.simulation import Simulation
@@ -24,53 +23,48 @@ class Trajectory(Observable, key="trajectory"):
     every molecule in one piece. Each frame holds the time in tau since the run began, dt and the kT
     of the thermostat as ``log/time``, ``log/dt`` and ``log/kT``, and the number of the molecule of
     each bead as its body, which MDAnalysis takes for that of its residue.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between frames.
-    species : list of str or None
-        The species that are written; all if not given.
-    velocities, equilibration : bool
-        Whether frames have velocities; whether there are frames before sampling begins.
-    path : path or None
-        Of the file; without one, nothing is written.
     """
 
     stands = frozenset(Change)
     is_series, suffix = True, ".gsd"
 
-    def __init__(
-        self, scene: Scene, system: System, every: int, species: Sequence[str] | None = None,
-        velocities: bool = True, equilibration: bool = False, path: Path | None = None,
-    ) -> None:  # fmt: skip
+    every: int = interval_setting("Steps between frames.")
+    species: list[str] | None = setting(
+        "Names of the species that are written, as [H, T], with the bonds among them; if not "
+        "given, all.",
+        None,
+        of="some species",
+        min_length=1,
+    )
+    velocities: bool = setting("Whether frames have velocities.", True)
+    equilibration: bool = setting(
+        "Whether there are frames from the beginning of the run on, and not only where it samples.",
+        False,
+    )
+
+    def _start(self, scene: Scene, system: System, path: Path | None = None) -> None:
         # Imported here: the library of GSD takes a tenth of a second, which other runs do without.
         from dpd.particles.trajectory_file import DIGEST, TrajectoryFile, bytes_of
 
-        self.every, self.equilibration = every, equilibration
-        self._scene, self._system, self._velocities = scene, system, velocities
-        written = np.isin(scene.species, scene.species if species is None else species)
+        self._scene, self._system = scene, system
+        written = np.isin(scene.species, scene.species if self.species is None else self.species)
         self._written = written[scene.kinds]
         molecule = np.repeat(np.arange(len(scene.lengths)), scene.lengths)
         self._molecule = np.unique(molecule[self._written], return_inverse=True)[1]
-        steps = sum(scene.steps) if equilibration else scene.steps.sample
+        steps = self.watched(scene)
         self.arrays: dict[str, np.ndarray] = {
             "taken": np.zeros(1, np.int64),
-            "digests": np.zeros((steps // every, DIGEST), np.uint8),
+            "digests": np.zeros((steps // self.every, DIGEST), np.uint8),
         }
         self.file = None if path is None else TrajectoryFile(path)
         joined = len(scene.bonded), len(scene.angled)
-        self.file_bytes = bytes_of(steps // every, self._written.sum(), *joined, velocities)
+        self.file_bytes = bytes_of(
+            steps // self.every, self._written.sum(), *joined, self.velocities
+        )
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
-        """Species that there are not."""
-        for name in settings.get("species", ()):
-            if name not in scene.species:
-                allowed = ", ".join(scene.species)
-                yield "species", f"there are no beads {name!r}; allowed: {allowed}"
+    def watched(self, scene: Scene) -> int:
+        """All steps, if it looks at the equilibration as well."""
+        return sum(scene.steps) if self.equilibration else int(scene.steps.sample)
 
     def sample(self, simulation: Simulation) -> None:
         """Append a frame."""
@@ -80,7 +74,7 @@ class Trajectory(Observable, key="trajectory"):
         state, arrays = simulation.state, self.arrays
         if self.file is not None:
             position = state.by_identity(state.position)
-            velocity = state.by_identity(state.velocity) if self._velocities else None
+            velocity = state.by_identity(state.velocity) if self.velocities else None
             box, image = simulation.box, state.image
             all_beads = of_scene(self._scene, box, position, image, velocity, state.step)
             frame = frame_of(only(all_beads, self._written), np.float32)

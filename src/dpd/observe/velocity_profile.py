@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.observe.common.blocks import BlockSums
 from dpd.observe.common.layers import Layers
-from dpd.page import Change, Observable, Refusals
-from dpd.scene.flow import momentum_axes, profile_axis
+from dpd.page import Axis, Change, Observable, setting
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
@@ -26,42 +25,31 @@ class VelocityProfile(Observable, key="velocity_profile"):
     freedom that conserved momentum leaves, as kT of `thermo`. Across the gradient of a shear the
     velocity is that in the laboratory; across other axes, that about the flow. A layer in which no
     bead was has neither.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    every : int
-        Steps between samples.
-    bin : float
-        Largest thickness of a layer in r_c; the axis is cut into equal layers. Between walls they
-        reach from behind one wall to behind the other.
-    axis : str or None
-        Its name; if not given, see `dpd.scene.flow.profile_axis`.
     """
 
     stands = frozenset(Change)
     interval, bins_of = 0.2, "box"
 
-    def __init__(
-        self, scene: Scene, system: System, every: int, bin: float, axis: str | None = None
-    ) -> None:
-        self.every = every
+    bin: float = setting(
+        "Thickness of a layer, at most the longest edge.", 0.2, unit="r_c", ge=0.001
+    )
+    axis: Axis | None = setting(
+        "The axis; if not given, the one across which walls, a body force that turns round, or a "
+        "shear make the fluid change, or the longest.",
+        None,
+        of="axis",
+    )
+
+    def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         coordinates = np.float64(scene.dimension * scene.beads)
         with np.errstate(divide="ignore"):
-            self._per_freedom = coordinates / (coordinates - len(momentum_axes(scene)))
-        self._layers = Layers(system, profile_axis(scene, axis), bin)
+            self._per_freedom = coordinates / (coordinates - len(scene.momentum_axes))
+        self._layers = Layers(system, scene.axis_of_profile(self.axis), self.bin)
         # Of each layer: beads, their mass, sum of m v along each axis, sum of m v^2.
         shape = 3 + system.dimension, self._layers.count
-        self.averages = BlockSums(shape, scene.steps.sample // every)
+        self.averages = BlockSums(shape, scene.steps.sample // self.every)
         self.arrays = self.averages.arrays
-
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
-        """An axis that the box lacks."""
-        profile_axis(scene, settings.get("axis"))
-        return iter(())
 
     def sample(self, simulation: Simulation) -> None:
         """Take one sample."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.page import Change, Observable, Refusals
-from dpd.scene.walls import AXES
 
 if TYPE_CHECKING:
     from dpd.engine.state import Sums, System
@@ -20,14 +19,6 @@ class WallForces(Observable, key="walls"):
 
     The mean of the conservative force is the pressure of the fluid normal to the wall. The mean of
     the friction along a wall is the shear stress there.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-        With walls.
-    every : int
-        Steps between samples.
     """
 
     needs_forces = True
@@ -35,26 +26,24 @@ class WallForces(Observable, key="walls"):
     stands = frozenset(Change) - {Change.SLIDES}
     interval, is_series = 0.16, True
 
-    def __init__(self, scene: Scene, system: System, every: int) -> None:
-        self.every = every
+    def _start(self, scene: Scene, system: System) -> None:
         self._dt = system.dt
         axes = system.walls.axis  # type: ignore[union-attr]  # the scene is refused without
         ends = ("lower", "upper") * (len(axes) // 2)
-        self._names = [f"{AXES[axis]} {end}" for axis, end in zip(axes, ends)]
+        self._names = [f"{'xyz'[axis]} {end}" for axis, end in zip(axes, ends)]
         # Beads do the opposite to walls of what walls do to them; the push is along the normal out
         # of the box already.
         self._area = system.volume / np.array(system.extent)[axes]
-        n, d = scene.steps.sample // every, system.dimension
+        n, d = scene.steps.sample // self.every, system.dimension
         self.arrays = {
             "taken": np.zeros(1, np.int64),
             "pressure": np.full((n, len(axes)), np.nan),
             "friction": np.full((n, len(axes), d), np.nan),
         }
 
-    @classmethod
-    def refuses(cls, scene: Scene, settings: dict[str, Any]) -> Refusals:
+    def refuses(self, scene: Scene) -> Refusals:
         """No walls."""
-        if "walls" not in scene.data:
+        if not scene.ended:
             yield "", "'walls' has nothing to measure: the scene has none; add 'walls'"
 
     def record(self, sums: Sums) -> None:

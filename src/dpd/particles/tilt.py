@@ -14,8 +14,6 @@ import numpy as np
 from dpd.engine.space import TURN, along_axes, tilted
 from dpd.errors import UserError
 from dpd.physics.shear import Shear
-from dpd.scene.shear import axes_of_shear
-from dpd.scene.walls import period_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,9 +29,7 @@ UPRIGHT = 1e-9  # a tilt factor that is less is rounding: the box has right angl
 
 def shear_of(scene: Scene) -> Shear | None:
     """The shear of a scene, if it has one."""
-    if "shear" not in scene.data:
-        return None
-    return Shear(float(scene.data["shear"]["rate"]), *axes_of_shear(scene))
+    return scene.terms["shear"].record(scene) if "shear" in scene.terms else None
 
 
 def box_at(scene: Scene, step: int, slid: int | None) -> tuple[float, ...]:
@@ -46,8 +42,7 @@ def box_at(scene: Scene, step: int, slid: int | None) -> tuple[float, ...]:
     slid : int or None
         As in `dpd.engine.state.State`.
     """
-    dt = float(scene.data["integrator"]["dt"])
-    return tilted(period_of(scene), shear_of(scene), dt, step, slid or 0)
+    return tilted(scene.period, shear_of(scene), scene.dt, step, slid or 0)
 
 
 def tilt_factors(box: Sequence[float]) -> list[float]:

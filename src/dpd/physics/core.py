@@ -10,11 +10,46 @@ The force jumps at d. With a width it goes over from F_max into the soft repulsi
 line from d to d + width, so that schemes of second order keep their order.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from dpd.jit import inlined
+from dpd.page import Change, NotNegative, Refusals, Term, part, setting
+
+if TYPE_CHECKING:
+    import numpy as np
+
+CUTOFF = 1.0
+
+
+class RigidCore(Term, key="core"):
+    """Rigid core; within twice the radius the force is constant (Liu et al. 2008, Eq. 5)."""
+
+    radius: float = setting("Core radius r_s; 0 for none.", unit="r_c", ge=0, lt=0.5)
+    force: NotNegative = setting("Force F_max.", unit="kT / r_c")
+    smooth: float = setting(
+        "Width beyond twice the radius within which the force goes over into the soft repulsion; "
+        "0 for a jump, as published.", 0.0, unit="r_c", ge=0, le=1,
+    )  # fmt: skip
+
+    def conflicts(self) -> Refusals:
+        """An edge beyond the cutoff."""
+        room = CUTOFF - 2 * self.radius
+        if self.smooth > room:
+            yield (
+                "smooth",
+                f"{self.smooth:g} beyond a core of diameter {2 * self.radius:g} goes past the "
+                f"cutoff; allowed: <= {room:g}",
+            )
+
+    def untried(self) -> str:
+        """A core is not soft."""
+        text = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
+        return text if self.radius else ""
+
+    def changes(self, scene: Any) -> frozenset[Change]:
+        """A jump of the force, where there is a core."""
+        return frozenset({Change.JUMPS}) if self.radius else frozenset()
 
 
 class Core(NamedTuple):
@@ -47,7 +82,7 @@ class Core(NamedTuple):
         return energy_beyond(self, a, r, w, self.width)
 
 
-@inlined()
+@part
 def force_beyond(core, a, r, w, width):
     """The force from the diameter on."""
     if width is None:
@@ -57,7 +92,7 @@ def force_beyond(core, a, r, w, width):
     return core.push + slope * (r - core.diameter) if r < core.diameter + width else a * w
 
 
-@inlined()
+@part
 def energy_beyond(core, a, r, w, width):
     """The energy from the diameter on."""
     if width is None:

@@ -30,9 +30,111 @@ every h, tau and beta; those decide how fast it is explored.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+
+from dpd.page import Change, Positive, Refusals, Term, setting
+
+if TYPE_CHECKING:
+    from typing import Self
+
+TRIALS = 5  # in a relaxation time, unless the scene says how many steps lie between them
+MOST_TIMES = 10  # by which the volume may grow, as dpd.engine.barostat has it
+# Excess pressure over a rho^2 of beads that do not see each other, g(r) = 1: the integral of
+# r F(r) over the soft repulsion. In three dimensions Groot and Warren (1997) measured 0.101.
+MEAN_FIELD = {2: math.pi / 24, 3: math.pi / 30}
+
+
+class ConstantPressure(Term, key="pressure"):
+    """Constant pressure by stochastic cell rescaling (Bernetti and Bussi 2020).
+
+    Without this key the box stays as it is. With it `box` is that of the start, and volumes may
+    come to between a tenth and ten times that.
+    """
+
+    makes = frozenset({Change.STRETCHES})
+    cannot = {
+        Change.SLIDES: "cannot be held in a box whose images slide",
+        Change.ENDS: "cannot be held in a box that ends",
+        Change.FLOWS: "cannot be held in a fluid that flows",
+    }
+    target: Positive = setting("Pressure that is held.", unit="kT / r_c^dimension")
+    axes: Literal["all", "x", "y", "z"] = setting(
+        "Along which the box is stretched, all alike, or one alone, whose normal pressure is then "
+        "held.", "all", of="axis",
+    )  # fmt: skip
+    time: float = setting(
+        "Relaxation time of the volume.", 2.0, unit="tau", ge=1e-3, le=1e6
+    )  # fmt: skip
+    compressibility: float | None = setting(
+        "Estimate of the isothermal compressibility; it decides how fast the volume moves, not "
+        "where to. If not given, that of the soft repulsion at the density of the start.", None,
+        unit="r_c^dimension / kT", gt=0, le=1e18,
+    )  # fmt: skip
+    every: int | None = setting(
+        "Steps from one change of the box to the next, at most the relaxation time; it decides the "
+        "speed, not the result. If not given, a fifth of the relaxation time.", None, ge=1,
+        le=10**15,
+    )  # fmt: skip
+
+    def completed(self, scene: Any) -> Self:
+        """With a compressibility; and a time between trials, unless the step is yet to be tried."""
+        given: dict[str, Any] = {}
+        if self.compressibility is None:
+            given["compressibility"] = estimated_compressibility(scene)
+        if self.every is None and not scene.is_auto:
+            given["every"] = max(1, round(self.time / (TRIALS * scene.dt)))
+        return self.model_copy(update=given)
+
+    def refuses(self, scene: Any) -> Refusals:
+        """Trials over more than the relaxation time, and pressures that empty the box.
+
+        Hardly one of such trials would count. And repulsion only adds to the pressure of an ideal
+        gas of the molecules.
+        """
+        if not scene.is_auto:
+            most = math.floor(self.time / scene.dt * (1 + 1e-9))
+            if most < 1:
+                yield "time", f"{self.time:g} is less than a step; allowed: >= {scene.dt:g}"
+            elif self.every is not None and self.every > most:
+                yield (
+                    "every",
+                    f"{self.every} steps are longer than the relaxation time; allowed: <= {most}",
+                )
+        ideal = len(scene.lengths) * scene.kT
+        least = ideal / (MOST_TIMES * scene.volume)
+        if self.target < least:
+            yield (
+                "target",
+                f"{self.target:g} empties the box: {len(scene.lengths)} molecules would fill at "
+                f"least {ideal / self.target / scene.volume:.3g} times its volume of "
+                f"{scene.volume:g}, and it may come to {MOST_TIMES} times that; "
+                f"allowed: >= {least:.3g}",
+            )
+
+    def record(self, scene: Any) -> Pressure | None:
+        """The law; none where the time step is yet to be chosen."""
+        if self.every is None:
+            return None
+        every_axis = tuple(range(scene.dimension))
+        axes = every_axis if self.axes == "all" else ("xyz".index(self.axes),)
+        given = self.compressibility or estimated_compressibility(scene)
+        return Pressure(self.target, self.time, given, axes, self.every)
+
+
+def estimated_compressibility(scene: Any) -> float:
+    """1 / (rho dp/drho) of molecules with the soft repulsion alone, in r_c^dimension / kT.
+
+    From p = rho_m kT + alpha <a> rho^2, with the density rho_m of molecules, the mean repulsion
+    <a> of two beads, and alpha of `MEAN_FIELD`.
+    """
+    share = np.bincount(scene.kinds, minlength=len(scene.species)) / scene.beads
+    repulsion = float(share @ scene.repulsion @ share)
+    ideal = len(scene.lengths) / scene.volume * scene.kT
+    stiffness = ideal + 2 * MEAN_FIELD[scene.dimension] * repulsion * scene.density**2
+    return float(f"{1 / stiffness:.4g}")
+
 
 # Largest share of the volume that the mean of a trial moves. It matters where a start is far from
 # its pressure; a trial as large as the equation wants would then leave what the forces know.

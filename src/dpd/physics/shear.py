@@ -14,7 +14,98 @@ and without forces beads move with v constant (Lees and Edwards 1972; Evans and 
     dx/dt = u_x + g y,     du_x/dt = -g u_y
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from math import hypot
+from typing import Any, Literal, NamedTuple
+
+from dpd.page import Change, Refusals, Term, setting
+
+CUTOFF = 1.0
+
+
+class SteadyShear(Term, key="shear"):
+    """Steady shear by Lees-Edwards boundary conditions.
+
+    The fluid flows along one axis with a speed of rate times the place on another. Velocities are
+    kept about this flow.
+    """
+
+    makes = frozenset({Change.SLIDES})
+    cannot = {
+        Change.STRETCHES: "takes the box to keep its size, for which alone it is known how far "
+        "images have slid"
+    }
+    rate: float = setting(
+        "Shear rate, positive or negative.", unit="1 / tau", ge=-1000, le=1000
+    )  # fmt: skip
+    flow: Literal["x", "y"] = setting("Axis along which the fluid flows.", "x", of="axis")
+    gradient: Literal["y", "z"] = setting(
+        "Axis along which its speed grows, after the other in x, y, z.", "y", of="axis"
+    )
+
+    def axes(self) -> tuple[int, int]:
+        """Numbers of the axes of the flow and of its gradient."""
+        return "xyz".index(self.flow), "xyz".index(self.gradient)
+
+    def across(self, scene: Any) -> tuple[int, ...]:
+        """The axis of its gradient."""
+        return ("xyz".index(self.gradient),)
+
+    def untried(self) -> str:
+        """A system at rest is what steps are tried on."""
+        return "steps are tried at rest, which says nothing of shear; take gw-vv and dt 0.04"
+
+    def conflicts(self) -> Refusals:
+        """No shear at all, and axes in another order: files could not hold their tilted box."""
+        if self.rate == 0:
+            yield "rate", "0 is no shear; allowed: a number that is not 0. Or remove the key"
+        if self.flow >= self.gradient:
+            yield (
+                "gradient",
+                f"{self.gradient!r} is the axis of the flow itself; allowed: an axis after it",
+            )
+
+    def refuses(self, scene: Any) -> Refusals:
+        """Images that slide too fast, a box too short for them, and a list of pairs."""
+        flow, gradient = self.axes()
+        dt, height = scene.dt, scene.box[gradient]
+        most = CUTOFF / (dt * height)
+        if abs(self.rate) > most:
+            yield (
+                "rate",
+                f"{self.rate:g} moves images by {abs(self.rate) * dt * height:.3g} r_c in a step, "
+                f"more than a cutoff; allowed at dt {dt:g} in a box of {height:g} along "
+                f"{self.gradient}: -{most:.4g} to {most:.4g}",
+            )
+        if self.room(scene)[flow] < 2 * CUTOFF:
+            least = 2 / (1 - 1 / height**2) ** 0.5
+            yield (
+                "",
+                f"the box has an edge of {scene.box[flow]:g} along the flow, too short for images "
+                f"that slide: a bead could meet another one twice; allowed with {height:g} along "
+                f"{self.gradient}: >= {least:.4g}",
+            )
+        if scene.data["pairs"]["search"] == "list":
+            yield (
+                "",
+                "moves all beads past each other, and 'pairs.search: list' would not last; take "
+                "cells, or remove the key",
+            )
+
+    def room(self, scene: Any) -> tuple[float, ...]:
+        """Edges of the box; along the flow the least distance that images may have.
+
+        Images slide by up to half an edge, and the more they tilt, the less that is.
+        """
+        flow, gradient = self.axes()
+        edges = list(scene.box)
+        edges[flow] /= hypot(1.0, 0.5 * edges[flow] / edges[gradient])
+        return tuple(edges)
+
+    def record(self, scene: Any) -> Shear:
+        """Its rate and its axes."""
+        return Shear(self.rate, *self.axes())
 
 
 class Shear(NamedTuple):

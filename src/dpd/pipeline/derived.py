@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dpd import files
-from dpd.errors import UserError
+from dpd.errors import UserError, suggestion
 from dpd.scene.scene import Scene
-from dpd.scene.schema import suggestion
 from dpd.scene.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:

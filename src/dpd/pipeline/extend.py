@@ -158,9 +158,9 @@ def longer(scene: Scene, sample: int) -> Scene:
     data: dict[str, Any] = scene.data | {"steps": scene.data["steps"] | {"sample": done + sample}}
     found = Scene(data, scene.where)
     kept = {
-        name: settings
-        for name, settings in scene.observe.items()
-        if settings["every"] != found.observe[name]["every"] <= scene.watched(name)
+        name: page.model_dump(exclude_none=True, by_alias=True)
+        for name, page in scene.observe.items()
+        if page.every != found.observe[name].every <= page.watched(scene)
     }
     if kept:
         observe = []

@@ -34,7 +34,6 @@ from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles, of_scene
 from dpd.particles.tilt import box_at
 from dpd.scene.scene import Scene
-from dpd.scene.walls import period_of
 from dpd.stages import run_sources
 from dpd.start.make import species_of, system_of
 
@@ -168,7 +167,7 @@ def read_former(path: str | Path) -> Former:
     arrays = _as_checkpoint(stored, last, blank)
     whole = attributes.get(CHECKSUM) == checksum_of(arrays)
     wrong = "" if whole else "its checksum does not fit"
-    wrong = wrong or mistake_in(arrays, blank, period_of(scene), observers, scene.steps)
+    wrong = wrong or mistake_in(arrays, blank, scene.period, observers, scene.steps)
     if not wrong and int(arrays["step"]) != sum(scene.steps):
         wrong = f"step {arrays['step']} of {sum(scene.steps)}"
     if wrong and attributes.get("sources") != run_sources(scene):

@@ -10,7 +10,7 @@ import yaml
 
 from dpd.digest import ROOT
 from dpd.pipeline.study import file_and_seed, read_paper
-from dpd.scene.schema import LOADER, read_yaml
+from dpd.scene.yaml import Loader, read_yaml
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -152,7 +152,7 @@ def _committed(path):
     if found.returncode:
         return None
     try:
-        data = yaml.load(found.stdout, LOADER)
+        data = yaml.load(found.stdout, Loader)
     except yaml.YAMLError:
         return None
     return data if isinstance(data, dict) else None

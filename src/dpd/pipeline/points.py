@@ -33,7 +33,7 @@ def check_axes(described: dict[str, dict[str, Any]], replicas: int, key: str) ->
     Parameters
     ----------
     described : dict
-        Axes by name, as src/dpd/schemas/paper.yaml has them.
+        Axes by name, as `dpd.pipeline.sections.SweptAxis` has them.
     replicas : int
     key : str
         File and key to name in messages.

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.analysis.statistics import mean_and_error, trend
-from dpd.scene.flow import flows, momentum_axes, takes_heat
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,8 +27,8 @@ def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
 
 def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if the fluid drifts as a whole, and keeps that."""
-    momentum, axes = values.get("momentum", np.empty((0, 0))), list(momentum_axes(scene))
-    if flows(scene) or not axes or not np.isfinite(momentum[:1]).all() or not len(momentum):
+    momentum, axes = values.get("momentum", np.empty((0, 0))), list(scene.momentum_axes)
+    if scene.flows or not axes or not np.isfinite(momentum[:1]).all() or not len(momentum):
         return ""
     mass = scene.beads if scene.masses is None else scene.masses[scene.kinds].sum()
     drift = np.where(np.isin(np.arange(scene.dimension), axes), momentum[0] / mass, 0.0)
@@ -69,8 +68,8 @@ def _known(error):
 
 def _cause(scene, kT, off, error):
     """Why kT is off by a share: what is left when all that can be ruled out is."""
-    driven = flows(scene) or "shear" in scene.data
-    if not takes_heat(scene):
+    driven = scene.flows or "shear" in scene.data
+    if not scene.takes_heat:
         heat = ", and nothing takes up the heat of the flow" if driven else ""
         return f"without friction (every gamma is 0) nothing holds it{heat}"
     slope = trend(np.arange(len(kT)), kT)
@@ -79,7 +78,7 @@ def _cause(scene, kT, off, error):
     if not np.isfinite(error):
         return "why is not known; let the run be longer"
     other, free = "", scene.dimension * (scene.beads - 1)
-    closed = not driven and len(momentum_axes(scene)) == scene.dimension
+    closed = not driven and len(scene.momentum_axes) == scene.dimension
     if driven and off > 0:
         other = "the flow heats the fluid"
     elif closed and abs(off) * free < TURNING:

@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import ROOT
-from dpd.errors import UserError, shown
+from dpd.errors import UserError, shown, suggestion
 from dpd.pipeline.derived import check_derived
+from dpd.pipeline.sections import Config, PaperFile, Study
 from dpd.pipeline.sweep import described_axes, narrowed, unfold
 from dpd.pipeline.theory import check_kind, unfold_theory
-from dpd.scene.schema import read_yaml, schema, suggestion, validate, with_defaults
+from dpd.scene.yaml import read_yaml
+from dpd.sentences import read_section
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -41,7 +43,7 @@ class Paper:
     measurements : tuple of str
     figures : dict of str to Figure
     sampling : tuple of dict
-        What the paper says of its own, see src/dpd/schemas/paper.yaml.
+        What the paper says of its own, see `dpd.pipeline.sections.Sampling`.
     theory : dict of str to TheorySweep
         Sweeps that are calculated, by name; no other has the same.
     """
@@ -68,12 +70,11 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     -------
     dict
         ``study``: a name, which says the seed if that is not 1, ``papers``: names, and the others
-        of src/dpd/schemas/config.yaml.
+        of `dpd.pipeline.sections.Config`.
     """
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
-    validate(config, "config", "config/config.yaml")
-    config = with_defaults(config, schema("config"))
+    config = read_section(Config, config, "config/config.yaml").model_dump()
     if (seed := config.pop("seed")) != 1:
         config["study"] = f"{config['study']}-seed{seed}"
     file_and_seed("study", config["study"])
@@ -117,7 +118,7 @@ def read_study(name: str) -> dict[str, Any]:
     if file == "archive":
         raise UserError(f"{where}: results/archive is not for a study; give it another name")
     study = read_yaml(CONFIG / "studies" / f"{file}.yaml")
-    validate(study, "study", where)
+    read_section(Study, study, where)
     if seed != 1:
         study["description"] = f"With the seed {seed}: {study['description']}"
     for paper in study.get("papers", {}):
@@ -152,7 +153,7 @@ def read_paper(
     _known("papers", name, "papers")
     where = f"config/papers/{name}.yaml"
     paper = read_yaml(CONFIG / "papers" / f"{name}.yaml")
-    validate(paper, "paper", where)
+    read_section(PaperFile, paper, where)
     studied = read_study(study)
     study, seed = file_and_seed("study", study)
     changes = studied.get("papers", {}).get(name, {})

@@ -8,10 +8,9 @@ from typing import Any
 from zlib import crc32
 
 from dpd.digest import value_digest
-from dpd.errors import UserError, shown
+from dpd.errors import UserError, shown, suggestion
 from dpd.pipeline.points import check_axes, check_blocks, fixed, text_of
 from dpd.scene.scene import Scene
-from dpd.scene.schema import schema, suggestion, with_defaults
 
 
 @dataclass(frozen=True)
@@ -110,8 +109,7 @@ def unfold(
     described: dict[str, dict[str, Any]], study: str, folder: str | Path = "", seed: int = 1,
 ) -> Sweep:  # fmt: skip
     """All points of a sweep; paths of files to start from count from a folder."""
-    rules = schema("paper")["properties"]["sweeps"]["additionalProperties"]
-    given = with_defaults(given, rules)
+    given = dict[str, Any]({"replicas": 1, "series": ["kT"]}) | given
     base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
     replicas = changes.get("replicas", given["replicas"])
     check_axes(described, replicas, key)

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from dpd.digest import value_digest
-from dpd.errors import UserError
+from dpd.errors import UserError, suggestion
 from dpd.pipeline.points import check_axes
+from dpd.pipeline.sections import ARGUMENTS
 from dpd.pipeline.sweep import Axis, axes_of, merge, placed, places
-from dpd.scene.schema import schema, suggestion, validate, with_defaults
+from dpd.sentences import read_section
 
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
 
@@ -41,7 +42,7 @@ class TheorySweep:
     ----------
     name : str
     calculation : str
-        Its name in src/dpd/schemas/theory.yaml.
+        Its name in `ARGUMENTS`.
     axes : tuple of Axis
     points : tuple of TheoryPoint
     """
@@ -115,8 +116,9 @@ def unfold_theory(
     for at, labels, where in places(axes, key, study if changes else ""):
         theory = placed(base, described, labels, key, where)
         _calculation(theory, key)
-        validate(theory, "theory", where)
-        arguments = with_defaults(theory, schema("theory"))[calculation]
+        arguments = read_section(
+            ARGUMENTS[calculation], theory[calculation], where, calculation
+        ).model_dump(exclude_none=True)
         if seed != 1 and arguments.get("samples"):
             arguments = {"seed": seed, **arguments}
         points.append(TheoryPoint(at, labels, arguments, where))
@@ -125,7 +127,7 @@ def unfold_theory(
 
 def _calculation(theory: dict[str, Any], key: str) -> str:
     """The one calculation of a theory."""
-    known = list(schema("theory")["properties"])
+    known = list(ARGUMENTS)
     unknown = [name for name in theory if name not in known]
     if unknown:
         said = suggestion(unknown[0], known)

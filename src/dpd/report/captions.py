@@ -13,9 +13,7 @@ from markupsafe import Markup
 
 from dpd.report.notation import typeset
 from dpd.scene.bonding import laws_of
-from dpd.scene.flow import body_force_of
 from dpd.scene.scene import Scene
-from dpd.scene.walls import AXES, walls_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -333,24 +331,29 @@ def _angle(scenes):
 
 def _walls(scenes):
     """walls along z of repulsion a_w = 25: species with the same values together."""
-    walls = [found for found in map(walls_of, scenes) if found is not None]
+    walls = [scene.terms["walls"] for scene in scenes if "walls" in scene.terms]
     if not walls:
         return ""
-    axes = span([" and ".join(AXES[axis] for axis in each.axes) for each in walls])
-    repulsion = span([value for each in walls for value in each.repulsion])
+    axes = span([" and ".join("xyz"[axis] for axis in each.axes()) for each in walls])
+    repulsion = span([value for each in walls for value in _all(each.repulsion)])
     gamma = span([each.gamma for each in walls], counted=False)
     rough = "smooth" if gamma == "0" else f"friction gamma = {gamma}"
     return f"walls along {axes}, a_w = {repulsion} kT/r_c, {rough}"
 
 
+def _all(given):
+    """Values of all species."""
+    return given.values() if isinstance(given, dict) else [given]
+
+
 def _body_force(scenes):
     """body force of 0.02 along x, turned round across z."""
-    bodies = [found for found in map(body_force_of, scenes) if found is not None]
+    bodies = [scene.terms["body_force"] for scene in scenes if "body_force" in scene.terms]
     if not bodies:
         return ""
-    strength = span([value for each in bodies for value in each.strength])
-    axes = span([AXES[each.axis] for each in bodies])
-    across = [AXES[each.opposite] for each in bodies if each.opposite is not None]
+    strength = span([value for each in bodies for value in _all(each.strength)])
+    axes = span([each.axis for each in bodies])
+    across = [each.opposite for each in bodies if each.opposite]
     turned = f", turned round across {span(across)}" if across else ""
     return f"body force of {strength} kT/r_c along {axes}{turned}"
 

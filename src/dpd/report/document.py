@@ -1,12 +1,22 @@
 """config/README.md: keys of the files in config, and what result files hold."""
 
+from types import NoneType, UnionType
+from typing import Annotated, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+from dpd.page import Observable, Section, Term, find, names
+from dpd.pipeline.sections import ARGUMENTS, Config, PaperFile, Study
 from dpd.report.variables import run_table, sweep_table, verdict_table
-from dpd.scene.schema import schema
+from dpd.scene.scene import NEEDED
+from dpd.scene.sections import Basics
+from dpd.sentences import model_in, unit_of
 
 INTRODUCTION = """# Configuration and result files
 
-`python -m dpd readme` writes this page from the schemas in `src/dpd/schemas` and from the
-observables in `src/dpd/observe`. Edit those.
+`python -m dpd readme` writes this page from the settings in the sources: of terms in
+`src/dpd/physics`, of observables in `src/dpd/observe`, of the rest in `src/dpd/scene/sections.py`
+and `src/dpd/pipeline/sections.py`. Edit those.
 
 - `config.yaml` says which study of which papers `snakemake` makes.
 - `papers/` holds one file for each paper: its sweeps and its figures, at the paper's own sizes. A
@@ -290,51 +300,111 @@ our own.
 
 {verdicts}
 """
-PARTS = ("config", "study", "paper", "theory", "scene")
+PARTS: tuple[tuple[str, type[Section]], ...] = (
+    ("Config", Config), ("Study", Study), ("Paper", PaperFile), ("Scene", Basics),
+)  # fmt: skip
+THEORY = """The `theory` of a sweep that simulates nothing: a mapping with one calculation and its
+arguments, any of which an axis may set, as `set: monomer_fluid.density`. All points come together
+in `sweeps/NAME.nc`, as those of runs do; a point is calculated anew only if its arguments or the
+sources change."""
+HEAD = "| key | allowed | unit | default | meaning |\n| --- | --- | --- | --- | --- |"
 
 
 def config_readme() -> str:
     """The page as Markdown."""
     parts = [INTRODUCTION]
-    for name in PARTS:
-        rules = schema(name)
-        parts.append(f"## {rules['title']}\n\n{rules['description']}\n")
-        parts.append("| key | allowed | default | meaning |\n| --- | --- | --- | --- |")
-        parts[-1] += "".join(f"\n{line}" for line in _rows(rules, "")) + "\n"
+    for name, model in PARTS:
+        rows = list(_rows(model, ""))
+        if model is PaperFile:
+            theory = [row for key, each in ARGUMENTS.items() for row in _of_section(each, key, "")]
+            parts += [f"## {name}\n\n{_text(model)}\n", _table(rows)]
+            name, model, rows = "Theory", Section, theory
+        if model is Basics:
+            rows += [row for key in names(Term) for row in _of_section(find(Term, key), key, "")]
+            rows += [
+                row for key in names(Observable)
+                for row in _of_section(find(Observable, key), key, "observe[].")
+            ]  # fmt: skip
+        parts += [f"## {name}\n\n{THEORY if model is Section else _text(model)}\n", _table(rows)]
     files = FILES.format(run=run_table(), sweep=sweep_table(), verdicts=verdict_table())
     return "\n".join([*parts, files])
 
 
-def _rows(rules, prefix):
-    """Table rows of an object's keys, parents before children."""
-    lines = []
-    required = rules.get("required", [])
-    named = dict(rules.get("properties", {}))
-    if isinstance(rules.get("additionalProperties"), dict):
-        named["NAME"] = rules["additionalProperties"]
-    for key, rule in named.items():
-        path = f"{prefix}{key}"
-        default = rule.get("default", "required" if key in required else "")
-        default = "" if default in ({}, []) else default
-        if "description" in rule:
-            cells = (f"`{path}`", _allowed(rule), str(default), rule["description"])
-            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-        lines += _rows(rule, f"{path}.")
-        items = rule.get("items", {})
-        for branch in [items, *items.get("oneOf", [])]:
-            lines += _rows(branch, f"{path}[].")
-    return lines
+def _table(rows):
+    """Markdown, of rows of cells."""
+    lines = (" | ".join(cell.replace("|", "\\|") for cell in row) for row in rows)
+    return HEAD + "".join(f"\n| {line} |" for line in lines) + "\n"
 
 
-def _allowed(rule):
+def _text(model):
+    """A section's docstring, in one paragraph."""
+    return " ".join((model.__doc__ or "").split())
+
+
+def _of_section(model, key, prefix):
+    """Rows of a section: its own, then those of its settings."""
+    required = any(field.is_required() for field in model.model_fields.values())
+    bare = model.model_fields.get(getattr(model, "bare", ""))
+    allowed = _allowed(bare.annotation, bare) if bare else "mapping"
+    text = model.summary() if issubclass(model, Observable) else _text(model)
+    default = "required" if key in NEEDED and required else ""
+    yield f"`{prefix}{key}`", allowed, unit_of(bare) if bare else "", default, text
+    yield from _rows(model_in(bare.annotation) if bare else model, f"{prefix}{key}.")
+
+
+def _rows(model, prefix):
+    """Table rows of a section's settings, parents before children."""
+    for name, field in (model.model_fields if model else {}).items():
+        key = f"{prefix}{field.alias or name}"
+        cells = _allowed(field.annotation, field), unit_of(field), _default(field)
+        yield f"`{key}`", *cells, field.description or ""
+        inside = "[]" if get_origin(field.annotation) is list else ""
+        named = ".NAME" if get_origin(_plain(field.annotation)) is dict else ""
+        yield from _rows(model_in(field.annotation), f"{key}{inside}{named}.")
+
+
+def _default(field):
+    """Of a setting: nothing where the page or the scene decides."""
+    if field.is_required():
+        return "required"
+    if field.default in (None, {}, []) or field.default_factory is not None:
+        return ""
+    if any(getattr(each, "ge", 0) == 1 for each in field.metadata) and not field.default:
+        return ""  # the number of steps between samples
+    return f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
+
+
+def _plain(annotation):
+    """A type that may be None without that."""
+    kinds = [each for each in get_args(annotation) if each is not NoneType]
+    return kinds[0] if NoneType in get_args(annotation) else annotation
+
+
+def _allowed(annotation, field=None):
     """What a value may be, in few words."""
-    if "enum" in rule:
-        return ", ".join(map(str, rule["enum"]))
-    if "oneOf" in rule:
-        return " or ".join(_allowed(branch) for branch in rule["oneOf"])
-    kind = rule.get("type", "")
-    names = {"object": "mapping", "array": "list"}
-    first, *others = [names.get(each, each) for each in ([kind] if isinstance(kind, str) else kind)]
-    limits = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="))
-    first += ",".join(f" {sign} {rule[key]:.12g}" for key, sign in limits if key in rule)
-    return " or ".join([first, *others])
+    limits = _limits(field.metadata if field else ())
+    origin, inside = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _allowed(inside[0]) + _limits(inside[1:])
+    if origin is Literal:
+        return ", ".join(map(str, inside))
+    if origin in (Union, UnionType):
+        kinds = (_allowed(each) for each in inside if each is not NoneType)
+        return " or ".join(dict.fromkeys(kinds)) + limits
+    if origin in (dict, list) or (
+        isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    ):
+        return "list" if origin is list else "mapping"
+    words = {float: "number", int: "integer", str: "string", bool: "boolean"}
+    return words.get(annotation, "value") + limits
+
+
+def _limits(metadata):
+    """Bounds as pydantic keeps them."""
+    signs = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
+    spread = [part for each in metadata for part in getattr(each, "metadata", [each])]
+    found = (
+        f" {sign} {getattr(each, name):.12g}"
+        for name, sign in signs for each in spread if getattr(each, name, None) is not None
+    )  # fmt: skip
+    return ",".join(found)

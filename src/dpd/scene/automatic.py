@@ -16,7 +16,7 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.scene.bonding import laws_of
-from dpd.scene.schema import read_yaml
+from dpd.scene.yaml import read_yaml
 
 TABLE = Path(__file__).with_name("automatic.yaml")
 # Beads per r_c^3 of the systems measured. Two beads that meet alone are no softer than there.
@@ -59,10 +59,9 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     Raises
     ------
     UserError
-        Where nothing was measured that would tell: a rigid core, a Langevin thermostat, angles,
-        walls, a body force, no friction, more friction or a smaller tolerance than in the table.
+        Where nothing was measured that would tell: more friction or a smaller tolerance than in
+        the table. (What acts says itself whether it was there: `dpd.page.Term.untried`.)
     """
-    _refuse(data, where)
     system = "melt" if "bond" in data else "fluid"
     measured = table()[system]
     lightest = min([1.0, *data.get("mass", {}).values()])
@@ -74,22 +73,6 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     slower = np.sqrt(max(1.0, stiffest / lightest))
     dt = float(f"{choice['dt'] / slower:.2g}")
     return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
-
-
-def _refuse(data, where):
-    why = None
-    if data.get("core", {}).get("radius"):
-        why = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
-    elif data["thermostat"]["kind"] == "langevin":
-        why = "schemes were measured with friction between pairs; for Langevin take gw-vv or dpd-vv"
-    elif "angle" in data:
-        why = "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
-    elif not any(_frictions(data)):
-        why = "schemes were measured with a thermostat; without friction take gw-vv"
-    elif "walls" in data or "body_force" in data:
-        why = "schemes were measured in the bulk at rest; with walls or a body force take gw-vv"
-    if why:
-        raise UserError(f"{where}: integrator.scheme: 'auto' cannot choose here: {why}")
 
 
 def _frictions(data):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.page import Observable, find
-
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
@@ -25,7 +23,7 @@ def files_beside(scene: Scene, path: str | Path) -> dict[str, Path]:
     dict of str to Path
         By the name of the observable.
     """
-    suffixes = {name: find(Observable, name).suffix for name in scene.observe}
+    suffixes = {name: page.suffix for name, page in scene.observe.items()}
     return {name: Path(path).with_suffix(suffix) for name, suffix in suffixes.items() if suffix}
 
 

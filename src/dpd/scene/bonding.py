@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from dpd.page import is_table
+
 if TYPE_CHECKING:
     from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
@@ -31,11 +33,6 @@ class Joined(NamedTuple):
 
     members: np.ndarray
     law: np.ndarray | None
-
-
-def is_table(given: Mapping[str, Any]) -> bool:
-    """Whether a scene gives a law for each pair or triple, not one for all."""
-    return any(" " in key for key in given)
 
 
 def laws_of(given: Mapping[str, Any]) -> list[dict[str, float]]:
@@ -89,58 +86,7 @@ def numbers_of(table: Mapping[str, Any], names: list[tuple[str, ...]]) -> np.nda
     return np.array(found, np.int64)
 
 
-def check_bonding(scene: Scene, refuse: Callable[[str, str], None]) -> None:
-    """Refuse bonds and angles that do not fit to the molecules.
-
-    Parameters
-    ----------
-    scene : Scene
-    refuse : callable
-        Called with the key and what is wrong with it; raises.
-
-    Raises
-    ------
-    UserError
-    """
-    chains = any(len(kind.beads) > 1 for kind in scene.molecules)
-    if chains and "bond" not in scene.data:
-        refuse("bond", "molecules of several beads need one, as {stiffness: 2, length: 0}")
-    if not chains and "bond" in scene.data:
-        refuse(
-            "bond",
-            "every molecule is a single bead; remove the key, or give an architecture "
-            "of several beads, as 'A 10'",
-        )
-    if is_table(scene.data.get("bond", {})):
-        pairs = _all_names(scene, lambda kind: kind.bonds)
-        _check_table(scene, "bond", pairs, refuse)
-        for pair, law in zip(pairs, numbers_of(scene.data["bond"], pairs)):
-            if law == NOBODY:
-                named = " ".join(pair)
-                refuse(
-                    "bond", f"no law for the pair {named!r}, which is bonded; add '{named}: ...'"
-                )
-    if "angle" in scene.data:
-        if not any(len(kind.triples) for kind in scene.molecules):
-            refuse("angle", "no molecule has three beads in a row; remove the key")
-        if is_table(scene.data["angle"]):
-            triples = _all_names(scene, lambda kind: kind.triples)
-            _check_table(scene, "angle", triples, refuse)
-
-
-def _all_names(scene, places):
+def all_species(scene: Scene, places: Callable[[Molecule], np.ndarray]) -> list[tuple[str, ...]]:
     """Species of all bonded pairs or triples, each once, in the order in which they are met."""
     names = (name for kind in scene.molecules for name in species_along(kind, places(kind)))
     return list(dict.fromkeys(min(name, name[::-1]) for name in names))
-
-
-def _check_table(scene, key, there, refuse):
-    """Refuse a law that is there twice, or for beads that are nowhere bonded."""
-    table = scene.data[key]
-    for name in table:
-        along = tuple(name.split())
-        if along != along[::-1] and " ".join(along[::-1]) in table:
-            refuse(f"{key}.{name}", "is there in the other order, too; keep one")
-        if min(along, along[::-1]) not in there:
-            allowed = ", ".join(repr(" ".join(each)) for each in there[:20])
-            refuse(f"{key}.{name}", f"no molecule has these beads bonded; allowed: {allowed}")

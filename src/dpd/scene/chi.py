@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from dpd.errors import UserError
-from dpd.scene.tables import no_species
 from dpd.theory.repulsion import relation_at, unlike_repulsion
 
 if TYPE_CHECKING:
@@ -72,7 +71,7 @@ def _from_chi(scene, pair, chi):
     given = scene.data["repulsion"]
     for name in names:
         if name not in scene.species:
-            refuse(no_species(scene, name))
+            refuse(scene.no_species(name))
     if one == other:
         refuse("a species mixes with itself, it has no chi; give its 'repulsion' alone")
     for key in (pair, f"{other} {one}"):
@@ -85,7 +84,7 @@ def _from_chi(scene, pair, chi):
     like = [given.get(f"{name} {name}") for name in names]
     if None in like or like[0] != like[1]:
         refuse(f"needs the same repulsion for {one} {one} and {other} {other}; give both")
-    kT, lengths = scene.data["thermostat"]["kT"], _lengths(scene, names)
+    kT, lengths = scene.kT, _lengths(scene, names)
     try:
         relation, *_ = [relation_at(scene.density, length) for length in lengths]
         found = unlike_repulsion(chi, scene.density, lengths[0], kT, like[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dpd.scene.bonding import is_table
+from dpd.page import is_table
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene

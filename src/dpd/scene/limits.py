@@ -7,21 +7,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd.errors import UserError
+from dpd.page import MOST_STEPS
 from dpd.scene.architecture import length_of
-from dpd.scene.bonding import is_table, laws_of
-from dpd.scene.flow import check_flow
-from dpd.scene.shear import check_shear, room_for_images
-from dpd.scene.start import OF_FILE, reads_file, start_forces
-from dpd.scene.stretched import MOST_STRETCHED, STRETCHED, stretched_share
-from dpd.scene.walls import check_walls
+from dpd.scene.start import grows, relaxing, start_forces
 
 if TYPE_CHECKING:
+    from dpd.page import Refusals
     from dpd.scene.scene import Scene
 
+CUTOFF = 1.0
 MOST_BEADS = 10**8  # 31 GB of state
-MOST_STEPS = 10**12
 MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
+MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
+# Share by which whole molecules may miss the density that is asked for: 1 % changes the pressure,
+# which goes with the square of the density, by 2 %.
+MOST_MISSED = 0.01
 
 
 def check_beads(data: dict[str, Any], where: str) -> None:
@@ -38,7 +39,9 @@ def check_beads(data: dict[str, Any], where: str) -> None:
     ------
     UserError
     """
-    volume, total = _volume(data), 0
+    box = data["box"]
+    volume = float(np.prod(box if isinstance(box, list) else [box] * data["dimension"]))
+    total = 0
     for place, kind in enumerate(data["molecules"]):
         length = length_of(kind["architecture"], f"{where}: molecules.{place}.architecture")
         beads = (
@@ -53,112 +56,106 @@ def check_beads(data: dict[str, Any], where: str) -> None:
             )
 
 
-def _volume(data):
-    """Of the box; an edge for each axis, or one for all."""
-    box = data["box"]
-    volume = 1.0
-    for edge in box if isinstance(box, list) else [box] * data["dimension"]:
-        volume *= edge
-    return volume
+def limits(scene: Scene) -> Refusals:
+    """What is too large or too small, and settings that would be without effect.
 
-
-def check_limits(scene: Scene) -> None:
-    """Refuse what is too large, and settings that would be without effect.
-
-    Parameters
-    ----------
-    scene : Scene
-        Otherwise checked.
-
-    Raises
+    Yields
     ------
-    UserError
+    tuple of str
+        A key, and what is wrong.
     """
-
-    def refuse(key, problem):
-        raise UserError(f"{scene.where}: {key}: {problem}")
-
     if len(scene.species) > MOST_SPECIES:
-        refuse("molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}")
-    _check_length(scene, refuse)
-    _check_start_file(scene, refuse)
-    _check_start_forces(scene, refuse)
-    check_shear(scene, refuse)
-    _check_bond_length(scene, refuse)
-    check_walls(scene, refuse)
-    check_flow(scene, refuse)
+        yield "molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}"
+    yield from _of_box(scene)
+    yield from _of_molecules(scene)
+    yield from _of_length(scene)
+    yield from _of_start(scene)
 
 
-def _check_length(scene, refuse):
+def _of_box(scene):
+    """Edges and volume."""
+    for edge in scene.period:
+        if edge < 2 * (CUTOFF + scene.skin):
+            yield (
+                "pairs.skin",
+                f"{scene.skin:g} needs a box of at least {2 * (CUTOFF + scene.skin):g}, an edge "
+                f"is {edge:g}; use search: cells",
+            )
+    if scene.volume > MOST_CELLS:
+        yield "box", f"a volume of {scene.volume:g} is too large; allowed: <= {MOST_CELLS}"
+
+
+def _of_molecules(scene):
+    """Densities that whole molecules cannot meet."""
+    for place, (kind, given) in enumerate(zip(scene.molecules, scene.data["molecules"])):
+        if kind.count < 1:
+            yield (
+                f"molecules.{place}.density",
+                f"{given['density']:g} is not one molecule of {len(kind.beads)} beads in a box of "
+                f"{scene.volume:g} r_c^{scene.dimension}",
+            )
+    for density in scene.missed_densities:
+        if density.share > MOST_MISSED and density.found:
+            fitting = (density.found / density.asked) ** (1 / scene.dimension)
+            edges = ", ".join(f"{fitting * edge:.6g}" for edge in scene.box)
+            edges = f"[{edges}]" if isinstance(scene.data["box"], list) else edges.split(",")[0]
+            count = scene.molecules[density.place].count
+            yield (
+                f"molecules.{density.place}.density",
+                f"{density.asked:g} is not met: {scene.sizes(density)}, {density.share:.1%} off; "
+                f"allowed: {MOST_MISSED:.0%}. Write 'box: {edges}', in which {count} of them fit, "
+                f"or 'count: {count}' instead of the density",
+            )
+
+
+def _of_length(scene):
     """Steps and bead-steps of relaxation and run."""
-    steps = sum(scene.steps) + scene.data["start"].get("relax", {}).get("steps", 0)
+    if scene.steps.sample < 1:
+        yield "steps.sample", "nothing to sample; set steps.sample or duration.sample"
+    steps = sum(scene.steps) + relaxing(scene)
     work = scene.beads * steps
     if steps > MOST_STEPS or work > MOST_WORK:
-        refuse(
+        yield (
             "steps and duration",
             f"{steps:.3g} steps, {work:.3g} bead-steps; allowed: <= {MOST_STEPS:.0e} steps and "
             f"<= {MOST_WORK:.0e} bead-steps, about two years on one core",
         )
 
 
-def _check_start_file(scene, refuse):
-    """Keys of a start from a file have no effect on other ones."""
-    for key in OF_FILE:
-        if key in scene.data["start"] and not reads_file(scene):
-            refuse(
-                f"start.{key}",
-                f"has no effect with method {scene.data['start']['method']!r}; take "
-                "'method: file', or remove the key",
-            )
-
-
-def _check_start_forces(scene, refuse):
-    """start.forces act in growth and relaxation, and there as whole forces."""
+def _of_start(scene):
+    """Forces of growth and relaxation, which act there as whole forces; and what grows."""
     start = scene.data["start"]
-    own = start["forces"]
-    if own and "relax" not in start and start["method"] != "polymerize":
-        refuse(
-            "start.forces",
-            "has no effect: nothing is relaxed or grown; add start.relax, as "
-            "{steps: 1000, dt: 0.01}, or remove the key",
-        )
-    if "bond" in own and "bond" not in scene.data:
-        refuse("start.forces.bond", "every molecule is a single bead; remove the key")
-    forces = start_forces(scene)
-    by_species = scene.data["thermostat"]["kind"] == "langevin" and np.ndim(scene.friction)
-    if by_species and "gamma" not in own and ("relax" in start or start["method"] == "polymerize"):
-        refuse(
+    own, made = start["forces"], "relax" in start or grows(scene)
+    if "bond" in own and not scene.has_bonds:
+        yield "start.forces.bond", "every molecule is a single bead; remove the key"
+    by_species = scene.friction.ndim == 1 if isinstance(scene.friction, np.ndarray) else False
+    if by_species and "gamma" not in own and made:
+        yield (
             "thermostat.gamma",
             "one value for each species, and the start is relaxed or grown with friction between "
             "pairs; add start.forces.gamma, as 4.5",
         )
+    forces = start_forces(scene)
+    core = forces.get("core", {})
     for key in ("radius", "force"):
-        if "core" in own and key not in forces["core"]:
-            refuse(
+        if "core" in own and key not in core:
+            yield (
                 "start.forces.core",
                 f"the key {key!r} is missing, and the scene has no 'core' to take it from",
             )
-    core = forces.get("core", {})
-    if 2 * core.get("radius", 0) + core.get("smooth", 0) > 1:
-        refuse(
+    if 2 * core.get("radius", 0) + core.get("smooth", 0) > CUTOFF:
+        yield (
             "start.forces.core",
             f"a core of diameter {2 * core['radius']:g} and an edge of {core.get('smooth', 0):g} "
             "go past the cutoff; allowed: <= 1 together",
         )
-
-
-def _check_bond_length(scene, refuse):
-    """Bonds whose beads would be nearer to other images of each other than to their own."""
-    bond = scene.data.get("bond", {})
-    for place, law in enumerate(laws_of(bond)):
-        share = stretched_share(law, scene.data["thermostat"]["kT"], room_for_images(scene))
-        if share > MOST_STRETCHED:
-            edges = " x ".join(f"{edge:g}" for edge in scene.box)
-            refuse(
-                f"bond.{list(bond)[place]}" if is_table(bond) else "bond",
-                f"stiffness {law['stiffness']:g}, length {law['length']:g}: at this temperature "
-                f"{share:.2g} of such bonds reach over {STRETCHED:.0%} of an edge of the box of "
-                f"{edges} (estimated for bonds without other forces), and beyond half of it they "
-                f"would pull at other images; allowed: {MOST_STRETCHED:g}. Take a larger box, or a "
-                "stiffer or shorter bond",
-            )
+    if grows(scene):
+        if scene.dimension != 2:
+            yield "start.method", "'polymerize' grows chains in two dimensions only"
+        if not scene.has_bonds:
+            yield "start.method", "'polymerize' has nothing to grow: no chains, no bond"
+        for kind, given in zip(scene.molecules, scene.data["molecules"]):
+            if not kind.is_chain:
+                text = given["architecture"]
+                yield "start.method", f"'polymerize' grows chains; {text!r} has branches"
+                return

@@ -5,40 +5,35 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.digest import value_digest
-from dpd.errors import UserError
-from dpd.page import Change, Observable, find, refusals
-from dpd.physics.schemes import WITHOUT_EXCHANGE, scheme_named
+from dpd.errors import UserError, shown, suggestion
+from dpd.page import Change, Observable, Page, Refusals, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
-from dpd.scene.bonding import Joined, check_bonding, joined
+from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
-from dpd.scene.limits import check_beads, check_limits
+from dpd.scene.limits import check_beads, limits
 from dpd.scene.molecules import MissedDensity, Molecule
-from dpd.scene.pressure import with_pressure
-from dpd.scene.schema import read_yaml, schema, validate, with_defaults
-from dpd.scene.start import reads_file, with_file
-from dpd.scene.tables import check_tables, friction_table, mass_table, pair_table
-from dpd.scene.walls import period_of
+from dpd.scene.sections import Basics
+from dpd.scene.start import with_file
+from dpd.scene.yaml import read_yaml
+from dpd.sentences import attempt
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
 
 CUTOFF = 1.0
+AXES = "xyz"
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
-MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
 TOLERANCE = 0.01  # of scheme auto, in pressure and kT
-# Share by which whole molecules may miss the density that is asked for: 1 % changes the pressure,
-# which goes with the square of the density, by 2 %. Less is noted, rounding is not.
-MOST_MISSED, NOTED_MISSED = 0.01, 1e-4
-
-# What sections of a scene do to the world.
-MADE = {
-    "shear": Change.SLIDES, "pressure": Change.STRETCHES, "walls": Change.ENDS,
-    "body_force": Change.FLOWS, "core": Change.JUMPS,
-}  # fmt: skip
+NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
+FINEST = 1.0  # r_c, thickness of layers across a flow
+LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
 
 
 class Steps(NamedTuple):
@@ -54,33 +49,46 @@ class Scene:
     Parameters
     ----------
     data : dict
-        As src/dpd/schemas/scene.yaml has it.
+        As `dpd.scene.sections.Basics` and the pages that it names have it.
     where : str
         File to name in messages.
     folder : path
         From which the path of a file to start from counts; the working folder if not given.
 
+    Attributes
+    ----------
+    terms : dict of str to Term
+        By key.
+    observe : dict of str to Observable
+        By key, with ``every`` filled in.
+
     Raises
     ------
     UserError
-        If anything in it is not allowed, or does not fit together.
+        If anything in it is not allowed, or does not fit together: a line for each mistake.
     """
 
     def __init__(self, data: dict[str, Any], where: str = "scene", folder: str | Path = "") -> None:
-        validate(data, "scene", where)
-        self.data = with_defaults(data, schema("scene"))
-        check_beads(self.data, where)
-        if reads_file(self):
-            self.data["start"] = with_file(self.data["start"], folder, where)
         self.where = where
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen = None  # type: dict[str, Any] | None
+        self.terms: dict[str, Any] = {}
+        self.observe: dict[str, Any] = {}
+        self._read(data)
+        check_beads(self.data, where)
+        if self.data["start"]["method"] == "file":
+            self.data["start"] = with_file(self.data["start"], folder, where)
+        self._refuse(self._names())
         # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
-        self._choose_integrator()
-        self._check()
-        if "pressure" in self.data:
-            self.data["pressure"] = with_pressure(self)
+        if self.is_auto:
+            self._choose_integrator()
+        for key, term in self.terms.items():
+            self.terms[key] = term.completed(self)
+            self.data[key] = _plain(self.terms[key])
+        self._refuse(self._refusals())
+        self.observe = {key: self._with_interval(page) for key, page in self.observe.items()}
+        self._refuse(self._unobserved())
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:
@@ -90,19 +98,190 @@ class Scene:
     def __repr__(self):
         return description(self)
 
-    def _choose_integrator(self):
-        integrator = self.data["integrator"]
-        if integrator["scheme"] != "auto":
-            if "tolerance" in integrator:
-                self._fail("integrator.tolerance", "only scheme 'auto' has one")
-            if "dt" not in integrator:
-                self._fail("integrator", "the key 'dt' is missing (Time step in tau.)")
+    # --- reading
+
+    def _read(self, data):
+        """Settings of all sections and pages, with their defaults."""
+        kinds = names(Term)
+        basic = {key: value for key, value in data.items() if key not in kinds}
+        basics, wrong = attempt(Basics, basic, more=kinds)
+        for key in kinds:
+            page = find(Term, key) if key in data else None
+            if page is None and key in NEEDED:
+                page = find(Term, key)
+            if page is not None:
+                self.terms[key] = self._page(page, data, key, wrong)
+        for item in basics.observe if basics else ():
+            self._add_observable(item, wrong)
+        if wrong:
+            raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
+        self.data = basics.model_dump(exclude_none=True, by_alias=True)
+        self.data |= {key: _plain(term) for key, term in self.terms.items()}
+
+    def _page(self, page, data, key, wrong):
+        if key not in data and any(field.is_required() for field in page.model_fields.values()):
+            wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
+            return None
+        found, problems = attempt(page, data.get(key, {}), key)
+        wrong += problems
+        return found
+
+    def _add_observable(self, item, wrong):
+        """An observable by name, or by name with settings."""
+        if isinstance(item, dict) and len(item) != 1:
+            wrong.append(f"observe: {shown(item)} should be one name with its settings, as a list "
+                         "item: - rdf: {range: 3}")  # fmt: skip
             return
-        if "dt" in integrator:
-            self._fail("integrator.dt", "scheme 'auto' comes with its own; remove the key")
-        self.tolerance = integrator.setdefault("tolerance", TOLERANCE)
+        name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
+        if name not in names(Observable):
+            wrong.append(
+                f"observe: {shown(name)} is not known; {suggestion(name, names(Observable))}"
+            )
+        elif name in self.observe:
+            wrong.append(f"observe: {name!r} is there more than once; keep one")
+        else:
+            page = find(Observable, name)
+            self.observe[name], problems = attempt(page, settings, f"observe.{name}")
+            wrong += problems
+
+    def _choose_integrator(self):
+        """A scheme and a step for a scene that leaves them to us."""
+        self.tolerance = self.data["integrator"].setdefault("tolerance", TOLERANCE)
+        for term in self.terms.values():
+            if why := term.untried():
+                text = f"integrator.scheme: 'auto' cannot choose here: {why}"
+                raise UserError(f"{self.where}: {text}")
         with_all = self.data | {"repulsion": self.repulsions}
-        self.data["integrator"] = choose(with_all, self.density, self.where)
+        chosen = choose(with_all, self.density, self.where)
+        self.terms["integrator"] = type(self.terms["integrator"]).model_validate(chosen)
+
+    def _with_interval(self, page):
+        """An observable that knows how many steps lie between its samples."""
+        if page.every:
+            return page
+        every = max(1, min(page.steps_between(self), self.steps.sample))
+        return page.model_copy(update={"every": every})
+
+    # --- refusing
+
+    def _refuse(self, problems: Iterable[tuple[str, str]]) -> None:
+        found = dict.fromkeys(f"{self.where}: {key}: {text}" for key, text in problems)
+        if found:
+            raise UserError("\n".join(found))
+
+    def _names(self) -> Refusals:
+        """Axes and species that pages name, and that are not there."""
+        for key, term in self.terms.items():
+            for inside, problem in term.unknown(self):
+                yield f"{key}.{inside}" if inside else key, problem
+        sections = [("", self._masses()), *((f"{key}.", page) for key, page in self.terms.items())]
+        sections += [(f"observe.{key}.", page) for key, page in self.observe.items()]
+        for inside, page in sections:
+            for name, (of, value) in page.items() if isinstance(page, dict) else _named(page):
+                key = f"{inside}{name}"
+                if of == "axis":
+                    yield from self._axes_there(key, value)
+                elif isinstance(value, dict):
+                    yield from self.check_species(key, value, None if of == "species" else "")
+                else:
+                    yield from self._species_there(key, value)
+
+    def _masses(self):
+        return {"mass": ("some species", self.data["mass"])} if "mass" in self.data else {}
+
+    def _axes_there(self, key, value):
+        for name in value if isinstance(value, list) else [value]:
+            if name in AXES and AXES.index(name) >= self.dimension:
+                allowed = ", ".join(AXES[: self.dimension])
+                text = f"{name!r} is no axis in {self.dimension} dimensions; allowed: {allowed}"
+                yield key, text
+
+    def _species_there(self, key, names):
+        for name in names if isinstance(names, list) else ():
+            if name not in self.species:
+                yield key, self.no_species(name)
+
+    def _refusals(self) -> Refusals:
+        """What sections and terms have against each other."""
+        yield from limits(self)
+        if self.has_bonds and not any(term.acts_on == "bonds" for term in self.terms.values()):
+            yield "bond", "molecules of several beads need one, as {stiffness: 2, length: 0}"
+        for key, term in self.terms.items():
+            for inside, problem in term.refuses(self):
+                yield f"{key}.{inside}" if inside else key, problem
+        for key, term in self.terms.items():
+            for change, other in self.made.items():
+                if other != key and not term.allows(change):
+                    text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
+                    yield key, f"{text}, remove one of them"
+
+    def _unobserved(self) -> Refusals:
+        """What observables have against the scene."""
+        for key, page in self.observe.items():
+            for inside, problem in page.refusals(self, self.made):
+                yield f"observe.{key}.{inside}" if inside else "observe", problem
+
+    def no_species(self, name: str) -> str:
+        """In words that no molecule has a species, and what may be meant."""
+        found = f"no molecule has the species {name!r}"
+        for other in self.species:
+            if other.startswith(name) and other[len(name) :].isdigit():
+                meant = f"'{name} {other[len(name) :]}', several beads of {name}"
+                return f"{found}; allowed: {', '.join(self.species)}; did you mean {meant}?"
+        return f"{found}; {suggestion(name, self.species)}"
+
+    def check_species(
+        self, key: str, values: Mapping[str, Any], example: float | str | None = None
+    ) -> Refusals:
+        """A table by species: unknown names, and species without a value.
+
+        Parameters
+        ----------
+        example : float or str or None
+            A usual value, for messages; "" where species may be left out.
+        """
+        for name in values:
+            if name not in self.species:
+                pair = "one value for each species, not for pairs" if " " in name else ""
+                yield f"{key}.{name}", pair or self.no_species(name)
+        if example == "" or not set(values) <= set(self.species):
+            return  # the latter may be what is missing
+        for name in self.species:
+            if name not in values:
+                add = f"add '{name}: {'...' if example is None else f'{example:g}'}'"
+                yield key, f"no value for the species {name!r}; {add}, or give one number for all"
+
+    def check_pairs(self, key: str, values: Mapping[str, float], example: float) -> Refusals:
+        """A table by pairs of species: unknown names, two values of a pair, pairs without one."""
+        known = True
+        for pair, value in values.items():
+            place, pair_names = f"{key}.{pair}" if key else pair, pair.split()
+            if len(pair_names) != 2:
+                yield place, f"one value for each pair of species: write '{pair} {pair}'"
+                return
+            for name in dict.fromkeys(pair_names):
+                if name not in self.species:
+                    yield place, self.no_species(name)
+                    known = False
+            swapped = values.get(f"{pair_names[1]} {pair_names[0]}", value)
+            if swapped != value and pair_names == sorted(pair_names):
+                yield place, f"{value:g}, but {swapped:g} in the other order"
+        for i, one in enumerate(self.species if known else ()):
+            for other in self.species[i:]:
+                if f"{one} {other}" not in values and f"{other} {one}" not in values:
+                    pair = f"{one} {other}"
+                    yield key, f"no value for the pair {pair!r}; add '{pair}: {example:g}'"
+
+    # --- what it is
+
+    @cached_property
+    def made(self) -> dict[Change, str]:
+        """What terms do to the world, each change by the key of the first that makes it."""
+        found: dict[Change, str] = {}
+        for key, term in self.terms.items():
+            for change in term.changes(self):
+                found.setdefault(change, key)
+        return found
 
     @cached_property
     def digest(self) -> str:
@@ -111,7 +290,18 @@ class Scene:
         Of a file to start from its content counts, not where it lies.
         """
         start = {key: value for key, value in self.data["start"].items() if key != "path"}
-        return value_digest(self.data | {"observe": self.observe, "start": start})
+        observe = {key: _plain(page) for key, page in self.observe.items()}
+        return value_digest(self.data | {"observe": observe, "start": start})
+
+    @property
+    def kT(self) -> float:
+        """Temperature of the thermostat."""
+        return float(self.terms["thermostat"].kT)
+
+    @property
+    def dt(self) -> float:
+        """Time step in tau."""
+        return float(self.terms["integrator"].dt)
 
     @property
     def dimension(self) -> int:
@@ -177,13 +367,13 @@ class Scene:
     def notes(self) -> list[str]:
         """Sentences for a person on what the scene does not quite get."""
         missed = [
-            f"molecules.{density.place}.density: {self._sizes(density)} instead of "
+            f"molecules.{density.place}.density: {self.sizes(density)} instead of "
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
         ]
         return missed + chi_notes(self)
 
-    def _sizes(self, density):
+    def sizes(self, density: MissedDensity) -> str:
         """Box, count and the density that they make, in words."""
         kind = self.molecules[density.place]
         edges = " x ".join(f"{edge:g}" for edge in self.box)
@@ -193,7 +383,7 @@ class Scene:
     @cached_property
     def repulsion(self) -> np.ndarray:
         """(species, species) array of a_ij."""
-        return pair_table(self, self.repulsions)
+        return self.by_pair(self.repulsions)
 
     @cached_property
     def from_chi(self) -> tuple[FromChi, ...]:
@@ -208,12 +398,14 @@ class Scene:
     @cached_property
     def friction(self) -> float | np.ndarray:
         """gamma: a number, or one by pairs of species, or for langevin by species."""
-        return friction_table(self, self.data["thermostat"]["gamma"])
+        return self.friction_of(self.data["thermostat"]["gamma"])
 
     @cached_property
     def masses(self) -> np.ndarray | None:
         """(species,) array; None where the scene names no masses."""
-        return mass_table(self)
+        if "mass" not in self.data:
+            return None
+        return np.array([float(self.data["mass"].get(name, 1)) for name in self.species])
 
     @property
     def lightest(self) -> float:
@@ -252,17 +444,12 @@ class Scene:
     @cached_property
     def steps(self) -> Steps:
         """Steps to equilibrate and to sample: the longer of steps and duration."""
-        dt = self.data["integrator"]["dt"]
+        dt = self.dt
         steps, duration = self.data["steps"], self.data["duration"]
         longer = (
             max(steps.get(part, 0), round(duration.get(part, 0) / dt)) for part in Steps._fields
         )
         return Steps(*longer)
-
-    def watched(self, name: str) -> int:
-        """Steps that an observable looks at: all, if it asks for the equilibration as well."""
-        whole_run = self.observe[name].get("equilibration", False)
-        return sum(self.steps) if whole_run else self.steps.sample
 
     @property
     def work(self) -> int:
@@ -272,124 +459,150 @@ class Scene:
     @property
     def skin(self) -> float:
         """Skin of the pair list in r_c; 0 for cells."""
-        return self.skin_at(self.data["integrator"]["dt"])
+        return self.skin_at(self.dt)
 
     def skin_at(self, dt: float) -> float:
         """The same for steps of another length."""
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
-            thermal = dt * (self.data["thermostat"]["kT"] / self.lightest) ** 0.5
-            room = min(period_of(self)) >= 2 * (CUTOFF + skin) and "shear" not in self.data
+            thermal = dt * (self.kT / self.lightest) ** 0.5
+            room = min(self.period) >= 2 * (CUTOFF + skin) and Change.SLIDES not in self.made
             chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
 
+    # --- species
+
+    def by_species(self, given: float | Mapping[str, float]) -> tuple[float, ...]:
+        """A value for each species, from one for all or from a table."""
+        if not isinstance(given, dict):
+            return (float(given),) * len(self.species)  # type: ignore[arg-type]
+        return tuple(float(given[name]) for name in self.species)
+
+    def by_pair(self, values: Mapping[str, float]) -> np.ndarray:
+        """(species, species) array of values by pairs as "A B"; NaN for pairs without one."""
+        table = np.full((len(self.species),) * 2, np.nan)
+        for pair, value in values.items():
+            i, j = (self.species.index(name) for name in pair.split())
+            table[i, j] = table[j, i] = value
+        return table
+
+    def friction_of(self, gamma: float | Mapping[str, float]) -> float | np.ndarray:
+        """Friction as the engine takes it: a number, or an array by pairs or by species."""
+        if not isinstance(gamma, dict):
+            return float(gamma)  # type: ignore[arg-type]
+        by_pair = any(" " in name for name in gamma)
+        return self.by_pair(gamma) if by_pair else np.array(self.by_species(gamma))
+
+    @property
+    def has_bonds(self) -> bool:
+        """Whether any molecule has several beads."""
+        return any(len(kind.beads) > 1 for kind in self.molecules)
+
     @cached_property
-    def observe(self) -> dict[str, dict[str, Any]]:
-        """Settings of each observable by name, with ``every`` filled in."""
-        rules = schema("scene")["properties"]["observe"]["items"]["oneOf"][1]["properties"]
-        dt, sample, chosen = self.data["integrator"]["dt"], self.steps.sample, {}
-        for item in self.data["observe"]:
-            name, given = (item, {}) if isinstance(item, str) else next(iter(item.items()))
-            settings = with_defaults(given, rules[name])
-            if "every" not in settings:
-                every = find(Observable, name).steps_between(settings, dt, sample)
-                settings["every"] = max(1, min(every, sample))
-            chosen[name] = settings
-        return chosen
+    def bonded_species(self) -> list[tuple[str, ...]]:
+        """Species of all bonded pairs, each once."""
+        return all_species(self, lambda kind: kind.bonds)
 
-    def _fail(self, key, problem):
-        raise UserError(f"{self.where}: {key}: {problem}")
+    @cached_property
+    def angled_species(self) -> list[tuple[str, ...]]:
+        """Species of all beads in angles, each three once."""
+        return all_species(self, lambda kind: kind.triples)
 
-    def _check(self):
-        self._check_box()
-        self._check_molecules()
-        check_tables(self)
-        self._check_core()
-        check_bonding(self, self._fail)
-        self._check_thermostat()
-        if self.steps.sample < 1:
-            self._fail("steps.sample", "nothing to sample; set steps.sample or duration.sample")
-        if self.data["start"]["method"] == "polymerize":
-            if self.dimension != 2:
-                self._fail("start.method", "'polymerize' grows chains in two dimensions only")
-            if "bond" not in self.data:
-                self._fail("start.method", "'polymerize' has nothing to grow: no chains, no bond")
-            branched = [k for k in self.molecules if not k.is_chain]
-            if branched:
-                text = self.data["molecules"][self.molecules.index(branched[0])]["architecture"]
-                self._fail("start.method", f"'polymerize' grows chains; {text!r} has branches")
-        check_limits(self)
-        self._check_observe()
+    # --- what terms do to the space and to the flow
 
-    def _check_observe(self):
-        asked = self.data["observe"]
-        names = [each if isinstance(each, str) else next(iter(each)) for each in asked]
-        for name in names:
-            if names.count(name) > 1:
-                self._fail("observe", f"{name!r} is there {names.count(name)} times; keep one")
-        made = {change: key for key, change in MADE.items() if key in self.data}
-        if not self.data.get("core", {}).get("radius"):
-            made.pop(Change.JUMPS, None)
-        for name in names:
-            for key, problem in refusals(find(Observable, name), self, made):
-                self._fail(f"observe.{name}.{key}" if key else "observe", problem)
+    @cached_property
+    def origin(self) -> tuple[float, ...]:
+        """Where the box begins in the periodic one, along each axis.
 
-    def _check_box(self):
-        if len(self.box) != self.dimension:
-            self._fail("box", f"{len(self.box)} edges in {self.dimension} dimensions")
-        for edge in self.box:
-            if edge < 2 * CUTOFF:
-                self._fail(
-                    "box",
-                    f"an edge of {edge:g} is smaller than two cutoffs, a bead would meet "
-                    f"another one twice; allowed: >= {2 * CUTOFF:g}",
-                )
+        The engine knows periodic boxes alone. Along an axis that ends its box has a gap on either
+        side, so wide that beads behind opposite ends do not feel each other: nothing repeats then.
+        """
+        return tuple(
+            max(term.gap(self, axis) for term in self.terms.values())
+            for axis in range(self.dimension)
+        )
 
-        for edge in period_of(self):
-            if edge < 2 * (CUTOFF + self.skin):
-                self._fail(
-                    "pairs.skin",
-                    f"{self.skin:g} needs a box of at least {2 * (CUTOFF + self.skin):g}, an edge "
-                    f"is {edge:g}; use search: cells",
-                )
-        if self.volume > MOST_CELLS:
-            self._fail("box", f"a volume of {self.volume:g} is too large; allowed: <= {MOST_CELLS}")
+    @property
+    def period(self) -> tuple[float, ...]:
+        """Edges of the periodic box in which beads move: those of the box, and of both gaps."""
+        return tuple(edge + 2 * low for edge, low in zip(self.box, self.origin))
 
-    def _check_molecules(self):
-        for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
-            if kind.count < 1:
-                self._fail(
-                    f"molecules.{place}.density",
-                    f"{given['density']:g} is not one molecule of {len(kind.beads)} beads in a "
-                    f"box of {self.volume:g} r_c^{self.dimension}",
-                )
-        for density in self.missed_densities:
-            if density.share > MOST_MISSED:
-                fitting = (density.found / density.asked) ** (1 / self.dimension)
-                edges = ", ".join(f"{fitting * edge:.6g}" for edge in self.box)
-                edges = f"[{edges}]" if isinstance(self.data["box"], list) else edges.split(",")[0]
-                count = self.molecules[density.place].count
-                self._fail(
-                    f"molecules.{density.place}.density",
-                    f"{density.asked:g} is not met: {self._sizes(density)}, {density.share:.1%} "
-                    f"off; allowed: {MOST_MISSED:.0%}. Write 'box: {edges}', in which {count} of "
-                    f"them fit, or 'count: {count}' instead of the density",
-                )
+    @property
+    def ended(self) -> tuple[int, ...]:
+        """The axes along which nothing repeats."""
+        return tuple(axis for axis, low in enumerate(self.origin) if low)
 
-    def _check_thermostat(self):
-        scheme, kind = self.data["integrator"]["scheme"], self.data["thermostat"]["kind"]
-        if kind == "langevin" and scheme_named(scheme).exchange is not None:
-            self._fail(
-                "integrator.scheme",
-                f"{scheme!r} lets pairs exchange momentum, a Langevin thermostat has no pairs; "
-                f"allowed: {WITHOUT_EXCHANGE}",
-            )
+    @property
+    def room(self) -> tuple[float, ...]:
+        """The least distances that images of a bead may have along each axis.
 
-    def _check_core(self):
-        core = self.data.get("core", {"radius": 0, "smooth": 0})
-        if 2 * core["radius"] + core["smooth"] > CUTOFF:
-            self._fail(
-                "core.smooth",
-                f"{core['smooth']:g} beyond a core of diameter {2 * core['radius']:g} goes past "
-                f"the cutoff; allowed: <= {CUTOFF - 2 * core['radius']:g}",
-            )
+        Half of it is how far a separation may reach along an axis and still be told from images.
+        """
+        return tuple(map(min, zip(*(term.room(self) for term in self.terms.values()))))
+
+    @property
+    def flows(self) -> bool:
+        """Whether something drives a flow, but for a shear, about which velocities are kept."""
+        return Change.FLOWS in self.made
+
+    @property
+    def across(self) -> tuple[int, ...]:
+        """The axes across which a flow that is driven changes."""
+        found = (axis for term in self.terms.values() for axis in term.across(self))
+        return tuple(dict.fromkeys(found)) or (self.box.index(max(self.box)),)
+
+    def axis_of_profile(self, name: str | None) -> int:
+        """The axis of a profile: the one named, or the one across which things change most."""
+        return self.across[0] if name is None else AXES.index(name)
+
+    def flow_layers(self, extent: tuple[float, ...]) -> tuple[tuple[int, float], ...]:
+        """The axes across which a driven flow changes, each with the thickness of layers.
+
+        In cells that are cut by these layers the flow's profile is fitted to the velocities of
+        beads.
+
+        Parameters
+        ----------
+        extent : tuple of float
+            Edges of the space that beads fill.
+        """
+        if not self.flows:
+            return ()
+        axes = self.across
+        least = LEAST * (1 + len(axes)) * math.prod(extent[axis] for axis in axes) / self.beads
+        return tuple((axis, max(FINEST, least ** (1 / len(axes)))) for axis in axes)
+
+    @property
+    def brakes(self) -> bool:
+        """Whether friction with what is no bead takes up momentum, along all axes."""
+        return any(term.brakes(self) for term in self.terms.values())
+
+    @property
+    def takes_heat(self) -> bool:
+        """Whether a friction holds the temperature: of pairs, of beads, or of walls."""
+        return bool(np.any(self.friction)) or self.brakes
+
+    @property
+    def momentum_axes(self) -> tuple[int, ...]:
+        """The axes along which nothing but a body force changes the total momentum."""
+        if self.brakes:
+            return ()
+        return tuple(axis for axis in range(self.dimension) if axis not in self.ended)
+
+
+NEEDED = ("integrator", "repulsion", "thermostat")  # in every scene
+
+
+def _plain(page: Page) -> Any:
+    """The settings of a page as plain data, as they stand in a file."""
+    data = page.model_dump(exclude_none=True, by_alias=True)
+    return data[page.bare] if page.bare else data
+
+
+def _named(page: Page) -> Iterable[tuple[str, tuple[str, Any]]]:
+    """Settings that name axes or species: what they name, and their values."""
+    for name, field in type(page).model_fields.items():
+        extra = field.json_schema_extra
+        value = getattr(page, name)
+        if isinstance(extra, dict) and "of" in extra and value is not None:
+            yield name, (str(extra["of"]), value)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, reason
-from dpd.scene.bonding import is_table, laws_of
-from dpd.scene.walls import walls_of
+from dpd.page import is_table
+from dpd.scene.bonding import laws_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,8 +40,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
     }
     if "mass" in data:
         kept["mass"] = data["mass"]
-    if walls := walls_of(scene):
-        kept["between"] = [list(walls.axes), walls.reach]
+    if scene.ended:
+        kept["between"] = [list(scene.ended), *(scene.origin[axis] for axis in scene.ended)]
     if reads_file(scene):
         kept["file"] = [start["sha256"], start.get("frame", LAST_FRAME)]
         if "pressure" in data:
@@ -138,12 +138,8 @@ def with_file(start: dict[str, Any], folder: str | Path, where: str) -> dict[str
     Raises
     ------
     UserError
-        If there is no path, or no file that can be read.
+        If there is no file that can be read.
     """
-    if "path" not in start:
-        raise UserError(
-            f"{where}: start: the key 'path' is missing: the file that method 'file' reads"
-        )
     path = os.path.abspath(os.path.join(folder, start["path"]))
     return start | {"path": path, "sha256": start.get("sha256") or file_digest(path, where)}
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.scene.walls import AXES, period_of, walls_of
 from dpd.start.matching import SAME
 
 if TYPE_CHECKING:
@@ -39,26 +38,26 @@ def between_walls(scene: Scene, particles: Particles, path: str) -> Particles:
         If the box of the file is shorter than the distance of the planes, a bead is further behind
         one of them than it could get, or a bond goes through one.
     """
-    walls = walls_of(scene)
-    if walls is None:
+    if not scene.ended:
         return particles
     edges, position = list(particles.box), particles.position.copy()
-    for axis in walls.axes:
-        apart, period = scene.box[axis], period_of(scene)[axis]
+    for axis in scene.ended:
+        apart, period = scene.box[axis], scene.period[axis]
         if edges[axis] < apart * (1 - SAME):
             raise UserError(
-                f"{path}: its box has an edge of {edges[axis]:.9g} along {AXES[axis]}, and the "
+                f"{path}: its box has an edge of {edges[axis]:.9g} along {'xyz'[axis]}, and the "
                 f"walls of {scene.where} are {apart:.9g} apart; they have to be nearer, or take "
                 "another file"
             )
         position[axis] += 0.5 * (period - edges[axis])
         edges[axis] = period
+        reach = scene.origin[axis] - 1.0  # the rest of the gap is for the cutoff
         depth = np.abs(position[axis] - 0.5 * period) - 0.5 * apart
         bead = int(np.argmax(depth))
-        if depth[bead] > walls.reach:
+        if depth[bead] > reach:
             raise UserError(
                 f"{path}: {particles.called(bead)} would be {depth[bead]:.3g} r_c behind a wall "
-                f"along {AXES[axis]}; allowed: {walls.reach:g}. The walls of {scene.where} are "
+                f"along {'xyz'[axis]}; allowed: {reach:g}. The walls of {scene.where} are "
                 "about the middle of the file's box; make them further apart, or take another file"
             )
         one, two = particles.bonds.T

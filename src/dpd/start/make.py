@@ -13,21 +13,16 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
+from dpd.page import is_table
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at, shear_of
-from dpd.physics.angle import Angle, AngleTable
-from dpd.physics.body import BodyForce
-from dpd.physics.bond import Bond, BondTable
+from dpd.physics.angle import Angle
+from dpd.physics.bond import Bond
 from dpd.physics.core import Core
-from dpd.physics.pressure import Pressure
-from dpd.physics.schemes import scheme_named
-from dpd.physics.soft import Soft
-from dpd.physics.wall import Walls
-from dpd.scene.bonding import is_table, laws_of, numbers_of, species_along
-from dpd.scene.flow import body_force_of, flow_layers
+from dpd.physics.integrator import scheme_named
+from dpd.physics.repulsion import Soft
+from dpd.scene.bonding import laws_of, numbers_of, species_along
 from dpd.scene.start import FLIGHT, start_description, start_forces
-from dpd.scene.tables import friction_table
-from dpd.scene.walls import origin_of, period_of, walls_of
 from dpd.start.from_file import state_from_file
 from dpd.start.polymerize import LOOK, polymerize
 from dpd.start.velocities import thermal_velocities
@@ -54,7 +49,7 @@ def system_of(scene: Scene) -> System:
     data = scene.data
     thermostat, integrator = data["thermostat"], data["integrator"]
     system = System(
-        box=period_of(scene),
+        box=scene.period,
         pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
         friction=scene.friction,
@@ -65,28 +60,19 @@ def system_of(scene: Scene) -> System:
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
         masses=scene.masses,
-        walls=_walls(scene),
+        walls=_record(scene, "walls"),
         wall_friction=float(data.get("walls", {}).get("gamma", 0)),
-        body_force=_body_force(scene),
+        body_force=_record(scene, "body_force"),
         shear=shear_of(scene),
-        pressure=_pressure(scene) if "pressure" in data else None,
+        pressure=_record(scene, "pressure"),
         **_bonding(scene, data),
     )
-    return replace(system, flow=flow_layers(scene, system.extent))
+    return replace(system, flow=scene.flow_layers(system.extent))
 
 
-def _pressure(scene):
-    """The law of constant pressure; without trials where the time step is yet to be chosen."""
-    given, every_axis = scene.data["pressure"], tuple(range(scene.dimension))
-    if "every" not in given:
-        return None
-    return Pressure(
-        target=float(given["target"]),
-        time=float(given["time"]),
-        compressibility=float(given["compressibility"]),
-        axes=every_axis if given["axes"] == "all" else ("xyz".index(given["axes"]),),
-        every=given["every"],
-    )
+def _record(scene, key):
+    """What kernels get of a term; None where the scene does not name it."""
+    return scene.terms[key].record(scene) if key in scene.terms else None
 
 
 def _bonding(scene, forces):
@@ -95,16 +81,11 @@ def _bonding(scene, forces):
     if "bond" in forces:
         stiffness, length = _values(forces["bond"], "stiffness", "length")
         found["members"], number = scene.bonds
-        found["bond"] = (
-            Bond(stiffness, length) if number is None else BondTable(stiffness, length, number)
-        )
+        found["bond"] = Bond(stiffness, length, number)
     if "angle" in forces:
         stiffness, angle = _values(forces["angle"], "stiffness", "angle")
         found["angle_members"], number = scene.angles
-        angle = np.deg2rad(angle)
-        found["angle"] = (
-            Angle(stiffness, angle) if number is None else AngleTable(stiffness, angle, number)
-        )
+        found["angle"] = Angle(stiffness, np.deg2rad(angle), number)
     return found
 
 
@@ -123,35 +104,6 @@ def _pair(scene, core):
     return Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
 
 
-def _walls(scene):
-    """The planes at both ends of the axes with walls, if there are any."""
-    walls = walls_of(scene)
-    if walls is None:
-        return None
-    low = np.array(origin_of(scene))
-    ends = np.stack([low, low + scene.box], axis=1)[list(walls.axes)]
-    pairs = len(walls.axes)
-    return Walls(
-        repulsion=np.array(walls.repulsion),
-        axis=np.repeat(np.array(walls.axes, np.int64), 2),
-        place=ends.ravel(),
-        inward=np.tile([1.0, -1.0], pairs),
-        velocity=np.tile(np.array(walls.velocity), (pairs, 1)),
-        reach=walls.reach,
-    )
-
-
-def _body_force(scene):
-    """The body force, if there is one."""
-    body = body_force_of(scene)
-    if body is None:
-        return None
-    across, middle = body.axis, np.inf
-    if body.opposite is not None:
-        across, middle = body.opposite, 0.5 * scene.box[body.opposite]
-    return BodyForce(np.array(body.strength), body.axis, across, float(middle))
-
-
 def _start_system(scene, dt):
     """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs.
 
@@ -160,7 +112,7 @@ def _start_system(scene, dt):
     forces = start_forces(scene)
     return replace(
         system_of(scene),
-        friction=friction_table(scene, forces["gamma"]),
+        friction=scene.friction_of(forces["gamma"]),
         gaussian=False,
         per_bead=False,
         pair=_pair(scene, forces.get("core")),
@@ -285,10 +237,9 @@ def _positions(scene, method, flight, rng):
             x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
         parts.append((x + low).reshape(-1, len(box)).T)
     x = np.concatenate(parts, axis=1)
-    walls = walls_of(scene)
-    for axis in () if walls is None else walls.axes:
+    for axis in scene.ended:
         x[axis] = np.abs((x[axis] + box[axis]) % (2 * box[axis]) - box[axis])
-    return wrapped(x + np.array(origin_of(scene))[:, None], period_of(scene))[0]
+    return wrapped(x + np.array(scene.origin)[:, None], scene.period)[0]
 
 
 def _flight_of_bonds(kind, flight):

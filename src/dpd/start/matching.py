@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError, shown
-from dpd.scene.walls import period_of
 from dpd.start.trees import order_of_trees
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ def _check_box(scene, particles, path):
         )
     if not same_box(wanted_box(scene, particles.box), particles.box):
         edges = ", ".join(f"{edge:.9g}" for edge in particles.box)
-        own = ", ".join(f"{edge:.9g}" for edge in period_of(scene))
+        own = ", ".join(f"{edge:.9g}" for edge in scene.period)
         raise UserError(
             f"{path}: its box is [{edges}], and that of {scene.where} [{own}]; they have to "
             f"agree: write 'box: [{edges}]' in the scene, or take another file"
@@ -104,7 +103,7 @@ def wanted_box(scene: Scene, found: Sequence[float]) -> tuple[float, ...]:
     axes = scene.data.get("pressure", {}).get("axes", "")
     return tuple(
         there if axes in ("all", name) else own
-        for own, there, name in zip(period_of(scene), found, "xyz")
+        for own, there, name in zip(scene.period, found, "xyz")
     )
 
 

@@ -21,15 +21,15 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.physics.bond import Bond
-from dpd.scene.bonding import is_table, numbers_of
+from dpd.page import is_table
+from dpd.scene.bonding import numbers_of
 from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.engine.state import System
-    from dpd.physics.bond import BondTable
+    from dpd.physics.bond import Bond
     from dpd.scene.scene import Scene
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
@@ -111,9 +111,9 @@ class Growth:
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
         return Grown(members.astype(np.uint32), chain, place)
 
-    def with_laws(self, bond: Bond | BondTable, members: np.ndarray) -> Bond | BondTable:
+    def with_laws(self, bond: Bond, members: np.ndarray) -> Bond:
         """The law of bonds, or the table with the law of each of these."""
-        if isinstance(bond, Bond):
+        if bond.number is None:
             return bond
         one, other = self.species[members].T
         return bond._replace(number=self._laws[one, other])

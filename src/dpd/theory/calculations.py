@@ -1,4 +1,4 @@
-"""What a sweep calculates at a point, by the names in src/dpd/schemas/theory.yaml.
+"""What a sweep calculates at a point, by the names in dpd.pipeline.sections.
 
 Each function takes the arguments of one point and returns its numbers and arrays by name, each a
 `Quantity`. Lengths are in units of r_c, energies in kT, repulsions in kT / r_c, pressures in

@@ -23,7 +23,7 @@ from dpd.engine.rows import push_apart
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.forces import curvature, force
+from dpd.physics.common.forces import curvature, force
 
 if TYPE_CHECKING:
     from dpd.engine.state import State, System

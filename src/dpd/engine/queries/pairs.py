@@ -93,7 +93,7 @@ def neighbour_pairs(
 def soft_energies(
     position: np.ndarray, species: np.ndarray, box: Sequence[float], repulsion: np.ndarray
 ) -> np.ndarray:
-    """Energy of the soft repulsion (`dpd.physics.soft`) of all pairs of two species.
+    """Energy of the soft repulsion (`dpd.physics.repulsion`) of all pairs of two species.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from dpd.engine.rows import rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.forces import force, force_over_r
+from dpd.physics.common.forces import force, force_over_r, law_of
 
 if TYPE_CHECKING:
     from dpd.engine.state import State, System
@@ -108,7 +108,7 @@ def add_bonds(virial, x, slot, bonds, arms, edges, slices):
     gather(arms, n, x, slot, bonds.members, np.uint64(0), 0, 1, edges, None)
     for b in range(n):
         r, along = length(arms.apart, b, edges), arms.apart[slices.axis, b]
-        over_r = force_over_r(bonds.law, r, b)
+        over_r = force_over_r(law_of(bonds.law, b), r)
         normal = over_r * along * along
         begin = x[arms.i[b], slices.axis]
         add_line(virial, begin, begin - along, normal, over_r * r * r - normal, slices)
@@ -124,7 +124,7 @@ def add_angles(virial, x, slot, angles, arms, others, edges, slices):
     gather(others, n, x, slot, angles.members, np.uint64(0), 2, 1, edges, None)
     for a in range(n):
         at = opening(arms.apart, others.apart, a, edges)
-        across = -force(angles.law, at.theta, a) * at.sine / (at.sine * at.sine + CLOSEST)
+        across = -force(law_of(angles.law, a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
         add_arm(virial, x, arms, others, a, across, at.cosine, at.over_i, at.over_k, edges, slices)
         add_arm(virial, x, others, arms, a, across, at.cosine, at.over_k, at.over_i, edges, slices)
 

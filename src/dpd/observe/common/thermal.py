@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.observe.common.layers import Layers
-from dpd.scene.flow import momentum_axes
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Snapshot
@@ -23,7 +22,7 @@ class ThermalMotion:
     In a fluid at rest they are those about the centre of mass, along `momentum_axes`: all in a
     closed fluid, those along walls without friction, none with Langevin's thermostat or rough
     walls. Where something drives a flow (`flows`), they are those about its profile at this moment:
-    in each cell across it (`gradient_axes`) a constant and a slope, one for all species: where a
+    in each cell across it (`across`) a constant and a slope, one for all species: where a
     force drives them through each other, that counts as heat. A fit by least squares, weighted by
     mass, takes up as many degrees of freedom as it has coefficients, and those that are left stand
     for all.
@@ -36,7 +35,7 @@ class ThermalMotion:
 
     def __init__(self, scene: Scene, system: System) -> None:
         self._system = system
-        self._at_rest = np.isin(np.arange(scene.dimension), momentum_axes(scene))[:, None]
+        self._at_rest = np.isin(np.arange(scene.dimension), scene.momentum_axes)[:, None]
         self._layers = [Layers(system, *each) for each in system.flow]
 
     def kinetic(self, sums: Sums) -> np.ndarray:

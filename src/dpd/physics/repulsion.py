@@ -9,9 +9,25 @@ Two beads closer than the cutoff, r < 1, push each other apart (Groot and Warren
 The methods are given w = max(0, 1 - r) as well, which is zero from the cutoff on.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from dpd.page import NotNegative, PairTable, Refusals, Term, setting
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class SoftRepulsion(Term, key="repulsion"):
+    """Largest repulsion a_ij for every pair of species, 'A B' for both orders."""
+
+    bare = "pairs"
+    pairs: PairTable[NotNegative] = setting("Largest repulsion a_ij.", unit="kT / r_c")
+
+    def unknown(self, scene: Any) -> Refusals:
+        """Pairs of species without a value, or with two."""
+        yield from scene.check_pairs("", scene.repulsions, 25)
 
 
 class Soft(NamedTuple):

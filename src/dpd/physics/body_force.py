@@ -1,0 +1,122 @@
+"""Body forces: a constant force on every bead, as of gravity or of a gradient of pressure.
+
+It drives a flow along its axis. In the half of the box beyond a middle plane it may act the other
+way round: then two flows go in opposite directions, no net momentum arises, and no walls are
+needed (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from dpd.page import Axis, Change, PerSpecies, Refusals, Term, setting
+
+BALANCED = 1e-9  # share of all forces that their sum may be, by rounding
+
+
+class DrivingForce(Term, key="body_force"):
+    """A constant force on every bead, which drives a flow."""
+
+    axis: Axis = setting("The axis that it acts along.", of="axis")
+    strength: PerSpecies[Annotated[float, Field(ge=-1000, le=1000)]] = setting(
+        "Force on each bead, one number or one per species, as {A: 0.02, B: 0}.",
+        unit="kT / r_c", of="species",
+    )  # fmt: skip
+    opposite: Axis | None = setting(
+        "The axis in whose upper half the force acts in the opposite direction: two opposite flows "
+        "in a periodic box.", None, of="axis",
+    )  # fmt: skip
+
+    def conflicts(self) -> Refusals:
+        """Two flows that would not lie side by side."""
+        if self.opposite == self.axis:
+            yield (
+                "opposite",
+                f"{self.axis} is the axis that the force acts along; take another one, across "
+                "which the two flows lie",
+            )
+
+    def refuses(self, scene: Any) -> Refusals:
+        """A force that nothing stands against."""
+        if self.opposite and "xyz".index(self.opposite) in scene.ended:
+            yield (
+                "opposite",
+                f"there are walls along {self.opposite}, between which one flow is enough; remove "
+                "the key, or name an axis without walls",
+            )
+        if not (self.opposite or self._is_held(scene) or scene.brakes or self._adds_up(scene)):
+            yield (
+                "",
+                f"along {self.axis} nothing brakes the beads, and they would go faster and "
+                "faster; give walls with a gamma, or 'opposite', or strengths of which the sum "
+                "over all beads is 0",
+            )
+        if Change.FLOWS in self.changes(scene) and not scene.takes_heat:
+            yield (
+                "",
+                "every gamma is 0: nothing takes up the heat of the flow that it drives; allowed: "
+                "thermostat.gamma > 0, or walls with a gamma",
+            )
+
+    def _is_held(self, scene):
+        """Whether a wall stands against it."""
+        return "xyz".index(self.axis) in scene.ended
+
+    def _adds_up(self, scene):
+        """Whether the forces on all beads add up to none."""
+        strengths = np.array(scene.by_species(self.strength))
+        forces = np.bincount(scene.kinds, minlength=len(scene.species)) * strengths
+        return abs(forces.sum()) <= BALANCED * abs(forces).sum()
+
+    def changes(self, scene: Any) -> frozenset[Change]:
+        """A flow, unless there is no force, or a wall stands against it."""
+        drives = any(scene.by_species(self.strength))
+        if drives and (self.opposite is not None or not self._is_held(scene)):
+            return frozenset({Change.FLOWS})
+        return frozenset()
+
+    def across(self, scene: Any) -> tuple[int, ...]:
+        """The axis across which it turns round."""
+        return ("xyz".index(self.opposite),) if self.opposite else ()
+
+    def untried(self) -> str:
+        """At rest is how schemes were measured."""
+        return "schemes were measured in the bulk at rest; with a body force take gw-vv"
+
+    def record(self, scene: Any) -> BodyForce:
+        """The force on each species, and where it turns round."""
+        axis = "xyz".index(self.axis)
+        across, middle = axis, float("inf")
+        if self.opposite:
+            across = "xyz".index(self.opposite)
+            middle = 0.5 * scene.box[across]
+        strength = np.array(scene.by_species(self.strength))
+        return BodyForce(strength, axis, across, float(middle))
+
+
+class BodyForce(NamedTuple):
+    """A constant force on every bead.
+
+    Attributes
+    ----------
+    strength : (species,) array
+        In kT / r_c.
+    axis : int
+        That it acts along.
+    across : int
+        The axis on which the position decides about its direction.
+    middle : float
+        Where on that axis it turns round, in r_c; infinite if it acts in one direction.
+    """
+
+    strength: np.ndarray
+    axis: int
+    across: int
+    middle: float
+
+    def force(self, strength: float, x: float) -> float:
+        """Force on a bead at the place x on the axis across."""
+        return strength if x < self.middle else -strength

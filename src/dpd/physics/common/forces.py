@@ -1,0 +1,80 @@
+"""The record of all that acts on beads, and how kernels call a term of it.
+
+A term is a page of this package: a record whose methods are its force, its energy and its
+curvature. Numba knows the class of a record when it compiles, so `force(term, ...)` in a kernel
+becomes the method of that class and nothing else: terms that a scene does not name cost nothing.
+"""
+
+from typing import Any, NamedTuple
+
+from numba import types
+from numba.extending import overload
+
+from dpd.jit import INLINED, method
+from dpd.physics.angle import Angle
+from dpd.physics.body_force import BodyForce
+from dpd.physics.bond import Bond
+from dpd.physics.common.exchange import Exchange
+from dpd.physics.common.langevin import Langevin
+from dpd.physics.core import Core
+from dpd.physics.repulsion import Soft
+from dpd.physics.thermostat import Friction
+from dpd.physics.walls import Walls
+
+
+class Forces(NamedTuple):
+    """What acts on beads; None for what does not.
+
+    Attributes
+    ----------
+    pair : Soft or Core
+        The conservative force between pairs.
+    bond : Bond or None
+    angle : Angle or None
+    friction : Friction or None
+    langevin : Langevin or None
+    exchange : Exchange or None
+        The thermostat is one of these three.
+    walls : Walls or None
+    body_force : BodyForce or None
+    """
+
+    pair: Soft | Core
+    bond: Bond | None = None
+    angle: Angle | None = None
+    friction: Friction | None = None
+    langevin: Langevin | None = None
+    exchange: Exchange | None = None
+    walls: Walls | None = None
+    body_force: BodyForce | None = None
+
+
+def law_of(laws: Any, place: int) -> Any:
+    """The law of a bond or an angle: its own where there are several."""
+    if laws.number is None:
+        return laws
+    number = laws.number[place]
+    return type(laws)(*(values[number] for values in laws[:-1]))
+
+
+@overload(law_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
+def _law_of(laws, place):
+    """Written out for the fields of a record."""
+    law, fields = laws.instance_class, laws.instance_class._fields[:-1]
+    if isinstance(laws.types[-1], types.NoneType):
+        return lambda laws, place: laws
+    values = ", ".join(f"laws.{field}[laws.number[place]]" for field in fields)
+    made = {"law": law}
+    exec(f"def one_of(laws, place):\n    return law({values}, None)", made)
+    return made["one_of"]
+
+
+# What a kernel calls with a term as the first argument.
+force = method("force")
+force_over_r = method("force_over_r")
+energy = method("energy")
+curvature = method("curvature")
+drag = method("drag")
+random = method("random")
+change = method("change")
+weight = method("weight")

@@ -1,0 +1,97 @@
+"""Friction and noise between pairs, the thermostat of dissipative particle dynamics.
+
+Along the line e between two beads that approach each other with e . v_ij (Groot and Warren 1997,
+Eqs. 5, 6 and 8), with w = 1 - r and random numbers theta of zero mean and unit variance:
+
+    F_D = -gamma w^2 (e . v_ij)
+    F_R =  sigma w theta dt^(-1/2),     sigma^2 = 2 gamma kT
+
+The two belong together: with that sigma they hold the temperature kT, and since they act on both
+beads of a pair they conserve momentum. Where pairs of species differ in their friction, gamma and
+sigma are those of the pair, gamma_ij = gamma_ji.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from dpd.page import NotNegative, Refusals, Term, setting
+
+# A table by pairs of species; for langevin by species.
+_Table = Annotated[
+    dict[Annotated[str, Field(pattern=r"^\S+( \S+)?$")], NotNegative], Field(min_length=1)
+]
+
+
+class Thermostat(Term, key="thermostat"):
+    """The thermostat; sigma^2 = 2 gamma kT."""
+
+    kind: Literal["dpd", "langevin"] = setting(
+        "Friction and noise between pairs (dpd), or on each bead on its own (langevin), which does "
+        "not conserve momentum.", "dpd",
+    )  # fmt: skip
+    kT: float = setting("Temperature.", 1.0, ge=1e-6, le=1e6)
+    gamma: Annotated[
+        Annotated[NotNegative, Tag("=one")] | Annotated[_Table, Tag("=table")],
+        Discriminator(lambda value: "=table" if isinstance(value, dict) else "=one"),
+    ] = setting(
+        "Friction; 0 for none, and then no noise either. One number, or one for each pair of "
+        "species, as {A A: 4.5, A B: 9, B B: 4.5}; for langevin one for each species, as {A: 4.5, "
+        "B: 9}. In lowe-andersen it is the rate at which a pair takes a new velocity.", 4.5,
+    )  # fmt: skip
+    noise: Literal["uniform", "gaussian"] = setting("Distribution of the noise.", "uniform")
+
+    def unknown(self, scene: Any) -> Refusals:
+        """A table that has not a friction for each pair of species, or for each species."""
+        if isinstance(self.gamma, dict):
+            check = scene.check_species if self.kind == "langevin" else scene.check_pairs
+            yield from check("gamma", self.gamma, 4.5)
+
+    def frictions(self) -> list[float]:
+        """All values of gamma."""
+        return list(self.gamma.values()) if isinstance(self.gamma, dict) else [self.gamma]
+
+    def brakes(self, scene: Any) -> bool:
+        """What acts on each bead does."""
+        return self.kind == "langevin" and any(self.frictions())
+
+    def untried(self) -> str:
+        """What schemes were measured with."""
+        if self.kind == "langevin":
+            return (
+                "schemes were measured with friction between pairs; for Langevin take gw-vv or "
+                "dpd-vv"
+            )
+        if not any(self.frictions()):
+            return "schemes were measured with a thermostat; without friction take gw-vv"
+        return ""
+
+
+class Friction(NamedTuple):
+    """Friction and noise between pairs.
+
+    Attributes
+    ----------
+    gamma : float
+        Friction in kT tau / r_c^2.
+    amplitude : float
+        sigma dt^(-1/2), in kT / r_c.
+    gaussian : bool
+        Gaussian instead of uniform random numbers.
+    shares : None or (species, species) array
+        gamma_ij / gamma where pairs of species differ. The approach of a pair then comes multiplied
+        by its share, and theta by the root of that.
+    """
+
+    gamma: float
+    amplitude: float
+    gaussian: bool
+    shares: np.ndarray | None = None
+
+    def force(self, approach: float, inverse: float, w: float, theta: float) -> float:
+        """Force F_D + F_R on a pair with r . v_ij = approach and 1 / r = inverse."""
+        drag = self.gamma * w * approach * inverse
+        return w * (self.amplitude * theta - drag)

@@ -1,0 +1,249 @@
+"""Soft walls: planes that push beads away, and the friction of beads with them.
+
+A bead at the distance z < 1 from a plane feels the pair force of Groot and Warren 1997 (Eq. 4),
+with the plane in the place of the other bead:
+
+    u(z)   =  a_w (1 - z)^2 / 2        energy
+    F(z)   =  a_w (1 - z)              force along the normal into the box, -u'
+    u''(z) =  a_w                      curvature
+
+Behind the plane, at z < 0, the same line goes on, so the deeper a bead gets the harder it is
+pushed back. A wall with friction also takes hold of the velocity v of a bead, in all directions
+and with the noise that belongs to it, with w = 1 - z (and w = 1 behind the plane):
+
+    F = -gamma w^2 (v - v_wall) + sigma w zeta dt^(-1/2),     sigma^2 = 2 gamma kT
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from dpd.page import (
+    Axis,
+    Change,
+    NotNegative,
+    OneOrMore,
+    PerSpecies,
+    Positive,
+    Refusals,
+    Term,
+    setting,
+)
+
+RANGE = 1.0  # of a wall's force in r_c
+# A bead gets behind a plane by chance, and because its neighbours push it. There is room for it as
+# far as the wall's energy is below this many kT and what the neighbours can push with: further out
+# it is met with a chance below 1e-13.
+RARE = 30.0
+# Energy of a bead among neighbours without order, for the density 1 and the repulsion 1: the
+# integral of the pair energy (1 - r)^2 / 2 over the range of the force.
+ENERGY_OF_FLUID = {2: math.pi / 12, 3: math.pi / 15}
+DEEPEST = 10  # r_c behind a plane for which room is made
+Velocity = Annotated[
+    list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=3)
+]
+
+
+class SoftWalls(Term, key="walls"):
+    """Soft planes at both ends of one or more axes, which then do not repeat.
+
+    The box along such an axis is the distance of the planes. A bead at a distance z < 1 r_c from a
+    plane is pushed away with the force repulsion times (1 - z), also behind the plane, where z < 0.
+    """
+
+    cannot = {
+        Change.SLIDES: "stand still, and the fluid would flow through or past them",
+        Change.STRETCHES: "stand where they are",
+    }
+    axis: OneOrMore[Axis] = setting(
+        "The axis that the planes are normal to, or a list of axes.", of="axis"
+    )
+    repulsion: PerSpecies[Positive] = setting(
+        "Force a_w at the plane, one number or one per species, as {A: 25, B: 40}.",
+        unit="kT / r_c", of="species",
+    )  # fmt: skip
+    gamma: NotNegative = setting(
+        "Friction of beads with the walls, with the noise that belongs to it; 0 for smooth walls, "
+        "along which beads slip.", 0.0,
+    )  # fmt: skip
+    velocity: Annotated[list[Velocity], Field(min_length=2, max_length=2)] | None = setting(
+        "Velocities of the lower and of the upper wall, as [[-1, 0, 0], [1, 0, 0]]; needs a gamma, "
+        "and one axis alone. Walls are at rest if not given.", None, unit="r_c / tau",
+    )  # fmt: skip
+
+    def axes(self) -> tuple[int, ...]:
+        """Numbers of the axes with planes."""
+        names = self.axis if isinstance(self.axis, list) else [self.axis]
+        return tuple(sorted("xyz".index(name) for name in names))
+
+    def conflicts(self) -> Refusals:
+        """An axis that is there twice, and velocities that cannot be."""
+        axes = self.axes()
+        if len(set(axes)) < len(axes) or not axes:
+            yield "axis", f"{self.axis} should name each axis once"
+        if self.velocity is None:
+            return
+        if len(axes) > 1:
+            yield "velocity", "has no meaning for walls along several axes; keep one axis"
+        for side, velocity in zip(("lower", "upper"), self.velocity):
+            if len(axes) == 1 and axes[0] < len(velocity) and velocity[axes[0]]:
+                yield (
+                    "velocity",
+                    f"the {side} wall would move along its own normal {self.axis}; allowed there: "
+                    "0",
+                )
+        if not self.gamma:
+            yield "velocity", "has no effect on walls without friction; add walls.gamma"
+
+    def refuses(self, scene: Any) -> Refusals:
+        """A box that is too narrow, and walls that are too soft for its fluid."""
+        for axis in self.axes():
+            if scene.box[axis] < 2 * RANGE:
+                yield (
+                    "axis",
+                    f"the box has an edge of {scene.box[axis]:g} along {'xyz'[axis]}, and a bead "
+                    f"would feel both walls at the same time; allowed: >= {2 * RANGE:g}",
+                )
+        for side, velocity in zip(("lower", "upper"), self.velocity or ()):
+            if len(velocity) != scene.dimension:
+                yield (
+                    "velocity",
+                    f"{len(velocity)} components for the {side} wall; allowed: {scene.dimension}, "
+                    "one per axis",
+                )
+                break
+        softest, least = min(scene.by_species(self.repulsion)), self._most(scene) * 2
+        least /= (DEEPEST + RANGE) ** 2
+        if softest < least:
+            yield (
+                "repulsion",
+                f"{softest:g} is too soft: beads would get more than {DEEPEST} r_c behind the "
+                f"planes; allowed: >= {least:.3g} for this fluid",
+            )
+
+    def _most(self, scene):
+        """Energy that a bead at a wall may have, in kT, up to a chance that is `RARE`."""
+        strongest = max(scene.repulsions.values())
+        pushed = ENERGY_OF_FLUID[scene.dimension] * scene.density * strongest
+        return float(RARE * scene.kT + pushed)
+
+    def reach(self, scene: Any) -> float:
+        """How far behind a plane there is room for a bead, in r_c: a whole number."""
+        softest = min(scene.by_species(self.repulsion))
+        deep = math.sqrt(2 * self._most(scene) / softest) - RANGE
+        return float(max(1, math.ceil(min(deep, DEEPEST))))
+
+    def changes(self, scene: Any) -> frozenset[Change]:
+        """The fluid ends; and flows between walls that move."""
+        moves = any(map(any, self.velocity or ()))
+        return frozenset({Change.ENDS, Change.FLOWS} if moves else {Change.ENDS})
+
+    def gap(self, scene: Any, axis: int) -> float:
+        """Room behind a plane, and a cutoff.
+
+        In a step a bead moves by 1 r_c at most. None can pass the middle of both gaps before it is
+        noticed, and beads within reach of opposite planes are 2 r_c or more apart.
+        """
+        return self.reach(scene) + 1.0 if axis in self.axes() else 0.0
+
+    def across(self, scene: Any) -> tuple[int, ...]:
+        """The axes with planes."""
+        return self.axes()
+
+    def brakes(self, scene: Any) -> bool:
+        """By its friction."""
+        return self.gamma > 0
+
+    def untried(self) -> str:
+        """At rest and in the bulk is what schemes were measured."""
+        return "schemes were measured in the bulk at rest; with walls take gw-vv"
+
+    def record(self, scene: Any) -> Walls:
+        """The planes at both ends of each axis."""
+        axes = list(self.axes())
+        low = np.array(scene.origin)
+        at_rest = [[0.0] * scene.dimension] * 2
+        return Walls(
+            repulsion=np.array(scene.by_species(self.repulsion)),
+            axis=np.repeat(np.array(axes, np.int64), 2),
+            place=np.stack([low, low + scene.box], axis=1)[axes].ravel(),
+            inward=np.tile([1.0, -1.0], len(axes)),
+            velocity=np.tile(np.array(self.velocity or at_rest), (len(axes), 1)),
+            reach=self.reach(scene),
+        )
+
+
+class WallFriction(NamedTuple):
+    """Friction and noise between beads and walls.
+
+    Attributes
+    ----------
+    gamma : float
+        Friction in kT tau / r_c^2.
+    amplitude : float
+        sigma dt^(-1/2), in kT / r_c.
+    gaussian : bool
+        Gaussian instead of uniform random numbers.
+    """
+
+    gamma: float
+    amplitude: float
+    gaussian: bool
+
+    def random(self, zeta: float, w: float) -> float:
+        """Noise along an axis."""
+        return self.amplitude * w * zeta
+
+    def drag(self, velocity: float, w: float) -> float:
+        """Friction along an axis at a velocity relative to the wall; the force takes it off."""
+        return self.gamma * w * w * velocity
+
+
+class Walls(NamedTuple):
+    """Planes at both ends of some axes: of each axis the lower one, then the upper one.
+
+    Attributes
+    ----------
+    repulsion : (species,) array
+        a_w in kT / r_c.
+    axis : (walls,) int64 array
+        The axis that each plane is normal to.
+    place : (walls,) array
+        Where the plane is on that axis, in r_c.
+    inward : (walls,) array
+        1.0 for a lower plane, whose beads are above it; -1.0 for an upper one.
+    velocity : (walls, dimension) array
+        Of the wall, in r_c / tau.
+    reach : float
+        How far behind a plane a bead may get, in r_c. The box has room for that and a cutoff
+        more, so that beads behind opposite planes never feel each other.
+    friction : WallFriction or None
+    """
+
+    repulsion: np.ndarray
+    axis: np.ndarray
+    place: np.ndarray
+    inward: np.ndarray
+    velocity: np.ndarray
+    reach: float
+    friction: WallFriction | None = None
+
+    def force(self, a: float, z: float) -> float:
+        """Force F at the distance z, for a bead with the repulsion a."""
+        return a * max(0.0, 1.0 - z)
+
+    def energy(self, a: float, z: float) -> float:
+        """Energy u."""
+        return 0.5 * a * max(0.0, 1.0 - z) ** 2
+
+    def curvature(self, a: float, z: float) -> float:
+        """Second derivative u''."""
+        return a if z < 1.0 else 0.0
+
+    def weight(self, z: float) -> float:
+        """The weight w of the friction."""
+        return min(1.0, max(0.0, 1.0 - z))
