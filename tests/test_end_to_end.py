@@ -10,7 +10,7 @@ import pytest
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.observe.common.multitau import COARSER, KEPT, PARTS, MultipleTau
+from dpd.observe.common.multitau import COARSER, FINE, KEPT, PARTS, MultipleTau
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
 from dpd.start.make import make_start, system_of
@@ -27,7 +27,10 @@ LAGS = [(lag, apart) for lags, apart in LEVELS for lag in lags]
 def pairs_of(samples, lag, apart, expected):
     """Numbers of the samples that a lag compares: then, now, and the part of the run of now."""
     then = np.arange(0, samples - lag, apart)
-    return then, then + lag, (then + lag) * PARTS // expected
+    short = 1
+    while expected > FINE * short:
+        short *= 2
+    return then, then + lag, (then + lag) // short * PARTS // -(-expected // short)
 
 
 def two_quantities(now, then):
@@ -58,7 +61,6 @@ def test_every_lag_of_a_random_series(samples, levels):
     lag, means, counts, sums = found.results()
     expected = [(n, apart) for n, apart in LAGS if n < samples and apart < COARSER**levels]
     np.testing.assert_array_equal(lag, [n for n, _ in expected])
-    assert len(found.arrays["kept"]) == levels
     if samples > KEPT:
         assert lag.max() >= samples // 2
     for number, (n, apart) in enumerate(expected):
@@ -77,13 +79,11 @@ def test_every_lag_of_a_random_series(samples, levels):
 
 
 def test_a_series_that_ends_early():
-    """Six samples of 1700 are one to five apart, in 5, 4, 3, 2, 1 pairs, all in the first
-    part; one sample has no lag."""
+    """Six samples of 1700 are one to five apart, in 5, 4, 3, 2, 1 pairs; one sample has no lag."""
     series = np.random.default_rng(1).normal(size=(6, 2, 3))
     lag, means, counts, sums = correlate(series, 1700).results()
     np.testing.assert_array_equal(lag, [1, 2, 3, 4, 5])
-    np.testing.assert_array_equal(counts[0], [5, 4, 3, 2, 1])
-    np.testing.assert_array_equal(counts[1:], 0)
+    np.testing.assert_array_equal(counts.sum(axis=0), [5, 4, 3, 2, 1])
     np.testing.assert_allclose(means[4], two_quantities(series[5], series[:1])[0], rtol=1e-14)
     lag, means, counts, sums = correlate(series[:1], 1700).results()
     assert (lag.shape, means.shape) == ((0,), (0, 2, 3))

@@ -19,12 +19,11 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.observe.common.blocks import BlockSums
-from dpd.observe.common.longer import bytes_to_remember, go_on_from
 from dpd.observe.common.multitau import MultipleTau
 from dpd.page import Observable, names
-from dpd.pipeline import kept, probing
+from dpd.pipeline import probing
 from dpd.pipeline.extend import Extension, extend, longer
-from dpd.pipeline.kept import STATE, read_former
+from dpd.pipeline.kept import STATE, go_on_from, read_former
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
@@ -225,25 +224,33 @@ def test_correlations_that_go_on(samples):
         return into
 
     plain = added(MultipleTau(whole, (2, 3), 2), series)
-    shorter = MultipleTau(part, (2, 3), 2)
-    shorter.remember()
-    added(shorter, series[:part])
-    for remembers in (True, False):
-        longer_one = MultipleTau(whole, (2, 3), 2)
-        if remembers:
-            longer_one.remember()
-        longer_one.go_on_from(shorter.arrays)
-        added(longer_one, series[part:])
-        for one, other in zip(plain.results(), longer_one.results()):
-            np.testing.assert_array_equal(one, other)
+    shorter = added(MultipleTau(part, (2, 3), 2), series[:part])
+    longer_one = MultipleTau(whole, (2, 3), 2)
+    for name, array in longer_one.arrays.items():
+        array[: len(shorter.arrays[name])] = shorter.arrays[name]
+    added(longer_one, series[part:])
+    for one, other in zip(plain.results(), longer_one.results()):
+        np.testing.assert_array_equal(one, other)
 
 
-def test_what_is_remembered_changes_no_result():
-    """And takes the room that it is said to take."""
-    for make in (lambda: BlockSums((7,), 345), lambda: MultipleTau(345, (2, 7), 2)):
-        one = make()
-        one.remember()
-        assert one.arrays["each"].nbytes == one.remembered
+@pytest.mark.parametrize("samples", [1, 3, 49, 50, 51, 399, 400, 401, 1000, 12_345])
+def test_blocks_of_a_series(samples):
+    """Means over 50 parts that follow each other, all alike but for a seventh, of all samples but
+    one in 200; the largest of each."""
+    series = np.random.default_rng(samples).normal(size=(samples, 2)) + np.arange(samples)[:, None]
+    blocks = BlockSums((2,))
+    for sample in series:
+        blocks.add(sample)
+    means, each = blocks.means(), int(blocks.arrays["each"][0])
+    whole = samples // each
+    assert len(means) == min(50, samples) and samples - whole * each < max(1, samples / 200)
+    of = np.repeat(np.arange(whole) * len(means) // whole, each)
+    sizes = np.bincount(of)
+    assert sizes.max() - sizes.min() <= max(each, sizes.max() / 4)
+    for number, mean in enumerate(means):
+        part = series[: len(of)][of == number]
+        np.testing.assert_allclose(mean, part.mean(axis=0), rtol=1e-12, atol=1e-12)
+        assert blocks.largest(abs(series[:, 0]))[number] == abs(part[:, 0]).max()
 
 
 def test_a_run_that_keeps_its_state_measures_the_same(tmp_path):
@@ -275,19 +282,14 @@ def test_a_scene_may_say_whether_it_is_kept(tmp_path, asked, usual):
     assert ("last_position" in files.read(tmp_path / "run.nc")[0]) is asked
 
 
-def test_a_longer_run_keeps_how_often_it_looks(monkeypatch):
-    """Where the scene does not say it, and a longer run would look less often."""
-    monkeypatch.setattr("dpd.observe.thermo.MOST_SAMPLES", 50)
+def test_a_longer_run_looks_as_often():
+    """Intervals do not follow from how long a run is; the last configuration is that of its end."""
     scene = Scene(FLUID | {"observe": ["thermo", "configuration", {"rdf": {"range": 2}}]})
     found = longer(scene, 2600)
-    assert scene.observe["thermo"].every == 26  # and not 78
-    assert found.observe["thermo"] == scene.observe["thermo"]
+    for name in ("thermo", "rdf"):
+        assert found.observe[name] == scene.observe[name]
     assert found.observe["configuration"].every == 3900
-    assert found.data["observe"][1] == "configuration" and found.steps == (20, 3900)
-    # It would not have looked yet: then it looks as the longer run does.
-    short = Scene(sampled(FLUID, 2))
-    assert short.observe["rdf"].every == 2
-    assert longer(short, 1298).digest == Scene(FLUID).digest
+    assert found.steps == (20, 3900)
 
 
 def test_other_intervals_cannot_be_joined():
@@ -334,24 +336,6 @@ def test_other_sources_are_said(tmp_path, capsys):
         file.sources = "0" * 12
     extend(Extension(part, 20, part))
     assert "made by other sources than today's" in capsys.readouterr().err
-
-
-@pytest.mark.thorough
-def test_too_much_to_remember(tmp_path, monkeypatch, capsys):
-    """The last configuration is kept; a longer run of a run that remembered is still made."""
-    part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
-    scene = Scene(sampled(IN_PLANE, 100))
-    size = bytes_to_remember(observables(scene, system_of(scene)))
-    assert size > 0
-    monkeypatch.setattr(kept, "MOST_REMEMBERED", size)
-    extend(Extension(part, 600, part))
-    assert "longer" not in capsys.readouterr().err  # few make a run longer
-    whole = run(IN_PLANE, tmp_path / "whole.nc")
-    for name, values in files.read(whole)[0].items():
-        np.testing.assert_array_equal(values, files.read(part)[0][name], err_msg=name)
-    assert "last_position" in files.read(part)[0] and not files.read_group(part, STATE)
-    with pytest.raises(Exception, match="MiB of memory and disk, and a run keeps up to"):
-        extend(Extension(part, 1, part))
 
 
 # The command.

@@ -9,7 +9,7 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
-from dpd.analysis.resampling import part_length, resampled
+from dpd.analysis.resampling import resampled
 
 if TYPE_CHECKING:
     from dpd.analysis.resampling import Resampled
@@ -127,7 +127,7 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     for length in sweep.length.values:
         at = sweep.sel(length=length)
         scene = first_scene(at)
-        duration = part_length(at) * at.sizes["part"]
+        duration = scene.steps.sample * scene.dt
         tau, tau_error = relaxation_time(*end_to_end(at))
         before = scene.steps.equilibrate * scene.data["integrator"]["dt"]
         enough = duration >= TEN * tau and before >= SETTLED * tau

@@ -70,7 +70,7 @@ class Resampled(NamedTuple):
 def part_length(runs: xr.Dataset) -> float:
     """Length in tau of one of the parts that a run's sums are kept for."""
     scene = first_scene(runs)
-    return scene.steps.sample * scene.data["integrator"]["dt"] / runs.sizes["part"]
+    return scene.steps.sample * scene.dt / runs.sizes["part"]
 
 
 def resampled(

@@ -37,7 +37,7 @@ class PairBondLengths(Observable, key="bond_lengths"):
         self._edges = np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
         # The last place holds the mean.
         shape = (len(pairs), len(self._edges))
-        self.averages = BlockSums(shape, scene.steps.sample // self.every)
+        self.averages = BlockSums(shape)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

@@ -30,7 +30,7 @@ class BondLengths(Observable, key="bonds"):
         self._edges = np.linspace(0.0, LONGEST, round(LONGEST / self.bin) + 1)
         # The first two places hold the sums of r and r^2.
         samples = scene.steps.sample // self.every
-        self.averages = BlockSums((len(self._edges) + 1,), samples)
+        self.averages = BlockSums((len(self._edges) + 1,))
         self.arrays = self.averages.arrays | {"longest": np.full(samples, np.nan)}
 
     def sample(self, simulation: Simulation) -> None:

@@ -34,7 +34,7 @@ class Chains(Observable, key="chains"):
         self._kinds = scene.molecules
         self._branched = [not kind.is_linear for kind in self._kinds]
         numbers = 3 if any(self._branched) else 2
-        self.averages = BlockSums((len(self._kinds), numbers), scene.steps.sample // self.every)
+        self.averages = BlockSums((len(self._kinds), numbers))
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

@@ -32,7 +32,7 @@ class Configurational(Observable, key="configurational"):
     def _start(self, scene: Scene, system: System) -> None:
         self._system = system
         self._beads = scene.beads
-        self.averages = BlockSums((2,), scene.steps.sample // self.every)
+        self.averages = BlockSums((2,))
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

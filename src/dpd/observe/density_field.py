@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 AXES = "xyz"
-MOST_FRAMES = 100  # unless the scene says how often
 # Numbers over time, of 4 bytes. With copies for checkpoint and result they fit into the memory that
 # a cluster is asked for, `dpd.pipeline.resources`.
 MOST_CELLS = 5 * 10**7
@@ -65,11 +64,6 @@ class DensityField(Observable, key="density_field"):
             "field": np.zeros((frames_of(scene), *self._shape), np.float32),
             "box": np.zeros((frames_of(scene), system.dimension)),
         }
-
-    def steps_between(self, scene: Scene) -> int:
-        """No more than `MOST_FRAMES`."""
-        every = super().steps_between(scene)
-        return max(every, -(-scene.steps.sample // (MOST_FRAMES * self.average)))
 
     def refuses(self, scene: Scene) -> Refusals:
         """Cells that are too wide, or too many for all frames."""

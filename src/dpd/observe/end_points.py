@@ -37,7 +37,7 @@ class EndPoints(Observable, key="end_points"):
         self._edges = np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
         # The last place holds the share beyond the range.
         shape = (len(self._kinds), len(self._edges))
-        self.averages = BlockSums(shape, scene.steps.sample // self.every)
+        self.averages = BlockSums(shape)
         self.arrays = self.averages.arrays
 
     def refuses(self, scene: Scene) -> Refusals:

@@ -31,7 +31,7 @@ class PairEnergies(Observable, key="pair_energies"):
         self._repulsion, self._kinds = np.asarray(scene.repulsion, dtype=float), scene.kinds
         self._names = scene.species
         self._pairs = list(combinations_with_replacement(range(len(self._names)), 2))
-        self.averages = BlockSums((len(self._pairs),), scene.steps.sample // self.every)
+        self.averages = BlockSums((len(self._pairs),))
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

@@ -34,7 +34,7 @@ class Profile(Observable, key="profile"):
         self._names = scene.species
         self._slices = Layers(system, scene.axis_of_profile(self.axis), self.bin)
         shape = len(self._names), self._slices.count
-        self.averages = BlockSums(shape, scene.steps.sample // self.every)
+        self.averages = BlockSums(shape)
         self.arrays = self.averages.arrays
         if system.pressure is not None:
             # The edge along the axis, summed over the samples.

@@ -45,7 +45,7 @@ class RadialDistribution(Observable, key="rdf"):
         self._system = system
         bins = max(1, round(self.range / self.bin))
         self._edges = np.linspace(0.0, self.range, bins + 1)
-        self.averages = BlockSums((bins,), scene.steps.sample // self.every)
+        self.averages = BlockSums((bins,))
         self.arrays = self.averages.arrays
         self._beads = scene.beads
 

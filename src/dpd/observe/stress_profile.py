@@ -54,7 +54,7 @@ class StressProfile(Observable, key="stress_profile"):
         self._walled = system.walls is not None and self._layers.axis in system.walls.axis
         # Normal and tangential; with walls across the axis, what they add to the normal one.
         shape = 3 if self._walled else 2, self._layers.count
-        self.averages = BlockSums(shape, scene.steps.sample // self.every)
+        self.averages = BlockSums(shape)
         self.arrays = self.averages.arrays
         if system.pressure is not None:
             # The edge along the axis, summed over the samples.

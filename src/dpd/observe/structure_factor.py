@@ -83,9 +83,7 @@ class StructureFactor(Observable, key="structure_factor"):
         self._order = np.argsort(scene.kinds, kind="stable")  # species after species
         counts = np.bincount(scene.kinds, minlength=len(self._names))
         self._begins = np.concatenate([[0], np.cumsum(counts)])
-        self.averages = BlockSums(
-            (len(self._pairs), len(self._numbers)), scene.steps.sample // self.every
-        )
+        self.averages = BlockSums((len(self._pairs), len(self._numbers)))
         self.arrays = self.averages.arrays
 
     def refuses(self, scene: Scene) -> Refusals:

@@ -73,10 +73,6 @@ class Thermo(Observable, key="thermo"):
         if self.pressure and system.walls is not None:
             self.arrays["wall_energy"] = np.full(n, np.nan)
 
-    def steps_between(self, scene: Scene) -> int:
-        """No more than `MOST_SAMPLES`."""
-        return max(super().steps_between(scene), -(-scene.steps.sample // MOST_SAMPLES))
-
     def record(self, sums: Sums) -> None:
         """Take some samples."""
         from dpd.engine.external import ENERGY

@@ -48,7 +48,7 @@ class VelocityProfile(Observable, key="velocity_profile"):
         self._layers = Layers(system, scene.axis_of_profile(self.axis), self.bin)
         # Of each layer: beads, their mass, sum of m v along each axis, sum of m v^2.
         shape = 3 + system.dimension, self._layers.count
-        self.averages = BlockSums(shape, scene.steps.sample // self.every)
+        self.averages = BlockSums(shape)
         self.arrays = self.averages.arrays
 
     def sample(self, simulation: Simulation) -> None:

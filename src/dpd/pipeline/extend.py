@@ -141,8 +141,8 @@ def _go_on(
 def longer(scene: Scene, sample: int) -> Scene:
     """A scene with more steps of sampling.
 
-    An observable for which the scene does not say how often it looks may look less often in a
-    longer run. It then keeps its interval, unless the longer run would not have looked yet.
+    An observable whose interval is longer than the shorter run has looked once, at its end. It
+    keeps that interval, unless the longer run would not have looked yet.
 
     Parameters
     ----------

@@ -13,8 +13,7 @@ that the last configuration lacks:
 - ``reference``, where the beads were when the list of pairs was made, if there is a list;
 - ``box``, at constant pressure;
 - ``step``;
-- as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene, with
-  the samples that it remembers for a longer run (`dpd.observe.common.longer`).
+- as ``0.NAME``, ``1.NAME`` and so on, the arrays of each observable in the order of the scene.
 """
 
 from __future__ import annotations
@@ -25,11 +24,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd import files
-from dpd.engine.checkpoint import arrays_of, checksum_of, mistake_in, put_back
+from dpd.engine.checkpoint import arrays_of, checksum_of, file_of, mistake_in, put_back
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.common.longer import MOST_REMEMBERED, bytes_to_remember, remember
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles, of_scene
 from dpd.particles.tilt import box_at
@@ -77,27 +75,34 @@ class Former(NamedTuple):
     attributes: dict[str, Any]
 
 
-def remember_if_small(observers: list[Any]) -> str:
-    """Let observables keep what a longer run needs, if that is not too much.
+def go_on_from(observer: Any, former: Any, step: int) -> None:
+    """Put an observable where that of a run that was planned as long would be at a step.
+
+    Its arrays do not depend on how long a run is planned to be, but for series and levels of
+    correlations, for which a longer one has more room.
 
     Parameters
     ----------
-    observers : list
+    observer : observable
+        Of the longer run, before its first sample.
+    former : observable
+        The same of the shorter run, at its end, with its own file.
+    step : int
+        Steps that the shorter one has looked at.
 
-    Returns
-    -------
-    str
-        Why they do not, or nothing.
+    Raises
+    ------
+    ValueError
+        If the two take their samples at other steps, of which some are over.
     """
-    size = bytes_to_remember(observers)
-    if size <= MOST_REMEMBERED:
-        remember(observers)
-        return ""
-    return (
-        f"`dpd extend` cannot make this run longer: the samples that it needs would take "
-        f"{size / 2**20:.0f} MiB of memory and disk, and a run keeps up to "
-        f"{MOST_REMEMBERED / 2**20:.0f}; a larger 'every' of its observables makes them fewer"
-    )
+    if observer.every != former.every:
+        if observer.every <= step:
+            raise ValueError(f"samples every {observer.every} steps cannot follow {former.every}")
+        return  # the longer run would not have looked yet
+    if (file := file_of(observer)) is not None:
+        file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digests"])
+    for name, array in observer.arrays.items():
+        array[: len(former.arrays[name])] = former.arrays[name]
 
 
 def last_configuration(scene: Scene, state: State) -> Particles:
@@ -107,7 +112,7 @@ def last_configuration(scene: Scene, state: State) -> Particles:
     return of_scene(scene, box, position, state.image, velocity, state.step)
 
 
-def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str) -> Kept:
+def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str = "") -> Kept:
     """What a run keeps at its end.
 
     Parameters
@@ -116,7 +121,7 @@ def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str) -> K
     state : State
     observers : list
     why_not : str
-        From `remember_if_small`: if it says something, there is no group ``state``.
+        Why no run can go on from this one, as where frames of its trajectory are lost; or nothing.
     """
     last = last_configuration(scene, state)
     attributes = attributes_of(last)
@@ -162,7 +167,6 @@ def read_former(path: str | Path) -> Former:
         raise UserError(f"{path}: {why}")
     last = particles_of(variables, attributes, path)
     observers: list[Any] = list(observables(scene, system_of(scene), path))
-    remember(observers)
     blank = _blank_state(scene)
     arrays = _as_checkpoint(stored, last, blank)
     whole = attributes.get(CHECKSUM) == checksum_of(arrays)

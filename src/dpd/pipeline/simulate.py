@@ -20,8 +20,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
 from dpd.observe import observables
-from dpd.observe.common.longer import go_on_from
-from dpd.pipeline.kept import NOTHING, kept_of, remember_if_small
+from dpd.pipeline.kept import NOTHING, go_on_from, kept_of
 from dpd.pipeline.run_warnings import warning_of
 from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
@@ -111,7 +110,6 @@ def simulate(
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system, path)
     keeps = scene.data.get("keep_state", settings.keep)
-    not_kept = remember_if_small(observers) if keeps else ""
     for observer, former in zip(observers, settings.former or ()):
         looked = state.step - counts_from(observer, scene.steps.equilibrate)
         go_on_from(observer, former, looked)
@@ -155,16 +153,16 @@ def simulate(
     if keeper and own_files and lost < 0:
         # A kill before the result is there costs no trajectory.
         sentences.append(keeper.save(simulation, observers))
+    lost_frames = ""
     try:
         for observer in observers:  # before the result, which says that all is there
             if file := file_of(observer):
                 arrays = observer.arrays
                 lost_frames = file.finish(int(arrays["taken"][0]), arrays["digests"], Path(path))
                 sentences.append(lost_frames)
-                not_kept = lost_frames or not_kept
         kept = NOTHING
         if keeps and lost < 0:
-            kept = kept_of(scene, simulation.state, observers, not_kept)
+            kept = kept_of(scene, simulation.state, observers, lost_frames)
         variables = with_means(variables) | kept.variables
         files.write(path, variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:

@@ -178,7 +178,8 @@ FILES = """## Variables of run.nc
 
 `python -m dpd run` writes one NetCDF file, and so does each point of a sweep. The file holds the
 variables of the observables that the scene names in `observe`. The dimension *sample* counts
-samples over time; *block* counts consecutive parts of the run, 50 or fewer, each with its mean. The
+samples over time; *block* counts consecutive parts of the run, 50 or fewer, each with its mean; the
+last samples, one in 200 at most, may be in none of them. The
 attributes of the file say what made it: scene, seed, versions, and digests
 (checksums) of the sources.
 
@@ -189,8 +190,7 @@ A run of your own also keeps how it ended: `last_position`, `last_image`, `last_
 in the scene, `last_masses` if it names masses, and the attributes `last_box` and `last_step`. A run
 of a study keeps that if its scene says `keep_state: true`. The group `state` of the file holds what
 `python -m dpd extend run.nc --sample 10000` needs to make the run longer, to the same bits as a run
-that was planned that long. Among that is every sample of the observables that average over parts of
-the run, so the file is about as large as a checkpoint.
+that was planned that long. The file is about as large as a checkpoint.
 
 ## Shear
 

@@ -7,96 +7,82 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import numpy.typing as npt
 
-BLOCKS = 50
-EACH = "each"  # name of the array with every sample
+BLOCKS = 50  # that a run is divided into, or fewer if it has fewer samples
+FINE, FEW = 400, 200  # short blocks at most, of which those are made; fewer of large samples
+LARGE = 20_000  # numbers in a sample
 
 
 class BlockSums:
-    """Sums of an array-valued sample in consecutive blocks of equal length.
+    """Sums of an array-valued sample in consecutive blocks.
 
-    How long a block is follows from the length of the run. A longer run therefore cannot go on
-    from these sums: it needs every sample again, see `remember`.
+    How long the run will be does not matter: the sums are those of short blocks, first of a sample
+    each. Whenever all places are full, each two neighbours become one, and a block holds twice as
+    many samples from then on. What is given in the end are `BLOCKS` averages over 4 to 8 of the
+    short blocks each. Samples beyond the last whole short block, at most one in 200, stay in the
+    arrays for a longer run, and are left out.
 
     Parameters
     ----------
     shape : tuple of int
         Of one sample.
-    samples : int
-        Expected in the run.
 
     Attributes
     ----------
     arrays : dict
-        ``sums`` of shape (blocks,) + shape, and ``taken``, the samples in each block.
+        ``sums`` of shape (short blocks,) + shape, ``taken``, the samples so far, and ``each``, the
+        samples in a short block.
     """
 
-    def __init__(self, shape: tuple[int, ...], samples: int) -> None:
-        self._count = max(1, min(BLOCKS, samples))
-        self._samples = samples
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        places = FINE if np.prod(shape) <= LARGE else FEW
         self.arrays = {
-            "sums": np.zeros((self._count, *shape)),
-            "taken": np.zeros(self._count, np.int64),
+            "sums": np.zeros((places, *shape)),
+            "taken": np.zeros(1, np.int64),
+            "each": np.ones(1, np.int64),
         }
 
     @property
     def taken(self) -> int:
         """Samples so far."""
-        return int(self.arrays["taken"].sum())
-
-    @property
-    def remembered(self) -> int:
-        """Bytes that `remember` takes."""
-        return self._samples * self.arrays["sums"][0].nbytes
-
-    def remember(self) -> None:
-        """Keep every sample from now on, for a longer run to go on from."""
-        shape = self.arrays["sums"].shape[1:]
-        self.arrays[EACH] = np.full((self._samples, *shape), np.nan)
+        return int(self.arrays["taken"][0])
 
     def add(self, sample: npt.ArrayLike) -> None:
         """Add a sample to its block."""
-        if EACH in self.arrays:
-            self.arrays[EACH][self.taken] = sample
-        self._add(sample)
+        sums, each = self.arrays["sums"], self.arrays["each"]
+        if self.taken == len(sums) * each[0]:
+            half = len(sums) // 2
+            sums[:half] = sums[0::2] + sums[1::2]
+            sums[half:] = 0.0
+            each *= 2
+        sums[self.taken // each[0]] += sample
+        self.arrays["taken"] += 1
 
-    def _add(self, sample):
-        block = self._block_of(self.taken)
-        self.arrays["sums"][block] += sample
-        self.arrays["taken"][block] += 1
-
-    def _block_of(self, number):
-        """The block of a sample, or of each of some, by its number."""
-        return np.minimum(number * self._count // self._samples, self._count - 1)
-
-    def go_on_from(self, former: Mapping[str, np.ndarray]) -> None:
-        """Put the samples of a shorter run into the blocks of this one.
-
-        Parameters
-        ----------
-        former : dict of str to array
-            Arrays of a run that remembered its samples.
-        """
-        for sample in former[EACH][: former["taken"].sum()]:
-            self.add(sample)
+    def _groups(self):
+        """The block of each whole short block."""
+        whole = self.taken // int(self.arrays["each"][0])
+        return np.arange(whole) * min(BLOCKS, whole) // max(whole, 1)
 
     def means(self) -> np.ndarray:
-        """(blocks,) + shape array of block averages, NaN for a block without samples."""
-        sums, taken = self.arrays["sums"], self.arrays["taken"]
-        with np.errstate(invalid="ignore"):
-            return sums / taken.reshape(-1, *[1] * (sums.ndim - 1))
+        """(blocks,) + shape array of block averages; a single block of NaN without samples."""
+        sums, block = self.arrays["sums"], self._groups()
+        if not len(block):
+            return np.full((1, *sums.shape[1:]), np.nan)
+        first = np.flatnonzero(np.diff(block, prepend=-1))
+        samples = np.bincount(block) * int(self.arrays["each"][0])
+        total = np.add.reduceat(sums[: len(block)], first, axis=0)
+        return total / samples.reshape(-1, *[1] * (sums.ndim - 1))
 
     def largest(self, series: np.ndarray) -> np.ndarray:
-        """(blocks,) array: the largest of a series in each block, 0 for a block without samples.
+        """(blocks,) array: the largest of a series in each block, 0 without samples.
 
         Parameters
         ----------
         series : (samples,) array
             One number, 0 or more, for each sample.
         """
-        found = np.zeros(self._count)
-        np.maximum.at(found, self._block_of(np.arange(self.taken)), series[: self.taken])
+        block = np.repeat(self._groups(), int(self.arrays["each"][0]))
+        found = np.zeros(max(1, block.max(initial=0) + 1))
+        np.maximum.at(found, block, series[: len(block)])
         return found
