@@ -298,7 +298,7 @@ def test_the_whole_scenes_have_every_key():
         observed |= {
             item if isinstance(item, str) else next(iter(item)) for item in whole["observe"]
         }
-    assert set(keys) == {*Basics.model_fields, *names(Term)}
+    assert {*keys, "pages"} == {*Basics.model_fields, *names(Term)}
     not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
     sections = {name: find(Term, name) for name in names(Term) if not find(Term, name).bare}
     sections |= {name: Basics.model_fields[name].annotation for name in ("start", "pairs")}

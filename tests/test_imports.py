@@ -22,7 +22,7 @@ ORDER = (
     ("scene", "engine"),
     ("physics",),
     ("sentences",),
-    ("jit",),
+    ("jit", "own"),
     ("compiling", "lazy_parts"),
     ("numba_settings",),
     ("files", "interrupts", "sources"),

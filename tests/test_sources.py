@@ -269,7 +269,7 @@ def of_kind(names, *kinds):
 def test_comments_change_nothing(changed):
     """In a kernel; and nothing does in what only words messages."""
     assert changed("src/dpd/engine/search.py", "# edited\n") == set()
-    assert changed("src/dpd/scene/schema.py") == set()
+    assert changed("src/dpd/scene/yaml.py") == set()
 
 
 def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
@@ -299,7 +299,7 @@ def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, nam
 @pytest.mark.thorough
 def test_an_edited_thermostat_changes_the_runs_that_have_it(changed):
     """And compiled code, but no start: growth and relaxation have friction between pairs."""
-    names = changed("src/dpd/physics/langevin.py")
+    names = changed("src/dpd/physics/common/langevin.py")
     expected = runs(lambda scene: scene.data["thermostat"]["kind"] == "langevin")
     assert of_kind(names, "run") == expected != set()
     assert {name.replace("compile", "run") for name in of_kind(names, "compile")} == expected

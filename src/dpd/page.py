@@ -166,6 +166,7 @@ class Page(Section):
         super().__init_subclass__(**options)
         if key:
             cls.key = key
+        if key and cls.__module__ == f"{cls.package}.{key}":  # others belong to the scene's files
             cls._pages[key] = cls
 
     @classmethod
@@ -250,6 +251,10 @@ class Observable(Page):
         What its bins divide: ``range``, a setting, or ``box``; or none.
     suffix : str
         Of the file of its own that it writes beside the result; or none.
+    gives : dict of str to tuple
+        What `measure` gives, by name: dimensions, units, long_name. The first dimension is
+        ``sample``, and every sample is kept (over ``KEY_sample`` in the file, at ``KEY_time``), or
+        ``block``, and means over blocks of the run are.
     """
 
     folder = Path(__file__).parent / "observe"
@@ -262,6 +267,7 @@ class Observable(Page):
     bins_of: ClassVar[str] = ""
     suffix: ClassVar[str] = ""
     needs_forces: ClassVar[bool] = False
+    gives: ClassVar[Mapping[str, tuple[tuple[str, ...], str, str]]] = {}
 
     if TYPE_CHECKING:
         arrays: dict[str, Any]
@@ -272,10 +278,21 @@ class Observable(Page):
     every: int = interval_setting("Steps between samples.")
 
     def begin(self, scene: Any, system: Any, **files: Path) -> Self:
-        """A copy that measures in a run, and keeps what it has seen."""
+        """A copy that measures in a run, and keeps what it has seen; of one without ``gives``."""
         measuring = self.model_copy()
         measuring._start(scene, system, **files)
         return measuring
+
+    def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
+        """Coordinates of what it gives, by dimension: values, units, long_name."""
+        return {}
+
+    def measure(self, now: Any) -> Any:
+        """What it sees in a `dpd.observe.common.snapshot.Snapshot`: each of ``gives`` by name.
+
+        A number or an array for one that gives a single variable.
+        """
+        raise NotImplementedError
 
     def _start(self, scene, system):
         """Make room for what it keeps, in ``arrays``."""

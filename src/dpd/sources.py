@@ -33,7 +33,7 @@ PLACES = {"dpd": "src/dpd"}
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
     "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
-    "dpd.page", "dpd.pipeline.kept", "dpd.pipeline.sections",
+    "dpd.own", "dpd.page", "dpd.pipeline.kept", "dpd.pipeline.sections",
     "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
     "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
     "dpd.streams",

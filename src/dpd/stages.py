@@ -88,7 +88,10 @@ def run_sources(scene: Scene) -> str:
     str
         Twelve hexadecimal digits.
     """
-    return _run_sources(terms_of(scene), frozenset(scene.observe), _method_of(scene))
+    ours = frozenset(scene.observe).intersection(names(Observable))
+    found = _run_sources(terms_of(scene), ours, _method_of(scene))
+    own = sorted(scene.page_files.values())
+    return text_digest(" ".join([found, *own])) if own else found
 
 
 def _method_of(scene):

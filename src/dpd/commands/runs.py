@@ -22,6 +22,14 @@ def add_to(stages: Stages) -> None:
         help="first configuration: if the file is there, it is read (GSD, LAMMPS data, a run.nc or "
         "start.nc, a checkpoint), with its velocities; otherwise made and kept in it",
     )  # fmt: skip
+    run.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="a Python file with observables of your own, which the scene may then name",
+    )
     add_threads(run)
     add_overwrite(run)
 
@@ -35,7 +43,7 @@ def _run(options: Namespace) -> None:
     check_output(options.output, ".nc", inputs)
     if options.start and not options.start.exists() and options.start.suffix.lower() == ".nc":
         check_output(options.start, ".nc", [options.scene])
-    scene = Scene.read(options.scene)
+    scene = Scene.read(options.scene, options.page)
     for sentence in scene.notes:
         print(sentence)
     found = run_alone(

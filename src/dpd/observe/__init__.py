@@ -1,8 +1,10 @@
 """What is measured while a system runs: one file an observable.
 
-An observable has ``every`` (steps between its samples), ``sample(simulation)`` or ``record(sums)``
-(see `dpd.engine.loop.run`), ``arrays`` (all that it keeps, so that a checkpoint can hold it) and
-``variables()`` (name to (dimensions, array, units, long_name) for the file).
+A page that says what it ``gives`` measures with ``measure(now)``, and `Measured` keeps that. Others
+keep it themselves: such an observable has ``every`` (steps between its samples), and
+``sample(simulation)`` or ``record(sums)`` (see `dpd.engine.loop.run`), ``arrays`` (all that it
+keeps, so that a checkpoint can hold it) and ``variables()`` (name to (dimensions, array, units,
+long_name) for the file).
 
 One that writes a file of its own (`dpd.scene.beside`) takes its path, and has ``file_bytes``, its
 size, and ``file`` (None without a path). That goes on with what a former process has left
@@ -11,10 +13,10 @@ size, and ``file`` (None without a path). That goes on with what a former proces
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from dpd.observe.common.measured import Measured
 from dpd.observe.common.stretch import Stretch
-from dpd.page import Observable
 from dpd.scene.beside import files_beside
 
 if TYPE_CHECKING:
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
         members: np.ndarray
 
 
-def observables(scene: Scene, system: System, path: str | Path | None = None) -> list[Observable]:
+def observables(scene: Scene, system: System, path: str | Path | None = None) -> list[Any]:
     """The observables that a scene asks for, and the watch over its bonds.
 
     Parameters
@@ -46,14 +48,14 @@ def observables(scene: Scene, system: System, path: str | Path | None = None) ->
 
     Returns
     -------
-    list of Observable
+    list of Observable or Measured
     """
     beside = {} if path is None else files_beside(scene, path)
-    asked: list[Observable] = []
+    asked: list[Any] = []
     for name, page in scene.observe.items():
         own = {"path": beside[name]} if name in beside else {}
-        asked.append(page.begin(scene, system, **own))
+        asked.append(Measured(page, scene) if page.gives else page.begin(scene, system, **own))
     if system.bond is None:
         return asked
     # A checker does not know that a system with a law of bonds has bonds.
-    return [*asked, Stretch(scene, system)]  # type: ignore[arg-type, list-item]
+    return [*asked, Stretch(scene, system)]  # type: ignore[arg-type]

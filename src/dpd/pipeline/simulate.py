@@ -275,12 +275,17 @@ def is_made(scene: Scene, path: str | Path) -> bool:
 
 
 def with_means(variables: Mapping[str, files.Variable]) -> dict[str, files.Variable]:
-    """The same, each series of `Thermo` with what `dpd.load` says of it; NaN where not known."""
+    """The same, each series with what `dpd.load` says of it; NaN where not known.
+
+    Those over ``sample``, whose times are ``time``, and of one's own pages, as ``x_sample``.
+    """
     found = dict(variables)
     for name, variable in variables.items():
-        if variable[0] == ("sample",) and name != "time":
+        over = str(variable[0][0]) if len(variable[0]) == 1 else ""
+        times = over.removesuffix("sample") + "time"
+        if over.endswith("sample") and times in variables and name != times:
             mean, error, memory = mean_and_error(variable[1])
-            step = float(np.ravel(variables["time"][1])[0])
+            step = float(np.ravel(variables[times][1])[0])
             time = memory * step if np.isfinite(error) else np.nan
             found[name] = (*variable[:4], {"mean": mean, "error": error, "correlation_time": time})
     return found

@@ -121,6 +121,45 @@ profile is fitted in each sample, and count the degrees of freedom that conserve
 hot. A cluster alone in a box keeps its angular momentum too: of its 3 (N - 1) degrees of freedom 3
 stay as the start has left them, and kT of few beads shows it.
 
+## An observable of your own
+
+A file beside the scene, here `gyration.py`, with a class that says its settings, what it `gives`
+(dimensions, units, a name for plots) and how to `measure` that in a snapshot:
+
+```python
+import numpy as np
+from dpd.page import Change, Observable, setting
+
+
+class Gyration(Observable, key="gyration"):
+    "Squared radius of gyration of the beads of one species in each molecule, mean over all."
+
+    stands = frozenset({Change.STRETCHES, Change.FLOWS})
+    needs_bonds = True
+    gives = {"gyration": (("block",), "r_c^2", "squared radius of gyration")}
+    of: str = setting("The species.", "A")
+
+    def measure(self, now):
+        chosen = now.of(self.of)
+        x, molecule = now.unwrapped[chosen], now.molecules[chosen]
+        count = np.bincount(molecule)
+        means = [np.bincount(molecule, y) / count for y in x.T]
+        squares = np.bincount(molecule, (x**2).sum(axis=1)) / count
+        return (squares - np.square(means).sum(axis=0)).mean()
+```
+
+A scene names the file and the observable, as `pages: [gyration.py]` and `observe: [{gyration: {of:
+A}}]`, in a paper with the path from `config/papers`. `python -m dpd run scene.yaml -o run.nc
+--page gyration.py` names the file too. Instead of `block`, means over parts of the run, `sample`
+keeps every sample; `axes` gives coordinates for more dimensions. A snapshot ([what it
+has](../src/dpd/observe/common/snapshot.py)) has `positions`, `unwrapped`, `velocities`, `species`,
+`molecules`, `bonds`, `box`, `time`, and `pairs(within)`.
+
+`stands` names what an observable was made for: `SLIDES` (a shear), `STRETCHES` (constant pressure),
+`ENDS` (walls), `FLOWS` (a body force) and `JUMPS` (a rigid core). It is refused where a scene does
+what it has not named. An edited file makes its runs run again. A result names the file with its
+digest, and only the same file is used to make that result longer.
+
 ## Surface tension
 
 Two fluids that do not mix, in slabs (`start: {method: slabs}`), have two interfaces. The observable

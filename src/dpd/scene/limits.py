@@ -67,7 +67,6 @@ def limits(scene: Scene) -> Refusals:
     if len(scene.species) > MOST_SPECIES:
         yield "molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}"
     yield from _of_box(scene)
-    yield from _of_molecules(scene)
     yield from _of_length(scene)
     yield from _of_start(scene)
 
@@ -85,7 +84,7 @@ def _of_box(scene):
         yield "box", f"a volume of {scene.volume:g} is too large; allowed: <= {MOST_CELLS}"
 
 
-def _of_molecules(scene):
+def densities(scene: Scene) -> Refusals:
     """Densities that whole molecules cannot meet."""
     for place, (kind, given) in enumerate(zip(scene.molecules, scene.data["molecules"])):
         if kind.count < 1:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,13 +12,14 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
+from dpd.own import load, source_digest
 from dpd.page import Change, Observable, Page, Refusals, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
-from dpd.scene.limits import check_beads, limits
+from dpd.scene.limits import check_beads, densities, limits
 from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.sections import Basics
 from dpd.scene.start import with_file
@@ -61,6 +63,8 @@ class Scene:
         By key.
     observe : dict of str to Observable
         By key, with ``every`` filled in.
+    page_files : dict of str to str
+        Digests of the files of one's own pages, by their whole paths.
 
     Raises
     ------
@@ -74,10 +78,13 @@ class Scene:
         self.chosen = None  # type: dict[str, Any] | None
         self.terms: dict[str, Any] = {}
         self.observe: dict[str, Any] = {}
+        self.page_files: dict[str, str] = {}
+        self._own = self._pages(data, folder)
         self._read(data)
         check_beads(self.data, where)
         if self.data["start"]["method"] == "file":
             self.data["start"] = with_file(self.data["start"], folder, where)
+        self._refuse(densities(self))
         self._refuse(self._names())
         # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
@@ -91,14 +98,31 @@ class Scene:
         self._refuse(self._unobserved())
 
     @classmethod
-    def read(cls, path: str | Path) -> Scene:
-        """Read a scene from a YAML file."""
-        return cls(read_yaml(path), str(path), Path(path).parent)
+    def read(cls, path: str | Path, pages: Iterable[str | Path] = ()) -> Scene:
+        """Read a scene from a YAML file; with files of pages beside those that it names."""
+        data = read_yaml(path)
+        if more := [os.path.abspath(page) for page in pages]:
+            data["pages"] = [*data.get("pages", []), *more]
+        return cls(data, str(path), Path(path).parent)
 
     def __repr__(self):
         return description(self)
 
     # --- reading
+
+    def _pages(self, data, folder):
+        """Observables of one's own, by key; files are named by their whole paths from then on."""
+        found: dict[str, Any] = {}
+        given = data.get("pages", [])
+        for place, one in enumerate(given if isinstance(given, list) else []):
+            named = one if isinstance(one, dict) else {"path": one, "sha256": ""}
+            path, digest = named.get("path"), named.get("sha256")
+            if not isinstance(path, str) or not isinstance(digest, str):
+                continue  # which is told with all else that is wrong
+            path = os.path.abspath(os.path.join(folder, path))
+            found |= load(path, f"{self.where}: pages.{place}", digest)
+            self.page_files[path] = source_digest(path)
+        return found
 
     def _read(self, data):
         """Settings of all sections and pages, with their defaults."""
@@ -117,6 +141,7 @@ class Scene:
             raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
         self.data = basics.model_dump(exclude_none=True, by_alias=True)
         self.data |= {key: _plain(term) for key, term in self.terms.items()}
+        self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
 
     def _page(self, page, data, key, wrong):
         if key not in data and any(field.is_required() for field in page.model_fields.values()):
@@ -133,14 +158,13 @@ class Scene:
                          "item: - rdf: {range: 3}")  # fmt: skip
             return
         name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
-        if name not in names(Observable):
-            wrong.append(
-                f"observe: {shown(name)} is not known; {suggestion(name, names(Observable))}"
-            )
+        known = [*names(Observable), *self._own]
+        if name not in known:
+            wrong.append(f"observe: {shown(name)} is not known; {suggestion(name, known)}")
         elif name in self.observe:
             wrong.append(f"observe: {name!r} is there more than once; keep one")
         else:
-            page = find(Observable, name)
+            page = self._own.get(name) or find(Observable, name)
             self.observe[name], problems = attempt(page, settings, f"observe.{name}")
             wrong += problems
 
@@ -287,11 +311,13 @@ class Scene:
     def digest(self) -> str:
         """Digest of all that decides the run, settings of observables that have defaults too.
 
-        Of a file to start from its content counts, not where it lies.
+        Of a file to start from its content counts, not where it lies; pages of one's own count as
+        sources.
         """
         start = {key: value for key, value in self.data["start"].items() if key != "path"}
         observe = {key: _plain(page) for key, page in self.observe.items()}
-        return value_digest(self.data | {"observe": observe, "start": start})
+        without = {key: value for key, value in self.data.items() if key != "pages"}
+        return value_digest(without | {"observe": observe, "start": start})
 
     @property
     def kT(self) -> float:

@@ -153,6 +153,13 @@ class Start(Section):
             )
 
 
+class PageFile(Section):
+    """A file with pages, as results name it."""
+
+    path: str = setting("Where it lies.", min_length=1)
+    sha256: str = setting("The digest that it must have.", min_length=1)
+
+
 class Steps(Section):
     """Length of the run in steps."""
 
@@ -198,6 +205,10 @@ class Basics(Section):
     duration: Duration = setting(
         "Length of the run in tau. If both steps and duration are given, the longer one counts.",
         Duration,
+    )  # fmt: skip
+    pages: list[str | PageFile] = setting(
+        "Python files with observables of your own; a relative path counts from the file of the "
+        "scene.", [],
     )  # fmt: skip
     observe: list[Any] = setting("What is measured, by name, or by name with settings.", ["thermo"])
     unstable: Literal["fail", "record"] = setting(

@@ -1,0 +1,147 @@
+"""What a page sees at a sample: beads in the order of the scene, in plain arrays."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from dpd.errors import UserError
+
+if TYPE_CHECKING:
+    from dpd.engine.simulation import Simulation
+    from dpd.scene.scene import Scene
+
+
+class Pairs(NamedTuple):
+    """Pairs of beads that are near each other.
+
+    Attributes
+    ----------
+    i, j : (pairs,) int arrays
+        The two beads, i < j.
+    distance : (pairs,) array
+        In r_c, to the nearest image.
+    """
+
+    i: np.ndarray
+    j: np.ndarray
+    distance: np.ndarray
+
+
+class Snapshot:
+    """A configuration, molecule after molecule as the scene has them.
+
+    Parameters
+    ----------
+    scene : Scene
+    simulation : Simulation
+        As it is now; nothing of it is kept.
+
+    Attributes
+    ----------
+    scene : Scene
+    step : int
+        Since the run began, equilibration included.
+    time : float
+        The same in tau.
+    box : (dimension,) array
+        Edges in r_c as they are now; between walls with the gaps behind both planes.
+    volume : float
+        In r_c^dimension; between walls that of the fluid.
+    """
+
+    def __init__(self, scene: Scene, simulation: Simulation) -> None:
+        self.scene, self._state, self._shear = scene, simulation.state, simulation.system.shear
+        self.step, self.time = self._state.step, self._state.step * scene.dt
+        self.box, self.volume = np.array(simulation.box), simulation.volume
+        self._near = 0.0
+
+    @property
+    def dimension(self) -> int:
+        return self.scene.dimension
+
+    @property
+    def beads(self) -> int:
+        """Their number."""
+        return self.scene.beads
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """(beads, dimension) array in r_c, within the box."""
+        return self._state.by_identity(self._state.position).T
+
+    @cached_property
+    def velocities(self) -> np.ndarray:
+        """(beads, dimension) array in r_c / tau; under shear about the flow."""
+        return self._state.by_identity(self._state.velocity).T
+
+    @cached_property
+    def images(self) -> np.ndarray:
+        """(beads, dimension) int array: the boxes that beads have crossed."""
+        return self._state.image.T
+
+    @property
+    def unwrapped(self) -> np.ndarray:
+        """(beads, dimension) array of positions that go on where beads leave the box."""
+        return self.positions + self.images * self.box
+
+    @property
+    def species(self) -> np.ndarray:
+        """(beads,) array of names."""
+        return np.array(self.scene.species)[self.scene.kinds]
+
+    def of(self, *names: str) -> np.ndarray:
+        """(beads,) bool array: which beads are of some species."""
+        return np.isin(self.species, names)
+
+    @property
+    def molecules(self) -> np.ndarray:
+        """(beads,) int array: the number of the molecule of each bead, from 0."""
+        return np.repeat(np.arange(len(self.scene.lengths)), self.scene.lengths)
+
+    @property
+    def bonds(self) -> np.ndarray:
+        """(bonds, 2) int array of bonded beads."""
+        return self.scene.bonded.astype(np.int64)
+
+    def pairs(self, within: float) -> Pairs:
+        """All pairs of beads within a distance in r_c, at nearest images.
+
+        They are found once a sample, and shared by all pages that ask.
+
+        Raises
+        ------
+        UserError
+            For more than half the box, and under shear, where images slide.
+        """
+        if self._shear is not None:
+            raise UserError("pairs of a snapshot are not known under shear, where images slide")
+        if within > self.box.min() / 2:
+            text = f"pairs within {within:g} are more than half the box of {self.box.min():g}"
+            raise UserError(f"{text}; allowed: <= {self.box.min() / 2:g}")
+        if within > self._near:
+            self._near, self._pairs = within, self._find(within)
+        near = self._pairs.distance <= within
+        return Pairs(*(each[near] for each in self._pairs))
+
+    def _find(self, within):
+        from scipy.spatial import cKDTree
+
+        positions = self.positions % self.box
+        i, j = cKDTree(positions, boxsize=self.box).query_pairs(within, output_type="ndarray").T
+        apart = positions[i] - positions[j]
+        apart -= self.box * np.round(apart / self.box)
+        return Pairs(i, j, np.linalg.norm(apart, axis=1))
+
+
+_LAST: list[Snapshot] = []  # of the sample at hand, shared by its pages
+
+
+def snapshot_of(scene: Scene, simulation: Simulation) -> Snapshot:
+    """The snapshot of a simulation at its step, made once."""
+    last = _LAST[0] if _LAST else None
+    if last is None or last._state is not simulation.state or last.step != simulation.state.step:
+        _LAST[:] = [Snapshot(scene, simulation)]
+    return _LAST[0]

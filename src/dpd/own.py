@@ -1,0 +1,153 @@
+"""Pages of a user's own: a file is loaded as a module whose name carries the digest of its source.
+
+So an edited file is another module to whatever keeps classes by their module's name, and the same
+file is the same module in every process.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dpd.digest import text_digest
+from dpd.errors import UserError, reason, shown
+from dpd.page import Observable, Page, names
+from dpd.sources import source_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import ModuleType
+
+PREFIX = "own_"  # of the names of modules
+
+
+def files_of(path: Path) -> list[Path]:
+    """A file of pages, and the files of its folder that it imports, one through another.
+
+    Raises
+    ------
+    OSError, SyntaxError
+        If one cannot be read, or is no Python.
+    """
+    waiting, found = [path], []
+    while waiting:
+        file = waiting.pop()
+        if file in found:
+            continue
+        found.append(file)
+        for node in ast.walk(ast.parse(file.read_bytes(), str(file))):
+            if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                waiting += _beside(file, node.module)
+            elif isinstance(node, ast.Import):
+                waiting += [each for name in node.names for each in _beside(file, name.name)]
+    return found
+
+
+def _beside(file, module):
+    path = file.parent / f"{module.split('.')[0]}.py"
+    return [path] if path.is_file() else []
+
+
+def source_digest(path: str | Path) -> str:
+    """Digest of a file of pages with those of its folder that it imports, as `dpd.sources` has it.
+
+    Comments and docstrings do not count, nor settings, whose values a scene has.
+    """
+    # A process may see a file edited, as a notebook does; sources of ours stay what they are.
+    now = (source_of.__wrapped__(file).digest for file in files_of(Path(path)))
+    return text_digest(" ".join(sorted(now)))
+
+
+def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
+    """The pages of a file, by their keys.
+
+    Parameters
+    ----------
+    path : path
+    where : str
+        File and key to name in messages.
+    digest : str
+        That the file must have, as a result says it; nothing where a person names the file.
+
+    Raises
+    ------
+    UserError
+        If there is no such file, it is another one, it cannot be imported, or has no page.
+    """
+    path = Path(path)
+    try:
+        found = source_digest(path)
+    except OSError as problem:
+        raise UserError(f"{where}: {path}: cannot be read ({reason(problem)})") from None
+    except (SyntaxError, ValueError) as problem:
+        raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
+    if digest and digest != found:
+        raise UserError(
+            f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "
+            f"not {digest}; name the file anew, as with --page"
+        )
+    # Byte by byte: what counts for no result, as a bound, counts for what the class is.
+    whole = text_digest(" ".join(file.read_text() for file in files_of(path)))
+    pages = dict(_pages(_module(path, f"{PREFIX}{path.stem}_{whole}", where)))
+    if not pages:
+        raise UserError(
+            f"{where}: {path}: there is no page in it; a page is a class with a key, as 'class "
+            'Mine(Observable, key="mine")\''
+        )
+    for key, page in pages.items():
+        if not issubclass(page, Observable):
+            raise UserError(
+                f"{where}: {path}: {key!r} is a {page.__mro__[1].__name__}; allowed in a file of "
+                "one's own: an Observable"
+            )
+        if key in names(Observable):
+            raise UserError(
+                f"{where}: {path}: {key!r} is an observable of the package; take another key"
+            )
+    return pages
+
+
+def _module(path: Path, name: str, where: str) -> ModuleType:
+    """The module of a file, imported once."""
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None  # it is a .py file that can be read
+    module = sys.modules[name] = module_from_spec(spec)
+    folder = str(path.parent)
+    sys.path.insert(0, folder)  # for what stands beside it
+    try:
+        spec.loader.exec_module(module)
+    except Exception as problem:  # whatever a file of someone's own may raise
+        del sys.modules[name]
+        raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
+    finally:
+        sys.path.remove(folder)
+    return module
+
+
+def _pages(module: ModuleType) -> Iterator[tuple[str, type[Page]]]:
+    for page in vars(module).values():
+        if isinstance(page, type) and issubclass(page, Page) and page.__module__ == module.__name__:
+            page.model_rebuild()  # a wrong setting fails here, not at its first use
+            if page.key:
+                yield page.key, page
+
+
+def told_of(problem: Exception, page: type[Page]) -> str:
+    """Where in the file of a page something went wrong, and what."""
+    return _told(problem, Path(getattr(sys.modules[page.__module__], "__file__", "") or ""))
+
+
+def _told(problem: Exception, path: Path) -> str:
+    if isinstance(problem, SyntaxError):
+        return f"line {problem.lineno}: {problem.msg}"
+    at, line = problem.__traceback__, ""
+    while at:
+        if at.tb_frame.f_code.co_filename == str(path):
+            line = f"line {at.tb_lineno}: "
+        at = at.tb_next
+    return f"{line}{type(problem).__name__}: {shown(problem, str)}"

@@ -1,0 +1,215 @@
+"""Observables of a user's own: from a file outside of the package, like ours in every way."""
+
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+import dpd
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.files import read
+from dpd.pipeline.simulate import is_made
+from dpd.scene.scene import Scene
+
+PAGE = '''"""The mean number of neighbours of a bead."""
+
+from dpd.page import Change, Observable, setting
+
+
+class Neighbours(Observable, key="neighbours"):
+    """Mean number of other beads within a distance of a bead."""
+
+    stands = frozenset(Change)
+    gives = {"neighbours": (("sample",), "1", "neighbours of a bead")}
+    within: float = setting("The distance.", 0.8, unit="r_c", gt=0, le=5)
+
+    def measure(self, now):
+        return 2 * len(now.pairs(self.within).i) / now.beads
+'''
+BLOCKS = '''
+import numpy as np
+from beside import middle
+from dpd.page import Change, Observable, setting
+
+
+class Share(Observable, key="share"):
+    """Share of each species in the lower half of the box, and the height of all beads."""
+
+    stands = frozenset(Change)
+    gives = {
+        "share": (("block", "name"), "1", "share of beads below the middle"),
+        "height": (("block",), "r_c", "mean height"),
+    }
+
+    def axes(self, scene):
+        return {"name": (np.array(scene.species), "1", "species")}
+
+    def measure(self, now):
+        z = now.positions[:, 2]
+        low = z < middle(now.box)
+        return {"share": [low[now.of(name)].mean() for name in now.scene.species],
+                "height": z.mean()}
+'''
+SCENE = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 2}, {"architecture": "B", "density": 1}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 4, "sample": 60},
+    "observe": [{"neighbours": {"within": 0.9, "every": 20}}, {"configuration": {"every": 20}}],
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with a page and a scene."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(PAGE)
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(SCENE))
+    return tmp_path
+
+
+def command(*arguments):
+    """Run a command in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "dpd", *map(str, arguments)], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+def neighbours_of(variables, box=4.0, within=0.9):
+    """Of the last configuration, by brute force."""
+    position = variables["position"]
+    apart = position[:, :, None] - position[:, None]
+    apart -= box * np.round(apart / box)
+    return ((apart**2).sum(axis=0) < within**2).sum() / position.shape[1] - 1
+
+
+def test_from_the_command_line(folder):
+    """Measured as by hand; in the file with its unit; made longer to the same bits."""
+    done = command("run", "scene.yaml", "-o", "run.nc", "--page", "mine.py")
+    assert done.returncode == 0, done.stderr
+    variables, _ = read("run.nc")
+    assert variables["neighbours"].shape == (3,)
+    assert variables["neighbours"][-1] == pytest.approx(neighbours_of(variables), rel=1e-12)
+    found = dpd.load("run.nc").neighbours
+    assert found.attrs["long_name"] == "neighbours of a bead"
+    assert found.attrs["mean"] == pytest.approx(found.values.mean())
+    np.testing.assert_allclose(dpd.load("run.nc").neighbours_time, [0.8, 1.6, 2.4])
+    assert command("extend", "run.nc", "--sample", 40, "-o", "longer.nc").returncode == 0
+    (folder / "long.yaml").write_text(
+        yaml.safe_dump(SCENE | {"steps": {"equilibrate": 4, "sample": 100}})
+    )
+    assert command("run", "long.yaml", "-o", "whole.nc", "--page", "mine.py").returncode == 0
+    whole, longer = read("whole.nc")[0], read("longer.nc")[0]
+    assert whole["neighbours"].tobytes() == longer["neighbours"].tobytes()
+
+
+def test_from_python_and_in_a_sweep(folder):
+    """Named in the scene; in processes of their own, which find the file again."""
+    scene = SCENE | {"pages": ["mine.py"]}
+    scene["observe"] = ["thermo", *scene["observe"]]
+    swept = dpd.sweep(scene, {"repulsion.A B": [30, 60]}, processes=2, progress=False)
+    assert swept.neighbours.dims[:1] == ("repulsion.A B",)
+    few, many = swept.neighbours.squeeze().values
+    assert 1 < few.mean() < 20 and (few != many).any()
+
+
+def test_blocks_axes_and_a_file_beside(folder):
+    """Two variables of one page, over blocks, with a coordinate; a helper of the same folder."""
+    (folder / "share.py").write_text(BLOCKS)
+    (folder / "beside.py").write_text("def middle(box):\n    return box[2] / 2\n")
+    observe = [{"share": {"every": 1}}]
+    run = dpd.run(SCENE | {"pages": ["share.py"], "observe": ["thermo", *observe]}, progress=False)
+    assert run.share.dims == ("block", "name") and list(run.name.values) == ["A", "B"]
+    assert float(run.height.mean()) == pytest.approx(2, abs=0.3)
+    assert float(run.share.mean()) == pytest.approx(0.5, abs=0.1)
+
+
+def test_an_edited_page_runs_again_and_a_comment_does_not(folder):
+    """Also where the edit is in a file beside it; the plain fluid keeps its result."""
+
+    def scene(**changes):
+        return Scene(SCENE | {"pages": ["mine.py"]} | changes)
+
+    dpd.run(scene(), output="run.nc", progress=False)
+    plain = scene(observe=["configuration"], pages=[])
+    dpd.run(plain, output="plain.nc", progress=False)
+    assert is_made(scene(), "run.nc")
+    (folder / "mine.py").write_text(
+        PAGE.replace("return 2", "# pairs count twice\n        return 2")
+    )
+    assert is_made(scene(), "run.nc")
+    (folder / "mine.py").write_text(PAGE.replace("return 2", "return 3"))
+    assert not is_made(scene(), "run.nc") and is_made(plain, "plain.nc")
+    assert dpd.run(scene(), progress=False).neighbours[-1] > 1.4 * neighbours_of(read("run.nc")[0])
+    with pytest.raises(UserError, match=r"mine\.py: is not the file that this was made with"):
+        Scene(yaml.safe_load(read("run.nc")[1]["scene"]), "run.nc")
+    done = command("extend", "run.nc", "--sample", 20)
+    assert done.returncode == 1 and "is not the file that this was made with" in done.stderr
+
+
+BAD = [
+    (("now.beads", "now.bead"), "observe.neighbours: line 14: AttributeError: "),
+    (("2 * len", "2 * ln"), "line 14: NameError: name 'ln' is not defined"),
+    (("return 2", "return [1, 2]  # 2"), "'neighbours' has the shape (2,) instead of ()"),
+    (("return 2", "return {'near': 2}  # 2"), "it gives 'near', and 'gives' says: 'neighbours'"),
+    (("return 2", "return float('nan')  # 2"), "'neighbours' has values that are not finite"),
+    (("within: float", "within float"), "pages.0: "),
+    (('key="neighbours"', 'key="rdf"'), "'rdf' is an observable of the package"),
+    (("class", "import nothing_here\n\n\nclass"), "line 6: ModuleNotFoundError: No module"),
+    ((PAGE, "x = 1\n"), "there is no page in it"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), BAD, ids=range(len(BAD)))
+def test_what_is_wrong_is_told_with_its_line(folder, change, said):
+    """In one sentence with file and line, and no traceback."""
+    (folder / "mine.py").write_text(PAGE.replace(*change))
+    with pytest.raises(UserError) as caught:
+        dpd.run(SCENE | {"pages": ["mine.py"]}, progress=False)
+    message = str(caught.value)
+    assert said in message and "\n" not in message, message
+
+
+def test_settings_and_refusals_are_those_of_any_page(folder):
+    """Bounds, unknown keys, names that are near, and changes that it has said nothing of."""
+    for settings, said in (
+        ({"within": 9}, "observe.neighbours.within: 9 is out of range; allowed: <= 5"),
+        ({"withn": 1}, "unknown key 'withn'; allowed: every, within; did you mean 'within'?"),
+    ):
+        with pytest.raises(UserError) as caught:
+            Scene(SCENE | {"pages": ["mine.py"], "observe": [{"neighbours": settings}]})
+        assert said in str(caught.value)
+    with pytest.raises(UserError, match="did you mean 'neighbours'"):
+        Scene(SCENE | {"pages": ["mine.py"], "observe": ["neighbour"]})
+    with pytest.raises(UserError, match="'neighbours' is not known"):
+        Scene(SCENE)  # what another scene has loaded is not there
+    (folder / "mine.py").write_text(PAGE.replace("    stands = frozenset(Change)\n", ""))
+    with pytest.raises(UserError, match="takes the images of the box to stay"):
+        Scene(SCENE | {"pages": ["mine.py"], "shear": {"rate": 0.1}})
+    with pytest.raises(UserError, match=r"pages\.0: .*none\.py: cannot be read"):
+        Scene(SCENE | {"pages": ["none.py"]})
+
+
+def test_the_page_of_the_documentation(folder):
+    """As it stands there, it measures what `chains` does."""
+    text = (ROOT / "config" / "README.md").read_text()
+    code = re.search("`gyration.py`.*?```python\n(.*?)```", text, re.S)[1]
+    (folder / "gyration.py").write_text(code)
+    chains = {
+        "molecules": [{"architecture": "A 5", "count": 30}],
+        "bond": {"stiffness": 50, "length": 0.7},
+        "repulsion": {"A A": 25},
+        "observe": [{"gyration": {"every": 5}}, {"chains": {"every": 5}}],
+        "pages": ["gyration.py"],
+    }
+    run = dpd.run(SCENE | chains, progress=False)
+    found = run.gyration_square.squeeze().values
+    np.testing.assert_allclose(run.gyration, found, rtol=1e-9)
