@@ -235,18 +235,18 @@ def test_correlations_that_go_on(samples):
 
 @pytest.mark.parametrize("samples", [1, 3, 49, 50, 51, 399, 400, 401, 1000, 12_345])
 def test_blocks_of_a_series(samples):
-    """Means over 50 parts that follow each other, all alike but for a seventh, of all samples but
-    one in 200; the largest of each."""
+    """Means over 50 parts that follow each other, alike but for a quarter, of all samples; the
+    largest of each."""
     series = np.random.default_rng(samples).normal(size=(samples, 2)) + np.arange(samples)[:, None]
     blocks = BlockSums((2,))
     for sample in series:
         blocks.add(sample)
     means, each = blocks.means(), int(blocks.arrays["each"][0])
-    whole = samples // each
-    assert len(means) == min(50, samples) and samples - whole * each < max(1, samples / 200)
-    of = np.repeat(np.arange(whole) * len(means) // whole, each)
+    short = -(-samples // each)
+    assert len(means) == min(50, samples)
+    of = np.repeat(np.arange(short) * len(means) // short, each)[:samples]
     sizes = np.bincount(of)
-    assert sizes.max() - sizes.min() <= max(each, sizes.max() / 4)
+    assert sizes.max() - sizes.min() <= max(2 * each, sizes.max() / 4)
     for number, mean in enumerate(means):
         part = series[: len(of)][of == number]
         np.testing.assert_allclose(mean, part.mean(axis=0), rtol=1e-12, atol=1e-12)

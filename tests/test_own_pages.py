@@ -162,7 +162,7 @@ BAD = [
     (("return 2", "return {'near': 2}  # 2"), "it gives 'near', and 'gives' says: 'neighbours'"),
     (("return 2", "return float('nan')  # 2"), "'neighbours' has values that are not finite"),
     (("within: float", "within float"), "pages.0: "),
-    (('key="neighbours"', 'key="rdf"'), "'rdf' is an observable of the package"),
+    (('key="neighbours"', 'key="rdf"'), "'rdf' is a page of the package"),
     (("class", "import nothing_here\n\n\nclass"), "line 6: ModuleNotFoundError: No module"),
     ((PAGE, "x = 1\n"), "there is no page in it"),
 ]

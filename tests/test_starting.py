@@ -43,6 +43,7 @@ def test_grown_chains_have_a_file_however_long_the_run():
     """Placed ones have none."""
     chains = {"dimension": 2, "box": 20, "molecules": [{"architecture": "A 10", "count": 40}]}
     bonds = {"bond": {"stiffness": 100, "length": 0.5}, "steps": {"sample": 10**8}}
+    chains["observe"] = [{"thermo": {"every": 100}}]
     data = {key: value for key, value in FLUID.items() if key != "start"} | chains
     placed = Scene(merge(data, bonds))
     grown = Scene(merge(data, bonds | {"start": {"method": "polymerize"}}))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from dpd.digest import text_digest
 from dpd.errors import UserError, reason, shown
-from dpd.page import Observable, Page, names
+from dpd.page import Observable, Page, PairForce, Term, names
 from dpd.sources import source_of
 
 if TYPE_CHECKING:
@@ -98,15 +98,13 @@ def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
             'Mine(Observable, key="mine")\''
         )
     for key, page in pages.items():
-        if not issubclass(page, Observable):
+        if not issubclass(page, Observable | PairForce):
             raise UserError(
                 f"{where}: {path}: {key!r} is a {page.__mro__[1].__name__}; allowed in a file of "
-                "one's own: an Observable"
+                "one's own: Observable, PairForce"
             )
-        if key in names(Observable):
-            raise UserError(
-                f"{where}: {path}: {key!r} is an observable of the package; take another key"
-            )
+        if key in names(Observable if issubclass(page, Observable) else Term):
+            raise UserError(f"{where}: {path}: {key!r} is a page of the package; take another key")
     return pages
 
 
@@ -135,6 +133,54 @@ def _pages(module: ModuleType) -> Iterator[tuple[str, type[Page]]]:
             page.model_rebuild()  # a wrong setting fails here, not at its first use
             if page.key:
                 yield page.key, page
+
+
+def check_slope(page: PairForce, scene: Any) -> None:
+    """Hold a force to the slope of its energy, in plain Python, before anything is compiled.
+
+    At 49 distances for each pair of species.
+
+    Raises
+    ------
+    UserError
+        If a formula fails, or the force is not minus the slope.
+    """
+    for i, one in enumerate(scene.species):
+        for other in scene.species[i:]:
+            law = _law(page, one, other)
+            try:
+                wrong = [r for k in range(1, 50) if not _agrees(law, r := k / 50 - 0.003)]
+            except Exception as problem:  # whatever a formula may raise
+                raise UserError(
+                    f"{scene.where}: {page.key}: {told_of(problem, type(page))}"
+                ) from None
+            if wrong:
+                r = wrong[0]
+                raise UserError(
+                    f"{scene.where}: {page.key}: its force is not minus the slope of its energy: "
+                    f"between {one} and {other} at r = {r:.3f} it is {law.force(r, 1 - r):.6g}, "
+                    f"and should be {-_slope(law, r):.6g}"
+                )
+
+
+def _law(page, one, other):
+    """A page whose settings are the numbers of a pair of species."""
+    numbers = {}
+    for name in type(page).model_fields:
+        if isinstance(value := getattr(page, name), dict):
+            numbers[name] = value.get(f"{one} {other}", value.get(f"{other} {one}"))
+    return page.model_copy(update=numbers)
+
+
+def _slope(law, r):
+    """Of the energy, as a difference."""
+    h = 1e-5
+    return (law.energy(r + h, 1 - r - h) - law.energy(r - h, 1 - r + h)) / (2 * h)
+
+
+def _agrees(law, r):
+    slope = _slope(law, r)
+    return abs(law.force(r, 1 - r) + slope) <= 1e-5 * (1 + abs(slope))
 
 
 def told_of(problem: Exception, page: type[Page]) -> str:

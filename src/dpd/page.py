@@ -233,6 +233,36 @@ class Term(Page):
         return None
 
 
+class PairForce(Term):
+    """A conservative force between pairs of a user's own, beside the repulsion.
+
+    In its formulas a setting is the number of the pair at hand (``self.depth``), whether a scene
+    gives one for all or a table by pairs of species; r is the distance in r_c and w = 1 - r. They
+    are plain Python with `math`, and end at the cutoff, r = 1. Functions that they call are marked
+    with `part`.
+    """
+
+    acts_on = "pairs"
+
+    def force(self, r: float, w: float) -> float:
+        """Minus the slope of the energy, in kT / r_c; positive where beads are pushed apart."""
+        raise NotImplementedError
+
+    def energy(self, r: float, w: float) -> float:
+        """Energy in kT."""
+        raise NotImplementedError
+
+    def unknown(self, scene: Any) -> Refusals:
+        """Tables that have not a value for each pair of species."""
+        for name in type(self).model_fields:
+            if isinstance(value := getattr(self, name), dict):
+                yield from scene.check_pairs(name, value, 1)
+
+    def untried(self) -> str:
+        """Without it is how schemes were measured."""
+        return f"schemes were measured without {self.key!r}; take gw-vv and try dt"
+
+
 class Observable(Page):
     """Something that is measured while a system runs; see `dpd.observe`.
 

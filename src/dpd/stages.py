@@ -115,7 +115,9 @@ def start_sources(scene: Scene) -> str:
 
     It is the same for all scenes that share a start.
     """
-    return _sources_with("start", start_terms(scene), _method_of(scene))
+    found = _sources_with("start", start_terms(scene), _method_of(scene))
+    own = sorted(scene.page_files.values()) if scene.own_forces else []
+    return text_digest(" ".join([found, *own])) if own else found
 
 
 def kernels_name(terms: frozenset[str]) -> str:

@@ -160,6 +160,34 @@ has](../src/dpd/observe/common/snapshot.py)) has `positions`, `unwrapped`, `velo
 what it has not named. An edited file makes its runs run again. A result names the file with its
 digest, and only the same file is used to make that result longer.
 
+## A pair force of your own
+
+A file with an energy and the force that is its slope, here an attraction:
+
+```python
+from math import pi, sin, cos
+from dpd.page import NotNegative, PairForce, PerPair, setting
+
+
+class Attraction(PairForce, key="attraction"):
+    "A well between 0 and the cutoff."
+
+    depth: PerPair[NotNegative] = setting("Depth of the well.", unit="kT")
+
+    def energy(self, r, w):
+        return -self.depth * sin(pi * w) ** 2
+
+    def force(self, r, w):
+        return -2.0 * pi * self.depth * sin(pi * w) * cos(pi * w)
+```
+
+A scene with `pages: [attraction.py]` then has the key `attraction: {depth: 2}`, or `{depth: {A A:
+2, A B: 0, B B: 2}}`. It acts beside the repulsion. In the formulas a setting is the number of the
+pair at hand, r the distance and w = 1 - r; they use `math`, and functions of the file that are
+marked with `part` of `dpd.page`. Before anything is compiled, the force is held to the slope of the
+energy at 49 distances. Pressure, energy, stress profiles and the configurational temperature have
+it. Steps that the repulsion allows may be too long for it: look at `kT` and at half of `dt`.
+
 ## Surface tension
 
 Two fluids that do not mix, in slabs (`start: {method: slabs}`), have two interfaces. The observable
@@ -217,8 +245,8 @@ FILES = """## Variables of run.nc
 
 `python -m dpd run` writes one NetCDF file, and so does each point of a sweep. The file holds the
 variables of the observables that the scene names in `observe`. The dimension *sample* counts
-samples over time; *block* counts consecutive parts of the run, 50 or fewer, each with its mean; the
-last samples, one in 200 at most, may be in none of them. The
+samples over time; *block* counts consecutive parts of the run, 50 or fewer, each with its mean, and
+alike but for a quarter of their length. The
 attributes of the file say what made it: scene, seed, versions, and digests
 (checksums) of the sources.
 

@@ -30,6 +30,7 @@ def description(scene: Scene) -> str:
         "beads": f"{scene.beads}, {scene.density:.4g} per r_c^{scene.dimension}",
         "molecules": "; ".join(_molecules(scene)),
         "repulsion": _pairs({pair: f"{value:.6g}" for pair, value in scene.repulsions.items()}),
+        **{term.key: _pairs(scene.data[term.key]) for term in scene.own_forces},
         "masses": _pairs(scene.data.get("mass", {})),
         "core": _pairs(scene.data.get("core", {})),
         "bonds": _bonds(scene),

@@ -12,8 +12,8 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import load, source_digest
-from dpd.page import Change, Observable, Page, Refusals, Term, find, names
+from dpd.own import check_slope, load, source_digest
+from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, all_species, joined
@@ -86,6 +86,8 @@ class Scene:
             self.data["start"] = with_file(self.data["start"], folder, where)
         self._refuse(densities(self))
         self._refuse(self._names())
+        for term in self.own_forces:
+            check_slope(term, self)
         # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
         self.is_auto = self.data["integrator"]["scheme"] == "auto"
         if self.is_auto:
@@ -126,14 +128,13 @@ class Scene:
 
     def _read(self, data):
         """Settings of all sections and pages, with their defaults."""
-        kinds = names(Term)
+        own = [key for key, page in self._own.items() if issubclass(page, Term)]
+        kinds = [*names(Term), *own]
         basic = {key: value for key, value in data.items() if key not in kinds}
         basics, wrong = attempt(Basics, basic, more=kinds)
         for key in kinds:
-            page = find(Term, key) if key in data else None
-            if page is None and key in NEEDED:
-                page = find(Term, key)
-            if page is not None:
+            if key in data or key in NEEDED:
+                page = self._own[key] if key in own else find(Term, key)
                 self.terms[key] = self._page(page, data, key, wrong)
         for item in basics.observe if basics else ():
             self._add_observable(item, wrong)
@@ -158,13 +159,14 @@ class Scene:
                          "item: - rdf: {range: 3}")  # fmt: skip
             return
         name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
-        known = [*names(Observable), *self._own]
+        own = {key: page for key, page in self._own.items() if issubclass(page, Observable)}
+        known = [*names(Observable), *own]
         if name not in known:
             wrong.append(f"observe: {shown(name)} is not known; {suggestion(name, known)}")
         elif name in self.observe:
             wrong.append(f"observe: {name!r} is there more than once; keep one")
         else:
-            page = self._own.get(name) or find(Observable, name)
+            page = own.get(name) or find(Observable, name)
             self.observe[name], problems = attempt(page, settings, f"observe.{name}")
             wrong += problems
 
@@ -297,6 +299,11 @@ class Scene:
                     yield key, f"no value for the pair {pair!r}; add '{pair}: {example:g}'"
 
     # --- what it is
+
+    @property
+    def own_forces(self) -> list[PairForce]:
+        """Pair forces of one's own, in the order of their files."""
+        return [term for term in self.terms.values() if isinstance(term, PairForce)]
 
     @cached_property
     def made(self) -> dict[Change, str]:

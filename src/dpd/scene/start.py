@@ -52,6 +52,8 @@ def start_description(scene: Scene) -> dict[str, Any]:
         kept["flight"] = _flights(data["bond"])
     if "relax" in start:
         kept["relax"] = start["relax"]
+    if scene.own_forces and ("relax" in start or grows(scene)):
+        kept["own"] = {term.key: data[term.key] for term in scene.own_forces}
     if "relax" in start or grows(scene):
         kept["forces"] = start_forces(scene)
         kept["thermostat"] = data["thermostat"]["kT"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at, shear_of
 from dpd.physics.angle import Angle
 from dpd.physics.bond import Bond
+from dpd.physics.common.own_pairs import with_own
 from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
@@ -98,10 +99,11 @@ def _values(given, *keys):
 
 def _pair(scene, core):
     """The conservative force between pairs."""
-    if core is None or core["radius"] == 0:
-        return Soft(scene.repulsion)
-    width = float(core.get("smooth", 0)) or None
-    return Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
+    found: Any = Soft(scene.repulsion)
+    if core is not None and core["radius"]:
+        width = float(core.get("smooth", 0)) or None
+        found = Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
+    return with_own(found, scene.own_forces, scene)
 
 
 def _start_system(scene, dt):

@@ -20,8 +20,7 @@ class BlockSums:
     How long the run will be does not matter: the sums are those of short blocks, first of a sample
     each. Whenever all places are full, each two neighbours become one, and a block holds twice as
     many samples from then on. What is given in the end are `BLOCKS` averages over 4 to 8 of the
-    short blocks each. Samples beyond the last whole short block, at most one in 200, stay in the
-    arrays for a longer run, and are left out.
+    short blocks each, of which the last one may be half full.
 
     Parameters
     ----------
@@ -60,17 +59,19 @@ class BlockSums:
         self.arrays["taken"] += 1
 
     def _groups(self):
-        """The block of each whole short block."""
-        whole = self.taken // int(self.arrays["each"][0])
-        return np.arange(whole) * min(BLOCKS, whole) // max(whole, 1)
+        """The block of each short block, and how many samples that has."""
+        each = int(self.arrays["each"][0])
+        short = -(-self.taken // each)
+        samples = np.minimum(each, self.taken - each * np.arange(short))
+        return np.arange(short) * min(BLOCKS, short) // max(short, 1), samples
 
     def means(self) -> np.ndarray:
         """(blocks,) + shape array of block averages; a single block of NaN without samples."""
-        sums, block = self.arrays["sums"], self._groups()
+        sums, (block, taken) = self.arrays["sums"], self._groups()
         if not len(block):
             return np.full((1, *sums.shape[1:]), np.nan)
         first = np.flatnonzero(np.diff(block, prepend=-1))
-        samples = np.bincount(block) * int(self.arrays["each"][0])
+        samples = np.bincount(block, taken)
         total = np.add.reduceat(sums[: len(block)], first, axis=0)
         return total / samples.reshape(-1, *[1] * (sums.ndim - 1))
 
@@ -82,7 +83,7 @@ class BlockSums:
         series : (samples,) array
             One number, 0 or more, for each sample.
         """
-        block = np.repeat(self._groups(), int(self.arrays["each"][0]))
+        block = np.repeat(*self._groups())
         found = np.zeros(max(1, block.max(initial=0) + 1))
         np.maximum.at(found, block, series[: len(block)])
         return found

@@ -1,0 +1,201 @@
+"""Pair forces of a user's own: a file with an energy and its slope, beside the repulsion."""
+
+import re
+
+import numpy as np
+import pytest
+
+import dpd
+from dpd.digest import ROOT
+from dpd.engine.simulation import Simulation
+from dpd.errors import UserError
+from dpd.files import read
+from dpd.jit import COMPILES
+from dpd.pipeline.simulate import is_made
+from dpd.scene.scene import Scene
+from dpd.start.make import make_start, system_of
+from tests.test_own_pages import command
+
+MORSE = '''"""A Morse attraction between beads, times w^2 so that it ends smoothly at the cutoff."""
+
+from math import exp
+
+from dpd.page import NotNegative, PairForce, PerPair, part, setting
+
+
+@part
+def decay(alpha, length, r):
+    return exp(-alpha * (r - length))
+
+
+class Morse(PairForce, key="morse"):
+    """Morse attraction that ends at the cutoff."""
+
+    depth: PerPair[NotNegative] = setting("Depth of the well.", unit="kT")
+    alpha: float = setting("Steepness.", 4.0, unit="1 / r_c", gt=0, le=100)
+    length: float = setting("Place of the well.", 0.6, unit="r_c", gt=0, le=1)
+
+    def energy(self, r, w):
+        e = decay(self.alpha, self.length, r)
+        return self.depth * (e * e - 2.0 * e) * w * w
+
+    def force(self, r, w):
+        e = decay(self.alpha, self.length, r)
+        well, slope = e * e - 2.0 * e, -2.0 * self.alpha * (e * e - e)
+        return -self.depth * (slope * w * w - 2.0 * w * well)
+'''
+PLAIN = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 2}, {"architecture": "B", "density": 1}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 20},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 10, "sample": 40},
+    "observe": [{"thermo": {"every": 10}}, {"configuration": {"every": 10}}],
+}
+DEPTH = {"A A": 1, "A B": 0, "B B": 3}
+OWN = PLAIN | {"pages": ["morse.py"], "morse": {"depth": DEPTH}}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with the page."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "morse.py").write_text(MORSE)
+    return tmp_path
+
+
+def by_hand(position, kinds, repulsion, depth, box, alpha=4.0, length=0.6):
+    """Forces, and the energy of pairs, as plain NumPy adds them up."""
+    apart = position[:, :, None] - position[:, None]
+    apart -= box * np.round(apart / box)
+    r = np.sqrt((apart**2).sum(axis=0)) + np.eye(position.shape[1]) * 9
+    w = np.maximum(0, 1 - r)
+    a, d = repulsion[kinds[:, None], kinds], depth[kinds[:, None], kinds]
+    e = np.exp(-alpha * (r - length))
+    energy = a * w**2 / 2 + d * (e * e - 2 * e) * w**2
+    force = a * w - d * (-2 * alpha * (e * e - e) * w**2 - 2 * w * (e * e - 2 * e))
+    return (force * apart / r).sum(axis=2), energy.sum() / 2
+
+
+@pytest.mark.parametrize("depth", [DEPTH, 2.0], ids=["by pair", "one"])
+def test_forces_and_energy_are_those_of_the_formulas(folder, depth):
+    """Of every bead, to 1e-12; also where one number is for all pairs."""
+    scene = Scene(OWN | {"morse": {"depth": depth}, "thermostat": {"gamma": 0}})
+    simulation = Simulation(system_of(scene), make_start(scene))
+    state = simulation.state
+    table = np.array([[1, 0], [0, 3.0]]) if depth is DEPTH else np.full((2, 2), 2.0)
+    force, energy = by_hand(
+        state.by_identity(state.position), scene.kinds, scene.repulsion, table, 4.0
+    )
+    np.testing.assert_allclose(state.by_identity(state.force), force, rtol=1e-10, atol=1e-10)
+    sums = simulation.measure()
+    assert float(np.ravel(sums.energy)[0]) == pytest.approx(energy, rel=1e-11)
+
+
+def test_energy_is_conserved_without_friction(folder):
+    """The force is the slope of the energy in the engine as well; one species, a rigid core."""
+    data = OWN | {
+        "molecules": [{"architecture": "A", "density": 3}], "repulsion": {"A A": 25},
+        "thermostat": {"gamma": 0}, "morse": {"depth": 2}, "steps": {"sample": 400},
+        "integrator": {"scheme": "gw-vv", "dt": 0.005}, "observe": [{"thermo": {"every": 20}}],
+    }  # fmt: skip
+    run = dpd.run(data, progress=False)
+    assert np.ptp(run.total_energy.values) < 0.01 * float(run.kT.mean()) * run.attrs["beads"]
+
+
+def test_a_depth_of_nothing_is_the_plain_fluid(folder):
+    """To rounding, and another depth is not; the plain scene keeps its record and its digest."""
+    plain, none = (
+        dpd.run(PLAIN, progress=False),
+        dpd.run(OWN | {"morse": {"depth": 0}}, progress=False),
+    )
+    np.testing.assert_allclose(none.position, plain.position, atol=1e-6)
+    some = dpd.run(OWN, progress=False)
+    assert abs(some.position.values - plain.position.values).max() > 1e-2
+    assert type(system_of(Scene(PLAIN)).pair).__name__ == "Soft"
+
+
+def test_the_same_bits_for_threads_and_processes(folder):
+    """Compiled here, read from the disk in a process of its own, shared by two threads."""
+    first = dpd.run(OWN, progress=False)
+    threads = dpd.run(OWN, threads=2, progress=False)
+    assert first.position.values.tobytes() == threads.position.values.tobytes()
+    import yaml
+
+    (folder / "scene.yaml").write_text(yaml.safe_dump(OWN))
+    done = command("run", "scene.yaml", "-o", "run.nc")
+    assert done.returncode == 0, done.stderr
+    assert read("run.nc")[0]["position"].tobytes() == first.position.values.tobytes()
+
+
+def test_an_edited_force_is_the_new_one(folder):
+    """In the process at hand and in others; its results are made again."""
+    first = dpd.run(OWN, output="run.nc", progress=False)
+    assert is_made(Scene(OWN), "run.nc")
+    (folder / "morse.py").write_text(MORSE.replace("-2.0 * self.alpha", "-2 * self.alpha"))
+    (folder / "morse.py").write_text(MORSE.replace("self.depth *", "2.0 * self.depth *"))
+    assert not is_made(Scene(OWN), "run.nc")
+    second = dpd.run(OWN, progress=False)
+    assert abs(second.position.values - first.position.values).max() > 1e-3
+    doubled = {key: 2 * value for key, value in DEPTH.items()}
+    (folder / "morse.py").write_text(MORSE)
+    same = dpd.run(OWN | {"morse": {"depth": doubled}}, progress=False)
+    np.testing.assert_allclose(same.position, second.position, atol=1e-9)
+
+
+BAD = [
+    (("e * e - 2.0 * e) * w * w", "e * e - 3.0 * e) * w * w"), "its force is not minus the slope"),
+    (("self.alpha, self.length, r)\n        return", "self.alfa, self.length, r)\n        return"),
+     "morse: line 21: AttributeError: 'Morse' object has no attribute 'alfa'"),
+    (("exp(-alpha", "exq(-alpha"), "line 10: NameError: name 'exq' is not defined"),
+    (('key="morse"', 'key="core"'), "'core' is a page of the package"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "said"), BAD, ids=range(len(BAD)))
+def test_what_is_wrong_is_told_before_anything_compiles(folder, change, said):
+    """With the line, and where it is a slope, with both numbers."""
+    (folder / "morse.py").write_text(MORSE.replace(*change))
+    with pytest.raises(UserError) as caught:
+        Scene(OWN)
+    assert re.search(re.escape(said), str(caught.value)), caught.value
+    assert "\n" not in str(caught.value)
+
+
+def test_settings_are_checked_as_any(folder):
+    """Pairs that are missing, numbers out of range, unknown keys."""
+    for settings, said in (
+        ({"depth": {"A A": 1}}, "morse.depth: no value for the pair 'A B'; add 'A B: 1'"),
+        ({"depth": -1}, "morse.depth: -1 is out of range; allowed: >= 0"),
+        ({"depth": 1, "width": 1}, "morse: unknown key 'width'; allowed: depth, alpha, length"),
+        ({}, "morse: the key 'depth' is missing"),
+    ):
+        with pytest.raises(UserError) as caught:
+            Scene(OWN | {"morse": settings})
+        assert said in str(caught.value)
+    with pytest.raises(UserError, match="unknown key 'morse'"):
+        Scene(PLAIN | {"morse": {"depth": 1}})
+    with pytest.raises(UserError, match="measured without 'morse'"):
+        Scene(OWN | {"integrator": {"scheme": "auto"}})
+
+
+@pytest.mark.skipif(not COMPILES, reason="a process of its own compiles")
+def test_it_relaxes_and_extends(folder):
+    """The start feels it as well; a longer run has the bits of one that was planned so long."""
+    relaxed = OWN | {"start": {"relax": {"steps": 20, "dt": 0.01}}}
+    dpd.run(relaxed, output="run.nc", progress=False)
+    assert command("extend", "run.nc", "--sample", 20, "-o", "longer.nc").returncode == 0
+    whole = dpd.run(relaxed | {"steps": {"equilibrate": 10, "sample": 60}}, progress=False)
+    last = read("longer.nc")[0]["last_position"]
+    assert last.tobytes() == whole.last_position.values.tobytes()
+
+
+def test_the_page_of_the_documentation(folder):
+    """As it stands there, it draws beads together."""
+    text = (ROOT / "config" / "README.md").read_text()
+    code = re.search("## A pair force of your own.*?```python\n(.*?)```", text, re.S)[1]
+    (folder / "attraction.py").write_text(code)
+    own = {"pages": ["attraction.py"], "attraction": {"depth": 2}}
+    pulled, plain = dpd.run(PLAIN | own, progress=False), dpd.run(PLAIN, progress=False)
+    assert float(pulled.pressure.mean()) < float(plain.pressure.mean()) - 2
