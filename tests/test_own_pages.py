@@ -1,5 +1,6 @@
 """Observables of a user's own: from a file outside of the package, like ours in every way."""
 
+import importlib
 import os
 import re
 import subprocess
@@ -13,6 +14,7 @@ import dpd
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read
+from dpd.page import Observable
 from dpd.pipeline.simulate import is_made
 from dpd.scene.scene import Scene
 
@@ -213,3 +215,25 @@ def test_the_page_of_the_documentation(folder):
     run = dpd.run(SCENE | chains, progress=False)
     found = run.gyration_square.squeeze().values
     np.testing.assert_allclose(run.gyration, found, rtol=1e-9)
+
+
+def test_an_object_of_a_class(folder, monkeypatch):
+    """Given to `dpd.run`, from a file that was imported; one that stands in no file is refused."""
+    monkeypatch.syspath_prepend(folder)
+    mine = importlib.import_module("mine")
+    plain = {key: value for key, value in SCENE.items() if key != "observe"}
+    asked = mine.Neighbours(within=0.9, every=20)
+    given = dpd.run(plain, observe=[asked], output="run.nc", progress=False)
+    named = dpd.run(SCENE | {"pages": ["mine.py"]}, progress=False)
+    np.testing.assert_array_equal(given.neighbours, named.neighbours)
+    assert command("extend", "run.nc", "--sample", 20).returncode == 0
+
+    class Cell(Observable, key="cell"):
+        gives = mine.Neighbours.gives
+
+    Cell.__module__ = "__main__"
+    monkeypatch.delattr(sys.modules["__main__"], "__file__", raising=False)
+    for wrong, said in ((Cell(), "stands in no file"), (Cell, "is no observable")):
+        with pytest.raises(UserError, match=said):
+            dpd.run(plain, observe=[wrong], progress=False)
+    sys.modules.pop("mine")

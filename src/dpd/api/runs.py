@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
 from argparse import ArgumentTypeError
 from collections.abc import Mapping
@@ -19,13 +20,14 @@ from dpd.arguments import count
 from dpd.errors import Stopped, UserError
 from dpd.files import check_output
 from dpd.interrupts import ctrl_c
+from dpd.page import Observable
 from dpd.pipeline.running import Order, run_alone
 from dpd.progress import Progress
 from dpd.scene.beside import files_beside
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     import xarray as xr
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 def run(
     scene: str | os.PathLike | Mapping[str, Any] | Scene,
     *,
+    observe: Sequence[Observable] = (),
     start: str | os.PathLike | None = None,
     output: str | os.PathLike | None = None,
     threads: int = 1,
@@ -49,6 +52,9 @@ def run(
     ----------
     scene : path, dict or dpd.Scene
         What to simulate; a path is that of a YAML file.
+    observe : list of dpd.page.Observable, optional
+        What to measure beside what the scene names: observables of one's own, made of a class in a
+        file, as ``Gyration(of="A")``.
     start : path, optional
         First configuration, as ``dpd run --start`` takes it: read if the file is there, otherwise
         made and kept in it. Without it, it is made as the scene says.
@@ -95,7 +101,7 @@ def run(
     >>> bool(hotter.kT.mean() > 1.8)
     True
     """
-    scene = as_scene(scene)
+    scene = observing(as_scene(scene), observe)
     if output is None:
         refuse_files_beside(scene, "dpd.run(..., output='run.nc')")
     with _output(output) as path:
@@ -133,6 +139,36 @@ def as_scene(given: str | os.PathLike | Mapping[str, Any] | Scene) -> Scene:
         f"scene: {type(given).__name__} is none; allowed: a path of a YAML file, a dict, or a "
         "dpd.Scene"
     )
+
+
+def observing(scene: Scene, pages: Sequence[Observable]) -> Scene:
+    """A scene that has some more observables, with the files in which their classes stand.
+
+    Raises
+    ------
+    dpd.UserError
+        If one is no observable, or stands in no file, where no other process could find it.
+    """
+    if not pages:
+        return scene
+    asked, files = list(scene.data["observe"]), list(scene.data["pages"])
+    for page in pages:
+        if not isinstance(page, Observable):
+            raise UserError(
+                f"observe: {page!r} is no observable; allowed: objects of classes as 'class "
+                'Mine(Observable, key="mine")\''
+            )
+        module = type(page).__module__
+        path = getattr(sys.modules.get(module), "__file__", None)
+        if path is None:
+            raise UserError(
+                f"observe: {page.key!r} stands in no file, where a run that goes on in another "
+                "process could find it; write its class into one, and import it"
+            )
+        if not module.startswith("dpd."):
+            files.append(os.path.abspath(path))
+        asked.append({page.key: page.model_dump(exclude_unset=True, by_alias=True)})
+    return Scene(scene.data | {"observe": asked, "pages": files}, scene.where)
 
 
 def plain(value: Any) -> Any:
