@@ -46,6 +46,11 @@ TEXTS = [
     ("repulsion:\n  2: 1\n  2.0: 3", ["line 3", "2.0", "twice"]),
     ("a: !!python/object:os.system x", ["not YAML", "python/object"]),
     ("a: !thing {b: 1}", ["not YAML", "!thing"]),
+    ("a: !!timestamp foo", ["not YAML", "timestamp"]),
+    ("a: !!set {b}", ["not YAML", "set"]),
+    ("a: " + "[" * 50_000, ["nested more than 64 levels"]),
+    ("- " * 50_000, ["nested more than 64 levels"]),
+    ("a: " + "[" * 70 + "]" * 70, ["nested more than 64 levels"]),
     ("a: !!int x", ["not YAML"]),
     ("a: !!int ''", ["not YAML"]),
     ("a: !!bool maybe", ["not YAML"]),
@@ -86,6 +91,8 @@ def test_texts_that_are_plain(tmp_path):
         "d": [True, None, None, 0, -3, 10, 1e5, -2e-3, 0.5, 6.0],
     }  # fmt: skip
     assert [type(each) for each in data["d"][3:7]] == [int, int, int, float]
+    path.write_text("deep: {base: &b {<<: {x: 1}, x: 2}}\nother: {<<: *b, y: 3}\n")
+    assert read_yaml(path)["other"] == {"x": 2, "y": 3}
 
 
 def test_files_that_cannot_be_read(tmp_path):

@@ -11,6 +11,8 @@ import xarray as xr
 import dpd
 from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
 from dpd.analysis.statistics import mean_and_error
+from dpd.errors import UserError
+from dpd.scene.scene import Scene
 
 STRENGTH = 0.03
 EDGE, APART = 14.0, 12.0  # of the box with two flows, and of the walls
@@ -188,3 +190,34 @@ def test_moving_walls_shear_the_fluid():
     assert abs(low + high) < 4 * np.hypot(low_error, high_error)
     eta, error = (low - high) / (2 * slope), np.hypot(low_error, high_error) / (2 * slope)
     assert abs(eta - 0.87) < 0.05 + 3 * error
+
+
+def test_axes_across_which_the_fluid_changes():
+    """Walls first, then that across which a force turns round; a shear's where there are none."""
+    data = {
+        "dimension": 3, "box": [6, 6, 6], "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+        "steps": {"sample": 10},
+    }  # fmt: skip
+    force = {"body_force": {"axis": "x", "strength": 0.1, "opposite": "y"}}
+    walls = {"walls": {"axis": "z", "repulsion": 25, "gamma": 5}}
+    shear = {"shear": {"rate": 0.1, "gradient": "z"}}
+    for change, axes in (
+        (force | walls, (2, 1)), (force, (1,)), (walls, (2,)), (shear, (2,)), (force | shear, (1,)),
+        ({"box": [6, 9, 6]}, (1,)),
+    ):  # fmt: skip
+        scene = Scene(data | change)
+        assert scene.across == axes and scene.axis_of_profile(None) == axes[0]
+        assert scene.axis_of_profile("x") == 0
+
+
+def test_langevin_and_exchanges_of_momentum_do_not_go_together():
+    """Whatever the friction."""
+    data = {
+        "dimension": 3, "box": 6, "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "shardlow", "dt": 0.04},
+        "steps": {"sample": 10},
+    }  # fmt: skip
+    for gamma in (0, 4.5):
+        with pytest.raises(UserError, match="'shardlow' lets pairs exchange momentum"):
+            Scene(data | {"thermostat": {"kind": "langevin", "gamma": gamma}})

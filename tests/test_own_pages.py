@@ -1,6 +1,7 @@
 """Observables of a user's own: from a file outside of the package, like ours in every way."""
 
 import importlib
+import json
 import os
 import re
 import subprocess
@@ -237,3 +238,74 @@ def test_an_object_of_a_class(folder, monkeypatch):
         with pytest.raises(UserError, match=said):
             dpd.run(plain, observe=[wrong], progress=False)
     sys.modules.pop("mine")
+
+
+def test_helpers_of_two_folders_with_one_name(folder):
+    """Each page has that of its own folder; an edited one is the new one, in the same process."""
+    for name, number in (("one", 1), ("two", 2)):
+        (folder / name).mkdir()
+        (folder / name / "helper.py").write_text(f"V = {number}\n")
+        page = PAGE.replace("neighbours", name).replace(
+            "from dpd", "from helper import V\nfrom dpd", 1
+        )
+        (folder / name / f"{name}.py").write_text(page.replace("return 2", "return V + 0 * 2"))
+    both = {
+        "pages": ["one/one.py", "two/two.py"],
+        "observe": [{"one": {"every": 20}}, {"two": {"every": 20}}],
+    }
+    run = dpd.run(SCENE | both, progress=False)
+    assert (run.one == 1).all() and (run.two == 2).all() and "helper" not in sys.modules
+    before = Scene(SCENE | both).page_files
+    (folder / "two" / "helper.py").write_text("V = 5\n")
+    assert (dpd.run(SCENE | both, progress=False).two == 5).all()
+    assert Scene(SCENE | both).page_files != before
+
+
+def test_a_default_that_is_edited_counts(folder):
+    """A result that was made with the former one is not that of the scene any more."""
+    scene = SCENE | {"pages": ["mine.py"], "observe": [{"neighbours": {"every": 20}}]}
+    dpd.run(scene, output="run.nc", progress=False)
+    (folder / "mine.py").write_text(PAGE.replace("0.8", "0.5"))
+    assert not is_made(Scene(scene), "run.nc")
+    assert command("extend", "run.nc", "--sample", 20).returncode == 1
+
+
+@pytest.mark.parametrize(
+    "pages", [["evil.py"], [{"path": "evil.py", "sha256": ""}], [{"path": "/evil.py"}], "evil.py"]
+)
+def test_a_result_runs_no_file_that_it_does_not_pin(folder, pages):
+    """Whatever its scene says."""
+    (folder / "evil.py").write_text("open('harmed', 'w')\n")
+    with pytest.raises(UserError, match="names a file of pages without its digest"):
+        Scene.of_result(json.dumps(SCENE | {"pages": pages}), "run.nc")
+    assert not (folder / "harmed").exists()
+
+
+def test_a_page_changes_nothing_but_its_own(folder):
+    """What it sees cannot be written to; names of other observables cannot be taken."""
+    (folder / "mine.py").write_text(
+        PAGE.replace("return 2", "now.images[...] = 0\n        return 2")
+    )
+    with pytest.raises(UserError, match=r"line 14: ValueError: .*read-only"):
+        dpd.run(SCENE | {"pages": ["mine.py"]}, progress=False)
+    for name in ("kT", "last_position"):
+        (folder / "mine.py").write_text(PAGE.replace('"neighbours": ((', f'"{name}": (('))
+        own = {"pages": ["mine.py"], "observe": ["thermo", {"neighbours": {"every": 20}}]}
+        with pytest.raises(UserError, match=f"'{name}' is a variable of another observable"):
+            dpd.run(SCENE | own, progress=False)
+
+
+def test_pairs_do_not_reach_through_walls(folder):
+    """Along an axis that ends no images are near; nothing is within no distance."""
+    walled = {"walls": {"axis": "z", "repulsion": 25}, "box": [8, 8, 5], "pages": ["mine.py"]}
+    far = (
+        SCENE
+        | walled
+        | {"observe": ["configuration", {"neighbours": {"within": 3.9, "every": 20}}]}
+    )
+    run = dpd.run(far, progress=False)
+    x = run.position.values
+    apart = x[:, :, None] - x[:, None]
+    apart[:2] -= 8 * np.round(apart[:2] / 8)
+    by_hand = ((apart**2).sum(axis=0) < 3.9**2).sum() / x.shape[1] - 1
+    assert float(run.neighbours[-1]) == pytest.approx(by_hand, rel=1e-12)

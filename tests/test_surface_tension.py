@@ -25,7 +25,7 @@ SLABS = {
     "repulsion": {"A A": 25, "A B": 45, "B B": 25},
     "start": {"method": "slabs"},
     "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"equilibrate": 1000, "sample": 6400},  # 400 times 4 samples, 8 of each block
+    "steps": {"equilibrate": 1000, "sample": 8000},  # 2000 samples, 40 in each block
     "observe": [
         {"thermo": {"every": 4}}, {"profile": {"every": 10}},
         {"stress_profile": {"every": 4, "bin": 0.25}},

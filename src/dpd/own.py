@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from importlib import invalidate_caches
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 from dpd.digest import text_digest
 from dpd.errors import UserError, reason, shown
 from dpd.page import Observable, Page, PairForce, Term, names
-from dpd.sources import source_of
+from dpd.sources import DOCUMENTED, sources_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from types import ModuleType
 
 PREFIX = "own_"  # of the names of modules
@@ -29,36 +30,54 @@ def files_of(path: Path) -> list[Path]:
 
     Raises
     ------
-    OSError, SyntaxError
-        If one cannot be read, or is no Python.
+    OSError, SyntaxError, ValueError
+        If one cannot be read, or is no Python, or a folder is imported.
     """
-    waiting, found = [path], []
+    return list(_trees(path))
+
+
+def _trees(path):
+    """Syntax trees of these files."""
+    waiting, found = [path], {}
     while waiting:
         file = waiting.pop()
-        if file in found:
-            continue
-        found.append(file)
-        for node in ast.walk(ast.parse(file.read_bytes(), str(file))):
-            if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                waiting += _beside(file, node.module)
-            elif isinstance(node, ast.Import):
-                waiting += [each for name in node.names for each in _beside(file, name.name)]
+        if file not in found:
+            found[file] = ast.parse(file.read_bytes(), str(file))
+            waiting += [beside for name in _imports(found[file]) if (beside := _beside(file, name))]
     return found
 
 
+def _imports(tree):
+    """Names of modules that a file imports."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+        elif isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+
+
 def _beside(file, module):
-    path = file.parent / f"{module.split('.')[0]}.py"
-    return [path] if path.is_file() else []
+    """The file of a module in the same folder."""
+    first = module.split(".")[0]
+    if (file.parent / first / "__init__.py").is_file():
+        raise ValueError(f"it imports the folder {first!r}; beside a page stand files alone")
+    path = file.parent / f"{first}.py"
+    return path if path.is_file() else None
 
 
 def source_digest(path: str | Path) -> str:
-    """Digest of a file of pages with those of its folder that it imports, as `dpd.sources` has it.
+    """Digest of a file of pages, of those of its folder that it imports, and of what they import.
 
-    Comments and docstrings do not count, nor settings, whose values a scene has.
+    Comments, docstrings and the form do not count, all else does.
     """
-    # A process may see a file edited, as a notebook does; sources of ours stay what they are.
-    now = (source_of.__wrapped__(file).digest for file in files_of(Path(path)))
-    return text_digest(" ".join(sorted(now)))
+    trees = _trees(Path(path))
+    ours = {name for tree in trees.values() for name in _imports(tree) if name.startswith("dpd.")}
+    for tree in trees.values():
+        for node in ast.walk(tree):
+            if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+                node.body[0] = ast.Pass()
+    texts = sorted(f"{file.name} {ast.dump(tree)}" for file, tree in trees.items())
+    return text_digest(" ".join([*texts, sources_digest(*sorted(ours))]))
 
 
 def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
@@ -89,41 +108,64 @@ def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
             f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "
             f"not {digest}; name the file anew, as with --page"
         )
-    # Byte by byte: what counts for no result, as a bound, counts for what the class is.
-    whole = text_digest(" ".join(file.read_text() for file in files_of(path)))
-    pages = dict(_pages(_module(path, f"{PREFIX}{path.stem}_{whole}", where)))
+    if path.suffix != ".py":
+        raise UserError(f"{where}: {path}: a file of pages ends in .py")
+    pages = dict(_pages(_module(path, f"{PREFIX}{path.stem}_{found}", where)))
     if not pages:
         raise UserError(
             f"{where}: {path}: there is no page in it; a page is a class with a key, as 'class "
             'Mine(Observable, key="mine")\''
         )
     for key, page in pages.items():
-        if not issubclass(page, Observable | PairForce):
-            raise UserError(
-                f"{where}: {path}: {key!r} is a {page.__mro__[1].__name__}; allowed in a file of "
-                "one's own: Observable, PairForce"
-            )
-        if key in names(Observable if issubclass(page, Observable) else Term):
-            raise UserError(f"{where}: {path}: {key!r} is a page of the package; take another key")
+        wrong = _wrong(key, page)
+        if wrong:
+            raise UserError(f"{where}: {path}: {wrong}")
     return pages
 
 
+def _wrong(key, page):
+    """Why a class cannot be a page of one's own, or nothing."""
+    if not issubclass(page, Observable | PairForce):
+        kind = page.__mro__[1].__name__
+        return f"{key!r} is a {kind}; allowed in a file of one's own: Observable, PairForce"
+    if key in names(Observable if issubclass(page, Observable) else Term):
+        return f"{key!r} is a page of the package; take another key"
+    for name, given in getattr(page, "gives", {}).items():
+        whole = isinstance(given, tuple) and len(given) == 3 and isinstance(given[0], tuple)
+        if not whole or given[0][:1] not in (("sample",), ("block",)):
+            return (
+                f"'gives' of {key!r}: {name!r} should be (dimensions, units, long_name), as "
+                '(("block",), "r_c", "height"), of which the first is "sample" or "block"'
+            )
+    return ""
+
+
 def _module(path: Path, name: str, where: str) -> ModuleType:
-    """The module of a file, imported once."""
+    """The module of a file, imported once; those beside it are its own, as other folders have some.
+
+    So they stand under their bare names only while it is imported.
+    """
     if name in sys.modules:
         return sys.modules[name]
     spec = spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None  # it is a .py file that can be read
+    beside = {file.stem for file in files_of(path)[1:]}
+    others = {stem: sys.modules.pop(stem) for stem in beside if stem in sys.modules}
     module = sys.modules[name] = module_from_spec(spec)
     folder = str(path.parent)
-    sys.path.insert(0, folder)  # for what stands beside it
+    sys.path.insert(0, folder)
     try:
+        invalidate_caches()
         spec.loader.exec_module(module)
-    except Exception as problem:  # whatever a file of someone's own may raise
+    except (Exception, SystemExit) as problem:  # whatever a file of someone's own may raise
         del sys.modules[name]
         raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
     finally:
         sys.path.remove(folder)
+        for stem in beside:
+            if (own := sys.modules.pop(stem, None)) is not None:
+                sys.modules[f"{name}.{stem}"] = own
+        sys.modules.update(others)
     return module
 
 
@@ -183,12 +225,23 @@ def _agrees(law, r):
     return abs(law.force(r, 1 - r) + slope) <= 1e-5 * (1 + abs(slope))
 
 
-def told_of(problem: Exception, page: type[Page]) -> str:
+def blame(problem: BaseException, files: Iterable[str]) -> str:
+    """The file of pages in which something went wrong, its line, and what; nothing if in none."""
+    at = problem.__traceback__
+    found = ""
+    while at:
+        file = at.tb_frame.f_code.co_filename
+        found = f"{file}: {_told(problem, Path(file))}" if file in files else found
+        at = at.tb_next
+    return found
+
+
+def told_of(problem: BaseException, page: type[Page]) -> str:
     """Where in the file of a page something went wrong, and what."""
     return _told(problem, Path(getattr(sys.modules[page.__module__], "__file__", "") or ""))
 
 
-def _told(problem: Exception, path: Path) -> str:
+def _told(problem: BaseException, path: Path) -> str:
     if isinstance(problem, SyntaxError):
         return f"line {problem.lineno}: {problem.msg}"
     at, line = problem.__traceback__, ""

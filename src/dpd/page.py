@@ -56,17 +56,15 @@ Pair = Annotated[str, Field(pattern=PAIR)]
 Triple = Annotated[str, Field(pattern=TRIPLE)]
 
 
-def _form(value: object) -> str:
-    """Which branch a value is meant for: by its kind, so that only errors of that are told."""
-    return "=table" if isinstance(value, dict) else "=list" if isinstance(value, list) else "=one"
-
-
+# Which branch a value is meant for, by its kind: so only errors of that are told.
+OR_TABLE = Discriminator(lambda value: "=table" if isinstance(value, dict) else "=one")
+OR_LIST = Discriminator(lambda value: "=list" if isinstance(value, list) else "=one")
 _One = Annotated[N, Tag("=one")]
 _PerSpecies = Annotated[dict[Species, N], Field(min_length=1), Tag("=table")]
 _PerPair = Annotated[dict[Pair, N], Field(min_length=1), Tag("=table")]
-PerSpecies = Annotated[_One[N] | _PerSpecies[N], Discriminator(_form)]
-PerPair = Annotated[_One[N] | _PerPair[N], Discriminator(_form)]
-OneOrMore = Annotated[_One[N] | Annotated[list[N], Tag("=list")], Discriminator(_form)]
+PerSpecies = Annotated[_One[N] | _PerSpecies[N], OR_TABLE]
+PerPair = Annotated[_One[N] | _PerPair[N], OR_TABLE]
+OneOrMore = Annotated[_One[N] | Annotated[list[N], Field(min_length=1), Tag("=list")], OR_LIST]
 PairTable = Annotated[dict[Pair, N], Field(min_length=1)]
 Axis = Literal["x", "y", "z"]
 K = TypeVar("K")
@@ -107,7 +105,7 @@ class Section(BaseModel):
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True,
-        populate_by_name=True, validate_default=False,
+        validate_default=False,
     )  # fmt: skip
 
     @field_validator("*", mode="before")
@@ -181,6 +179,8 @@ class Term(Page):
     ----------
     acts_on : str
         What it is for, where a scene must have one: ``bonds``; or nothing.
+    mainly : Change or None
+        What it is there for, by which the axes come first that the fluid changes across.
     makes : frozenset of Change
         What it does to the world; see `changes`.
     """
@@ -190,6 +190,7 @@ class Term(Page):
     _pages: ClassVar[dict[str, type[Page]]] = {}
     stands = frozenset(Change)
     acts_on: ClassVar[str] = ""
+    mainly: ClassVar[Change | None] = None
     makes: ClassVar[frozenset[Change]] = frozenset()
 
     def changes(self, scene: Any) -> frozenset[Change]:
@@ -223,6 +224,10 @@ class Term(Page):
     def brakes(self, scene: Any) -> bool:
         """Whether it takes up momentum, along all axes, by a friction with what is no bead."""
         return False
+
+    def is_no_pair(self, scene: Any) -> bool:
+        """Whether it is a friction with what is no pair: then pairs exchange no momentum."""
+        return self.brakes(scene)
 
     def untried(self) -> str:
         """Why scheme ``auto``, whose table was measured without it, cannot choose a step."""

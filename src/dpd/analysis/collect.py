@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -175,7 +174,7 @@ def name_of(path: str | Path) -> str:
 
 def first_scene(runs: xr.Dataset) -> Scene:
     """The scene of the first point of a sweep, or of some of its points."""
-    return Scene(json.loads(str(runs.scene.values.ravel()[0])), "sweep")
+    return Scene.of_result(str(runs.scene.values.ravel()[0]), "sweep")
 
 
 def samples_of(runs: xr.Dataset, observable: str) -> int:

@@ -29,7 +29,6 @@ that have separated into slabs. Look at the density field before you believe a n
 
 from __future__ import annotations
 
-import json
 from itertools import permutations, product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -124,7 +123,7 @@ def strengths_of(runs: xr.Dataset, species: str, after: float = 0.5) -> Strength
     Strengths
     """
     single = "scene" in runs.attrs
-    scene = Scene(json.loads(runs.attrs["scene"]), "run") if single else first_scene(runs)
+    scene = Scene.of_result(runs.attrs["scene"], "run") if single else first_scene(runs)
     beads = int((scene.kinds == scene.species.index(species)).sum())
     pair = list(runs.species_pair.values.ravel()).index(f"{species} {species}")
     if single:

@@ -76,6 +76,8 @@ class Entry(Section):
         """A value or a range, and who has set the latter."""
         if (self.value is None) == (self.range is None):
             yield "", "needs a value or a range, and not both"
+        if self.shown_in and len(set(self.shown_in)) < len(self.shown_in):
+            yield "shown_in", "names a file twice; keep one"
         if self.range is not None and self.limits is None:
             yield "", "the key 'limits' is missing: who set the range"
 

@@ -13,7 +13,6 @@ where they look at the same samples; and p_N - p_T must vanish in both bulks.
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -235,7 +234,7 @@ def _length(run, name):
 
 def _scene_of(run):
     """The scene of a run, which must not have walls."""
-    scene = Scene(json.loads(str(run.attrs["scene"])), "run")
+    scene = Scene.of_result(str(run.attrs["scene"]), "run")
     if scene.ended:
         raise UserError("the tension of walls would be measured too; take a run without walls")
     return scene

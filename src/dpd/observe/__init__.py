@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from dpd.errors import UserError
 from dpd.observe.common.measured import Measured
 from dpd.observe.common.stretch import Stretch
 from dpd.scene.beside import files_beside
@@ -55,7 +56,20 @@ def observables(scene: Scene, system: System, path: str | Path | None = None) ->
     for name, page in scene.observe.items():
         own = {"path": beside[name]} if name in beside else {}
         asked.append(Measured(page, scene) if page.gives else page.begin(scene, system, **own))
+    _refuse_names_taken_twice(asked)
     if system.bond is None:
         return asked
     # A checker does not know that a system with a law of bonds has bonds.
     return [*asked, Stretch(scene, system)]  # type: ignore[arg-type]
+
+
+def _refuse_names_taken_twice(asked):
+    """Refuse a page of one's own whose variables or coordinates have the names of others."""
+    for own in (each for each in asked if isinstance(each, Measured)):
+        others = {name for each in asked if each is not own for name in each.variables()}
+        for name in own.variables():
+            if name in others or name.startswith("last_"):
+                raise UserError(
+                    f"observe.{own.key}: {name!r} is a variable of another observable, or of the "
+                    "last configuration; take another name"
+                )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, interval_setting, setting
+from dpd.page import Change, Observable, Refusals, interval_setting, setting
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,6 +61,11 @@ class Trajectory(Observable, key="trajectory"):
         self.file_bytes = bytes_of(
             steps // self.every, self._written.sum(), *joined, self.velocities
         )
+
+    def conflicts(self) -> Refusals:
+        """A species that is there twice."""
+        if self.species and len(set(self.species)) < len(self.species):
+            yield "species", "names a species twice; keep one"
 
     def watched(self, scene: Scene) -> int:
         """All steps, if it looks at the equilibration as well."""

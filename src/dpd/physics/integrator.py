@@ -134,7 +134,7 @@ class Integrator(Term, key="integrator"):
         if not self.exchanges:
             return
         for term in scene.terms.values():
-            if term.brakes(scene):
+            if term.is_no_pair(scene):
                 yield (
                     "scheme",
                     f"{self.scheme!r} lets pairs exchange momentum, and the friction of "

@@ -31,6 +31,7 @@ class SteadyShear(Term, key="shear"):
     kept about this flow.
     """
 
+    mainly = Change.SLIDES
     makes = frozenset({Change.SLIDES})
     cannot = {
         Change.STRETCHES: "takes the box to keep its size, for which alone it is known how far "

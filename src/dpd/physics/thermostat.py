@@ -58,6 +58,10 @@ class Thermostat(Term, key="thermostat"):
         """What acts on each bead does."""
         return self.kind == "langevin" and any(self.frictions())
 
+    def is_no_pair(self, scene: Any) -> bool:
+        """Langevin's, also where all its frictions are 0."""
+        return self.kind == "langevin"
+
     def untried(self) -> str:
         """What schemes were measured with."""
         if self.kind == "langevin":

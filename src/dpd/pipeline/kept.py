@@ -172,6 +172,8 @@ def read_former(path: str | Path) -> Former:
     whole = attributes.get(CHECKSUM) == checksum_of(arrays)
     wrong = "" if whole else "its checksum does not fit"
     wrong = wrong or mistake_in(arrays, blank, scene.period, observers, scene.steps)
+    if not wrong and attributes.get("scene_digest") != scene.digest:
+        wrong = "its scene reads otherwise today, as where a default has changed"
     if not wrong and int(arrays["step"]) != sum(scene.steps):
         wrong = f"step {arrays['step']} of {sum(scene.steps)}"
     if wrong and attributes.get("sources") != run_sources(scene):
@@ -219,7 +221,7 @@ def scene_of(path: str | Path, attributes: Mapping[str, Any]) -> Scene:
         data = None
     if not isinstance(data, dict):
         raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
-    scene = Scene(data, str(path))
+    scene = Scene.of_result(attributes["scene"], str(path))
     if chosen := attributes.get("chosen"):
         scene.chosen = chosen if isinstance(chosen, dict) else {"said": chosen}
     return scene

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, Tag
 
-from dpd.page import NAMES, OneOrMore, Refusals, Section, setting
+from dpd.page import NAMES, OR_TABLE, OneOrMore, Refusals, Section, setting
 
 Number = Annotated[float, Field(gt=0, le=1e6)]
 Value = int | float | str  # of an axis; whole numbers stay whole
@@ -70,6 +70,12 @@ class Study(Section):
         "Changes for each paper and sweep.", None
     )
 
+    def conflicts(self) -> Refusals:
+        """Sweeps that are there twice."""
+        first = self.first or []
+        for name in sorted({each for each in first if first.count(each) > 1}):
+            yield "first", f"{name!r} is there more than once; keep one"
+
 
 class Derive(Section):
     """A value of the scene that another sweep measures."""
@@ -89,7 +95,9 @@ class SweptAxis(Section):
         "Key or keys of the scene, or of the theory, that take the value, joined with dots; "
         "numbers count list items from 0.", None,
     )  # fmt: skip
-    values: list[Value] | Labelled = setting(
+    values: Annotated[
+        Annotated[list[Value], Tag("=one")] | Annotated[Labelled, Tag("=table")], OR_TABLE
+    ] = setting(
         "Numbers or names to put there; or a map from a label to the parts of the scene, or of the "
         "theory, that it changes."
     )

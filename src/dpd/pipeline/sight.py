@@ -115,7 +115,7 @@ def _sight(path, changed, size):
             note = json.loads(str(stored[NOTE])) if NOTE in stored else None
             scene = None
             if isinstance(note, dict) and "scene" in note:
-                scene = Scene(json.loads(note["scene"]), str(path))
+                scene = Scene.of_result(note["scene"], str(path))
             return Sight(
                 int(stored["step"]), key["scene"], key["sources"], scene,
                 _measured_so_far(stored, scene), changed / 1e9,

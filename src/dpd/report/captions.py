@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
@@ -169,7 +168,7 @@ def sweep_line(sweep: xr.Dataset) -> SweepLine:
     SweepLine
     """
     texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
-    scenes = [Scene(json.loads(text), "sweep") for text in texts]
+    scenes = [Scene.of_result(text, "sweep") for text in texts]
     line = SweepLine(
         _system(scenes), _forces(scenes), _dynamics(scenes), _sampling(scenes, sweep), ""
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from functools import cached_property
@@ -12,7 +13,7 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import check_slope, load, source_digest
+from dpd.own import blame, check_slope, load, source_digest
 from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
@@ -73,17 +74,29 @@ class Scene:
     """
 
     def __init__(self, data: dict[str, Any], where: str = "scene", folder: str | Path = "") -> None:
+        if not isinstance(data, dict):
+            raise UserError(f"{where}: {shown(data)} is no scene; allowed: keys and values")
         self.where = where
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen = None  # type: dict[str, Any] | None
         self.terms: dict[str, Any] = {}
         self.observe: dict[str, Any] = {}
         self.page_files: dict[str, str] = {}
+        try:
+            self._build(data, folder)
+        except UserError:
+            raise
+        except (Exception, SystemExit) as problem:  # whatever a page of one's own may raise
+            if told := blame(problem, self.page_files):
+                raise UserError(f"{where}: {told}") from None
+            raise
+
+    def _build(self, data, folder):
         self._own = self._pages(data, folder)
         self._read(data)
-        check_beads(self.data, where)
+        check_beads(self.data, self.where)
         if self.data["start"]["method"] == "file":
-            self.data["start"] = with_file(self.data["start"], folder, where)
+            self.data["start"] = with_file(self.data["start"], folder, self.where)
         self._refuse(densities(self))
         self._refuse(self._names())
         for term in self.own_forces:
@@ -100,11 +113,34 @@ class Scene:
         self._refuse(self._unobserved())
 
     @classmethod
+    def of_result(cls, text: str, where: str) -> Scene:
+        """The scene that a result or a checkpoint holds.
+
+        Files of pages are named there with their digests: only the file that made it is run.
+
+        Raises
+        ------
+        UserError
+            If it is damaged, or a file of pages is another one by now.
+        """
+        try:
+            data = json.loads(text)
+        except ValueError:
+            raise UserError(f"{where}: the scene that it holds is damaged") from None
+        pages = data.get("pages", []) if isinstance(data, dict) else []
+        for page in pages if isinstance(pages, list) else [None]:
+            named = page if isinstance(page, dict) else {}
+            if not named.get("sha256") or not os.path.isabs(str(named.get("path", ""))):
+                raise UserError(f"{where}: it names a file of pages without its digest")
+        return cls(data, where)
+
+    @classmethod
     def read(cls, path: str | Path, pages: Iterable[str | Path] = ()) -> Scene:
         """Read a scene from a YAML file; with files of pages beside those that it names."""
         data = read_yaml(path)
-        if more := [os.path.abspath(page) for page in pages]:
-            data["pages"] = [*data.get("pages", []), *more]
+        given = data.get("pages", [])
+        if isinstance(given, list):
+            data["pages"] = [*given, *(os.path.abspath(page) for page in pages)]
         return cls(data, str(path), Path(path).parent)
 
     def __repr__(self):
@@ -122,7 +158,13 @@ class Scene:
             if not isinstance(path, str) or not isinstance(digest, str):
                 continue  # which is told with all else that is wrong
             path = os.path.abspath(os.path.join(folder, path))
-            found |= load(path, f"{self.where}: pages.{place}", digest)
+            loaded = load(path, f"{self.where}: pages.{place}", digest)
+            if path not in self.page_files and (twice := sorted(found.keys() & loaded.keys())):
+                raise UserError(
+                    f"{self.where}: pages.{place}: {path}: {twice[0]!r} is a page of another file "
+                    "as well; take another key"
+                )
+            found |= loaded
             self.page_files[path] = source_digest(path)
         return found
 
@@ -581,8 +623,15 @@ class Scene:
     @property
     def across(self) -> tuple[int, ...]:
         """The axes across which a flow that is driven changes."""
-        found = (axis for term in self.terms.values() for axis in term.across(self))
-        return tuple(dict.fromkeys(found)) or (self.box.index(max(self.box)),)
+        found = dict.fromkeys((*self._across(Change.ENDS), *self._across(Change.FLOWS)))
+        return tuple(found) or self._across(Change.SLIDES) or (self.box.index(max(self.box)),)
+
+    def _across(self, change):
+        """Those of the terms that are there for a change: walls, what drives, a shear."""
+        return tuple(
+            axis for term in self.terms.values() if term.mainly == change
+            for axis in term.across(self)
+        )  # fmt: skip
 
     def axis_of_profile(self, name: str | None) -> int:
         """The axis of a profile: the one named, or the one across which things change most."""

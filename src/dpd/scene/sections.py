@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, Tag
 
-from dpd.page import MOST_STEPS, OneOrMore, PairTable, Refusals, Section, Species, setting
+from dpd.page import MOST_STEPS, OR_TABLE, OneOrMore, PairTable, Refusals, Section, Species, setting
 
 CUTOFF = 1.0
 LARGEST_SEED = 2**63 - 1
@@ -206,7 +206,11 @@ class Basics(Section):
         "Length of the run in tau. If both steps and duration are given, the longer one counts.",
         Duration,
     )  # fmt: skip
-    pages: list[str | PageFile] = setting(
+    pages: list[
+        Annotated[
+            Annotated[str, Tag("=one")] | Annotated[PageFile, Tag("=table")], OR_TABLE
+        ]
+    ] = setting(
         "Python files with observables of your own; a relative path counts from the file of the "
         "scene.", [],
     )  # fmt: skip

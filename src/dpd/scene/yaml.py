@@ -16,6 +16,11 @@ import yaml
 from dpd.errors import UserError, reason, shown
 
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
+DEEPEST = 64  # levels of lists and mappings; a paper has about ten, and libyaml dies of thousands
+KINDS = {
+    f"tag:yaml.org,2002:{kind}"
+    for kind in ["str", "int", "float", "bool", "null", "map", "seq", "merge"]
+}
 # Of the core schema: a tag, what it looks like, and with what it begins.
 CORE = (
     ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
@@ -32,23 +37,39 @@ class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mis
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        """A mapping whose keys each stand there once."""
-        seen: dict[Any, int] = {}
+    def construct_document(self, node: Any) -> Any:
+        """What a document stands for, if each key of a mapping stands there once."""
+        waiting, seen = [node], set()
+        while waiting:
+            each = waiting.pop()
+            if id(each) in seen:
+                continue
+            seen.add(id(each))
+            if each.tag not in KINDS:
+                _refuse(f"{shown(each.tag, str)} is nothing here; for text use quotes", each)
+            if isinstance(each, yaml.MappingNode):
+                self._refuse_twice(each)
+                waiting += [part for pair in each.value for part in pair]
+            elif isinstance(each, yaml.SequenceNode):
+                waiting += each.value
+        return super().construct_document(node)
+
+    def _refuse_twice(self, node):
+        first: dict[Any, int] = {}
         for key, _ in node.value:
-            value = key.value if key.tag.endswith(":merge") else self.construct_object(key, True)
-            line = key.start_mark.line + 1
-            if isinstance(value, dict | list):
-                raise yaml.constructor.ConstructorError(
-                    None, None, "a key that is a list or mapping", key.start_mark
+            if not isinstance(key, yaml.ScalarNode):
+                _refuse("a key that is a list or mapping", key)
+            same = key.value if key.tag.endswith(":merge") else self.construct_object(key)
+            if same in first:
+                name = shown(key.value, str)
+                _refuse(
+                    f"the key {name} stands here twice, first on line {first[same]}; keep one", key
                 )
-            if value in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {shown(key.value, str)} stands here twice, first on line "
-                    f"{seen[value]}; keep one", key.start_mark,
-                )  # fmt: skip
-            seen[value] = line
-        return super().construct_mapping(node, deep)
+            first[same] = key.start_mark.line + 1
+
+
+def _refuse(problem, node):
+    raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
 for _tag, _form, _first in CORE:
@@ -72,7 +93,12 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     try:
-        data = yaml.load(_text(path), Loader)
+        text = _text(path)
+        if _depth(text) > DEEPEST:
+            raise UserError(
+                f"{path}: lists and mappings are nested more than {DEEPEST} levels deep"
+            )
+        data = yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError) as problem:
         # PyYAML has the others for values that are not of the kind that their tag says.
         mark = getattr(problem, "problem_mark", None)
@@ -85,6 +111,15 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise UserError(f"{path}: expected keys and values, found {type(data).__name__}")
     return data
+
+
+def _depth(text):
+    """How deep brackets and dashes nest, at most; in texts and comments they count as well."""
+    deepest = depth = 0
+    for bracket in re.findall(r"[\[\]{}]", text):
+        depth = max(0, depth + (1 if bracket in "[{" else -1))
+        deepest = max(deepest, depth)
+    return deepest + max((len(each) // 2 for each in re.findall(r"(?:[-?:] )+", text)), default=0)
 
 
 def _text(path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,11 @@ if TYPE_CHECKING:
 BLOCKS = 50  # that a run is divided into, or fewer if it has fewer samples
 FINE, FEW = 400, 200  # short blocks at most, of which those are made; fewer of large samples
 LARGE = 20_000  # numbers in a sample
+
+
+def places_for(*shapes: tuple[int, ...]) -> int:
+    """Short blocks for samples of some shapes."""
+    return FINE if max(map(math.prod, shapes), default=0) <= LARGE else FEW
 
 
 class BlockSums:
@@ -26,6 +32,8 @@ class BlockSums:
     ----------
     shape : tuple of int
         Of one sample.
+    places : int
+        Short blocks; if not given, see `places_for`.
 
     Attributes
     ----------
@@ -34,8 +42,8 @@ class BlockSums:
         samples in a short block.
     """
 
-    def __init__(self, shape: tuple[int, ...]) -> None:
-        places = FINE if np.prod(shape) <= LARGE else FEW
+    def __init__(self, shape: tuple[int, ...], places: int = 0) -> None:
+        places = places or places_for(shape)
         self.arrays = {
             "sums": np.zeros((places, *shape)),
             "taken": np.zeros(1, np.int64),

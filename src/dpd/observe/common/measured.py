@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.errors import UserError
-from dpd.observe.common.blocks import BlockSums
+from dpd.errors import UserError, suggestion
+from dpd.observe.common.blocks import BlockSums, places_for
 from dpd.observe.common.snapshot import snapshot_of
 from dpd.own import told_of
 
@@ -29,6 +29,8 @@ class Measured:
 
     Attributes
     ----------
+    key : str
+        Of the page.
     every : int
         Steps between samples.
     arrays : dict of str to array
@@ -37,13 +39,14 @@ class Measured:
 
     def __init__(self, page: Observable, scene: Scene) -> None:
         self._page, self._scene, self._axes = page, scene, dict(page.axes(scene))
-        self.every = page.every
+        self.every, self.key = page.every, page.key
         self._samples = page.watched(scene) // page.every
         self._blocks: dict[str, BlockSums] = {}
         self.arrays: dict[str, np.ndarray] = {"taken": np.zeros(1, np.int64)}
+        places = places_for(*map(self._shape, page.gives))  # the same blocks for all
         for name, (dimensions, _, _) in page.gives.items():
             if dimensions[0] == "block":
-                self._blocks[name] = BlockSums(self._shape(name))
+                self._blocks[name] = BlockSums(self._shape(name), places)
                 own = self._blocks[name].arrays
                 self.arrays |= {f"{name}_{key}": own[key] for key in ("sums", "each")}
                 own["taken"] = self.arrays["taken"]
@@ -52,7 +55,13 @@ class Measured:
 
     def _shape(self, name):
         """Of a sample of a variable, without the dimension of samples or blocks."""
-        return tuple(len(self._axes[each][0]) for each in self._page.gives[name][0][1:])
+        dimensions = self._page.gives[name][0][1:]
+        if unknown := [each for each in dimensions if each not in self._axes]:
+            raise UserError(
+                f"observe.{self._page.key}: the dimension {unknown[0]!r} of {name!r} is none of "
+                f"its axes; {suggestion(unknown[0], list(self._axes))}"
+            )
+        return tuple(len(self._axes[each][0]) for each in dimensions)
 
     def sample(self, simulation: Simulation) -> None:
         """Let the page look.
@@ -67,7 +76,7 @@ class Measured:
             found = page.measure(snapshot_of(self._scene, simulation))
         except UserError:
             raise
-        except Exception as problem:  # whatever a page of someone's own may raise
+        except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
             raise UserError(f"observe.{page.key}: {told_of(problem, type(page))}") from None
         if not isinstance(found, Mapping):
             found = {next(iter(page.gives)): found}

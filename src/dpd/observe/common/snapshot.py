@@ -30,6 +30,13 @@ class Pairs(NamedTuple):
     distance: np.ndarray
 
 
+def fixed(array: np.ndarray) -> np.ndarray:
+    """A view that cannot be written to: what a page sees is shared with others and the run."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
 class Snapshot:
     """A configuration, molecule after molecule as the scene has them.
 
@@ -55,8 +62,11 @@ class Snapshot:
     def __init__(self, scene: Scene, simulation: Simulation) -> None:
         self.scene, self._state, self._shear = scene, simulation.state, simulation.system.shear
         self.step, self.time = self._state.step, self._state.step * scene.dt
-        self.box, self.volume = np.array(simulation.box), simulation.volume
-        self._near = 0.0
+        self.box, self.volume = fixed(np.array(simulation.box)), simulation.volume
+        self._near = -1.0
+        # Images repeat along an axis that does not end.
+        repeats = [axis not in scene.ended for axis in range(scene.dimension)]
+        self._edges = np.where(repeats, self.box, 0.0)
 
     @property
     def dimension(self) -> int:
@@ -70,17 +80,17 @@ class Snapshot:
     @cached_property
     def positions(self) -> np.ndarray:
         """(beads, dimension) array in r_c, within the box."""
-        return self._state.by_identity(self._state.position).T
+        return fixed(self._state.by_identity(self._state.position).T)
 
     @cached_property
     def velocities(self) -> np.ndarray:
         """(beads, dimension) array in r_c / tau; under shear about the flow."""
-        return self._state.by_identity(self._state.velocity).T
+        return fixed(self._state.by_identity(self._state.velocity).T)
 
     @cached_property
     def images(self) -> np.ndarray:
         """(beads, dimension) int array: the boxes that beads have crossed."""
-        return self._state.image.T
+        return fixed(self._state.image.T)
 
     @property
     def unwrapped(self) -> np.ndarray:
@@ -118,9 +128,11 @@ class Snapshot:
         """
         if self._shear is not None:
             raise UserError("pairs of a snapshot are not known under shear, where images slide")
-        if within > self.box.min() / 2:
-            text = f"pairs within {within:g} are more than half the box of {self.box.min():g}"
-            raise UserError(f"{text}; allowed: <= {self.box.min() / 2:g}")
+        half = self._edges[self._edges > 0].min(initial=np.inf) / 2
+        if not 0 < within <= half:
+            raise UserError(
+                f"pairs within {within:g} r_c: allowed: > 0, and half the box, {half:g}"
+            )
         if within > self._near:
             self._near, self._pairs = within, self._find(within)
         near = self._pairs.distance <= within
@@ -130,9 +142,9 @@ class Snapshot:
         from scipy.spatial import cKDTree
 
         positions = self.positions % self.box
-        i, j = cKDTree(positions, boxsize=self.box).query_pairs(within, output_type="ndarray").T
+        i, j = cKDTree(positions, boxsize=self._edges).query_pairs(within, output_type="ndarray").T
         apart = positions[i] - positions[j]
-        apart -= self.box * np.round(apart / self.box)
+        apart -= self._edges * np.round(apart / self.box)
         return Pairs(i, j, np.linalg.norm(apart, axis=1))
 
 
