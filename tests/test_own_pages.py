@@ -309,3 +309,16 @@ def test_pairs_do_not_reach_through_walls(folder):
     apart[:2] -= 8 * np.round(apart[:2] / 8)
     by_hand = ((apart**2).sum(axis=0) < 3.9**2).sum() / x.shape[1] - 1
     assert float(run.neighbours[-1]) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_keys_of_sections(folder):
+    """Of ours, and of a page of one's own; a name that is near; the version."""
+    walls = command("keys", "walls")
+    assert walls.returncode == 0 and "walls.gamma: number >= 0, <= 1000000; if not" in walls.stdout
+    everything = command("keys").stdout
+    assert "box: Edge of" in everything and "observe[].rdf: " in everything
+    own = command("keys", "neighbours", "--page", "mine.py").stdout
+    assert "observe[].neighbours.within: number > 0, <= 5 [r_c]; if not given: 0.8" in own
+    wrong = command("keys", "wals")
+    assert wrong.returncode == 1 and "did you mean 'walls'?" in wrong.stderr
+    assert command("--version").stdout.startswith("dpd-papers ")

@@ -12,10 +12,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import dpd
 from dpd.commands import (
     draw,
     extend,
     figures,
+    keys,
     parameters,
     particles,
     people,
@@ -29,7 +31,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 # In the order in which --help lists them.
-GROUPS = (runs, extend, status, particles, draw, repulsion, parameters, people, points, figures)
+GROUPS = (
+    runs, keys, extend, status, particles, draw, repulsion, parameters, people, points, figures
+)  # fmt: skip
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 
@@ -92,6 +96,7 @@ def new_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog=called(), description="Dissipative particle dynamics: runs, figures, verdicts."
     )
+    parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
     stages = Stages(parser)
     for group in GROUPS:
         group.add_to(stages)

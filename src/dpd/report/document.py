@@ -1,16 +1,9 @@
 """config/README.md: keys of the files in config, and what result files hold."""
 
-from types import NoneType, UnionType
-from typing import Annotated, Literal, Union, get_args, get_origin
-
-from pydantic import BaseModel
-
-from dpd.page import Observable, Section, Term, find, names
 from dpd.pipeline.sections import ARGUMENTS, Config, PaperFile, Study
+from dpd.report.keys import rows_of, scene_rows, section_rows, text_of
 from dpd.report.variables import run_table, sweep_table, verdict_table
-from dpd.scene.scene import NEEDED
 from dpd.scene.sections import Basics
-from dpd.sentences import model_in, unit_of
 
 INTRODUCTION = """# Configuration and result files
 
@@ -367,9 +360,6 @@ our own.
 
 {verdicts}
 """
-PARTS: tuple[tuple[str, type[Section]], ...] = (
-    ("Config", Config), ("Study", Study), ("Paper", PaperFile), ("Scene", Basics),
-)  # fmt: skip
 THEORY = """The `theory` of a sweep that simulates nothing: a mapping with one calculation and its
 arguments, any of which an axis may set, as `set: monomer_fluid.density`. All points come together
 in `sweeps/NAME.nc`, as those of runs do; a point is calculated anew only if its arguments or the
@@ -379,99 +369,22 @@ HEAD = "| key | allowed | unit | default | meaning |\n| --- | --- | --- | --- | 
 
 def config_readme() -> str:
     """The page as Markdown."""
+    theory = [row for key, each in ARGUMENTS.items() for row in section_rows(each, key, "")]
     parts = [INTRODUCTION]
-    for name, model in PARTS:
-        rows = list(_rows(model, ""))
-        if model is PaperFile:
-            theory = [row for key, each in ARGUMENTS.items() for row in _of_section(each, key, "")]
-            parts += [f"## {name}\n\n{_text(model)}\n", _table(rows)]
-            name, model, rows = "Theory", Section, theory
-        if model is Basics:
-            rows += [row for key in names(Term) for row in _of_section(find(Term, key), key, "")]
-            rows += [
-                row for key in names(Observable)
-                for row in _of_section(find(Observable, key), key, "observe[].")
-            ]  # fmt: skip
-        parts += [f"## {name}\n\n{THEORY if model is Section else _text(model)}\n", _table(rows)]
+    for name, text, rows in (
+        ("Config", text_of(Config), rows_of(Config, "")),
+        ("Study", text_of(Study), rows_of(Study, "")),
+        ("Paper", text_of(PaperFile), rows_of(PaperFile, "")),
+        ("Theory", THEORY, theory),
+        ("Scene", text_of(Basics), scene_rows()),
+    ):
+        parts += [f"## {name}\n\n{text}\n", _table(rows)]
     files = FILES.format(run=run_table(), sweep=sweep_table(), verdicts=verdict_table())
     return "\n".join([*parts, files])
 
 
 def _table(rows):
     """Markdown, of rows of cells."""
-    lines = (" | ".join(cell.replace("|", "\\|") for cell in row) for row in rows)
+    cells = ((f"`{row.key}`", *row[1:]) for row in rows)
+    lines = (" | ".join(cell.replace("|", "\\|") for cell in row) for row in cells)
     return HEAD + "".join(f"\n| {line} |" for line in lines) + "\n"
-
-
-def _text(model):
-    """A section's docstring, in one paragraph."""
-    return " ".join((model.__doc__ or "").split())
-
-
-def _of_section(model, key, prefix):
-    """Rows of a section: its own, then those of its settings."""
-    required = any(field.is_required() for field in model.model_fields.values())
-    bare = model.model_fields.get(getattr(model, "bare", ""))
-    allowed = _allowed(bare.annotation, bare) if bare else "mapping"
-    text = model.summary() if issubclass(model, Observable) else _text(model)
-    default = "required" if key in NEEDED and required else ""
-    yield f"`{prefix}{key}`", allowed, unit_of(bare) if bare else "", default, text
-    yield from _rows(model_in(bare.annotation) if bare else model, f"{prefix}{key}.")
-
-
-def _rows(model, prefix):
-    """Table rows of a section's settings, parents before children."""
-    for name, field in (model.model_fields if model else {}).items():
-        key = f"{prefix}{field.alias or name}"
-        cells = _allowed(field.annotation, field), unit_of(field), _default(field)
-        yield f"`{key}`", *cells, field.description or ""
-        inside = "[]" if get_origin(field.annotation) is list else ""
-        named = ".NAME" if get_origin(_plain(field.annotation)) is dict else ""
-        yield from _rows(model_in(field.annotation), f"{key}{inside}{named}.")
-
-
-def _default(field):
-    """Of a setting: nothing where the page or the scene decides."""
-    if field.is_required():
-        return "required"
-    if field.default in (None, {}, []) or field.default_factory is not None:
-        return ""
-    if any(getattr(each, "ge", 0) == 1 for each in field.metadata) and not field.default:
-        return ""  # the number of steps between samples
-    return f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
-
-
-def _plain(annotation):
-    """A type that may be None without that."""
-    kinds = [each for each in get_args(annotation) if each is not NoneType]
-    return kinds[0] if NoneType in get_args(annotation) else annotation
-
-
-def _allowed(annotation, field=None):
-    """What a value may be, in few words."""
-    limits = _limits(field.metadata if field else ())
-    origin, inside = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _allowed(inside[0]) + _limits(inside[1:])
-    if origin is Literal:
-        return ", ".join(map(str, inside))
-    if origin in (Union, UnionType):
-        kinds = (_allowed(each) for each in inside if each is not NoneType)
-        return " or ".join(dict.fromkeys(kinds)) + limits
-    if origin in (dict, list) or (
-        isinstance(annotation, type) and issubclass(annotation, BaseModel)
-    ):
-        return "list" if origin is list else "mapping"
-    words = {float: "number", int: "integer", str: "string", bool: "boolean"}
-    return words.get(annotation, "value") + limits
-
-
-def _limits(metadata):
-    """Bounds as pydantic keeps them."""
-    signs = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
-    spread = [part for each in metadata for part in getattr(each, "metadata", [each])]
-    found = (
-        f" {sign} {getattr(each, name):.12g}"
-        for name, sign in signs for each in spread if getattr(each, name, None) is not None
-    )  # fmt: skip
-    return ",".join(found)

@@ -1,0 +1,49 @@
+"""The keys of a scene, as they stand in the sources."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+
+    from dpd.commands.parser import Stages
+
+WIDTH = 100  # of a line
+
+
+def add_to(stages: Stages) -> None:
+    """Declare the stage."""
+    parser = stages.add(
+        "keys", _keys, "say what a scene may say: all sections, or the keys of one", prints=True
+    )
+    parser.add_argument("section", nargs="?", help="such as walls, steps or rdf")
+    parser.add_argument(
+        "--page", type=Path, metavar="FILE", action="append", default=[],
+        help="a Python file with pages of your own, whose sections are there too",
+    )  # fmt: skip
+
+
+def _keys(options: Namespace) -> None:
+    from textwrap import fill
+
+    from dpd.own import load
+    from dpd.report.keys import rows_below, scene_rows
+
+    own: dict[str, Any] = {}
+    for page in options.page:
+        own |= load(page.absolute(), "keys")
+    rows = scene_rows(own)
+    if options.section is None:
+        for row in rows:
+            if "." not in row.key.removeprefix("observe[]."):
+                print(fill(f"{row.key}: {row.meaning}", WIDTH, subsequent_indent="    "))
+        return
+    for row in rows_below(rows, options.section):
+        allowed = " ".join(filter(None, (row.allowed, row.unit and f"[{row.unit}]")))
+        default = f"; {row.default}" if row.default == "required" else ""
+        if row.default and not default:
+            default = f"; if not given: {row.default}"
+        print(f"{row.key}: {allowed}{default}")
+        print(fill(row.meaning, WIDTH, initial_indent="    ", subsequent_indent="    "))

@@ -1,0 +1,134 @@
+"""Keys of sections as rows of a table: what each may be, its unit, its default, what it means."""
+
+from __future__ import annotations
+
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+from dpd.errors import UserError, suggestion
+from dpd.page import Observable, Term, find, names
+from dpd.scene.scene import NEEDED
+from dpd.scene.sections import Basics
+from dpd.sentences import model_in, unit_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+
+class Row(NamedTuple):
+    """A key, and what is to be said of it."""
+
+    key: str
+    allowed: str
+    unit: str
+    default: str
+    meaning: str
+
+
+def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
+    """All keys of a scene, with those of some pages of one's own."""
+    found = [*rows_of(Basics, "")]
+    pages = {key: find(Term, key) for key in names(Term)}
+    looks = {key: find(Observable, key) for key in names(Observable)}
+    for key, page in (own or {}).items():
+        (looks if issubclass(page, Observable) else pages)[key] = page
+    for key, page in pages.items():
+        found += section_rows(page, key, "")
+    for key, page in looks.items():
+        found += section_rows(page, key, "observe[].")
+    return found
+
+
+def rows_below(rows: list[Row], name: str) -> list[Row]:
+    """Those of a section: of its key, and of the keys in it.
+
+    Raises
+    ------
+    UserError
+        If there is no such section.
+    """
+    tops = {row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows}
+    if name not in tops:
+        raise UserError(f"keys: no section {name!r}; {suggestion(name, sorted(tops))}")
+    found = []
+    for row in rows:
+        parts = row.key.removeprefix("observe[].").split(".")
+        if parts[0].removesuffix("[]") == name:
+            found.append(row)
+    return found
+
+
+def text_of(model: Any) -> str:
+    """A section's docstring, in one paragraph."""
+    return " ".join((model.__doc__ or "").split())
+
+
+def section_rows(model: Any, key: str, prefix: str) -> Iterator[Row]:
+    """Rows of a section: its own, then those of its settings."""
+    required = any(field.is_required() for field in model.model_fields.values())
+    bare = model.model_fields.get(getattr(model, "bare", ""))
+    allowed = _allowed(bare.annotation, bare) if bare else "mapping"
+    text = model.summary() if issubclass(model, Observable) else text_of(model)
+    default = "required" if key in NEEDED and required else ""
+    yield Row(f"{prefix}{key}", allowed, unit_of(bare) if bare else "", default, text)
+    yield from rows_of(model_in(bare.annotation) if bare else model, f"{prefix}{key}.")
+
+
+def rows_of(model: Any, prefix: str) -> Iterator[Row]:
+    """Table rows of a section's settings, parents before children."""
+    for name, field in (model.model_fields if model else {}).items():
+        key = f"{prefix}{field.alias or name}"
+        cells = _allowed(field.annotation, field), unit_of(field), _default(field)
+        yield Row(key, *cells, field.description or "")
+        inside = "[]" if get_origin(field.annotation) is list else ""
+        named = ".NAME" if get_origin(_plain(field.annotation)) is dict else ""
+        yield from rows_of(model_in(field.annotation), f"{key}{inside}{named}.")
+
+
+def _default(field):
+    """Of a setting: nothing where the page or the scene decides."""
+    if field.is_required():
+        return "required"
+    if field.default in (None, {}, []) or field.default_factory is not None:
+        return ""
+    if any(getattr(each, "ge", 0) == 1 for each in field.metadata) and not field.default:
+        return ""  # the number of steps between samples
+    return f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
+
+
+def _plain(annotation):
+    """A type that may be None without that."""
+    kinds = [each for each in get_args(annotation) if each is not NoneType]
+    return kinds[0] if NoneType in get_args(annotation) else annotation
+
+
+def _allowed(annotation, field=None):
+    """What a value may be, in few words."""
+    limits = _limits(field.metadata if field else ())
+    origin, inside = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _allowed(inside[0]) + _limits(inside[1:])
+    if origin is Literal:
+        return ", ".join(map(str, inside))
+    if origin in (Union, UnionType):
+        kinds = (_allowed(each) for each in inside if each is not NoneType)
+        return " or ".join(dict.fromkeys(kinds)) + limits
+    if origin in (dict, list) or (
+        isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    ):
+        return "list" if origin is list else "mapping"
+    words = {float: "number", int: "integer", str: "string", bool: "boolean"}
+    return words.get(annotation, "value") + limits
+
+
+def _limits(metadata):
+    """Bounds as pydantic keeps them."""
+    signs = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
+    spread = [part for each in metadata for part in getattr(each, "metadata", [each])]
+    found = (
+        f" {sign} {getattr(each, name):.12g}"
+        for name, sign in signs for each in spread if getattr(each, name, None) is not None
+    )  # fmt: skip
+    return ",".join(found)
