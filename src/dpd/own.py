@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import text_digest
-from dpd.errors import UserError, reason, shown
+from dpd.errors import OtherPage, UserError, reason, shown
 from dpd.page import Observable, Page, PairForce, Term, names
 from dpd.sources import DOCUMENTED, sources_digest
 
@@ -104,7 +104,7 @@ def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
     except (SyntaxError, ValueError) as problem:
         raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
     if digest and digest != found:
-        raise UserError(
+        raise OtherPage(
             f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "
             f"not {digest}; name the file anew, as with --page"
         )

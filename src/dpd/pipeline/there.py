@@ -10,7 +10,7 @@ from pathlib import Path
 
 from dpd import files
 from dpd.engine.checkpoint import key_of, note_of
-from dpd.errors import Occupied, UserError
+from dpd.errors import Occupied, OtherPage, UserError
 from dpd.pipeline.kept import scene_of
 from dpd.pipeline.simulate import checkpoint_path
 from dpd.scene.beside import files_beside
@@ -39,6 +39,10 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
     try:
         attributes = files.attributes(output)
         former = scene_of(output, attributes) if "scene_digest" in attributes else None
+    except OtherPage as problem:
+        raise Occupied(
+            f"{output}: holds the result of a run with another page; {problem}"
+        ) from None
     except UserError:
         former = None
     if former is None:
@@ -60,6 +64,8 @@ def refuse_to_lose(scene: Scene, checkpoint: Path) -> None:
     holds = f"{checkpoint}: holds the state of a run that was stopped or killed,"
     try:
         former = scene_of(checkpoint, note_of(checkpoint) or {})
+    except OtherPage as problem:
+        raise Occupied(f"{holds} with another page; {problem}") from None
     except UserError:
         raise Occupied(f"{holds} of an older version, which alone can go on with it") from None
     if not _same(scene, former):
