@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 
+import jsonschema
 import numpy as np
 import pytest
 import yaml
@@ -18,6 +19,7 @@ from dpd.files import read
 from dpd.page import Observable
 from dpd.pipeline.simulate import is_made
 from dpd.scene.scene import Scene
+from dpd.scene.yaml import read_yaml
 
 PAGE = '''"""The mean number of neighbours of a bead."""
 
@@ -326,3 +328,18 @@ def test_keys_of_sections(folder):
     wrong = command("keys", "wals")
     assert wrong.returncode == 1 and "did you mean 'walls'?" in wrong.stderr
     assert command("--version").stdout.startswith("dpd-papers ")
+
+
+def test_the_schema_for_editors(folder):
+    """All example scenes fit to it, a page of one's own too; misspelled keys do not."""
+    printed = command("schema", "--page", "mine.py")
+    check = jsonschema.Draft202012Validator(json.loads(printed.stdout)).is_valid
+    for path in (ROOT / "config" / "scenes").glob("*.yaml"):
+        assert check(read_yaml(path)), path
+    assert check(SCENE) and check(SCENE | {"bond": {"A B": {"stiffness": 4}}})
+    for wrong in (
+        {"boxx": 4}, {"observe": ["neighbour"]}, {"box": "4"}, {"walls": {"axis": "z"}},
+        {"observe": [{"neighbours": {"within": 9}}]}, {"integrator": {"scheme": "leapfrog"}},
+    ):  # fmt: skip
+        assert not check(SCENE | wrong), wrong
+    assert not check({key: value for key, value in SCENE.items() if key != "repulsion"})

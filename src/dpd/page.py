@@ -156,6 +156,11 @@ class Page(Section):
         return cls.cannot.get(change, change.value)
 
     @classmethod
+    def has_required(cls) -> bool:
+        """Whether a setting has no default."""
+        return any(field.is_required() for field in cls.model_fields.values())
+
+    @classmethod
     def summary(cls) -> str:
         """Its description in one sentence."""
         return " ".join((cls.__doc__ or "").split("\n\n")[0].split())

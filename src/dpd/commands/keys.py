@@ -14,27 +14,46 @@ WIDTH = 100  # of a line
 
 
 def add_to(stages: Stages) -> None:
-    """Declare the stage."""
+    """Declare the stages."""
     parser = stages.add(
         "keys", _keys, "say what a scene may say: all sections, or the keys of one", prints=True
     )
     parser.add_argument("section", nargs="?", help="such as walls, steps or rdf")
-    parser.add_argument(
-        "--page", type=Path, metavar="FILE", action="append", default=[],
-        help="a Python file with pages of your own, whose sections are there too",
+    schema = stages.add(
+        "schema", _schema, "print the JSON schema of scenes, by which editors complete keys",
+        prints=True,
     )  # fmt: skip
+    for each in (parser, schema):
+        each.add_argument(
+            "--page", type=Path, metavar="FILE", action="append", default=[],
+            help="a Python file with pages of your own, whose sections are there too",
+        )  # fmt: skip
+
+
+def _own(options):
+    """The pages of the files that are named."""
+    from dpd.own import load
+
+    found: dict[str, Any] = {}
+    for page in options.page:
+        found |= load(page.absolute(), "--page")
+    return found
+
+
+def _schema(options: Namespace) -> None:
+    import json
+
+    from dpd.report.keys import scene_schema
+
+    print(json.dumps(scene_schema(_own(options)), indent=1))
 
 
 def _keys(options: Namespace) -> None:
     from textwrap import fill
 
-    from dpd.own import load
     from dpd.report.keys import rows_below, scene_rows
 
-    own: dict[str, Any] = {}
-    for page in options.page:
-        own |= load(page.absolute(), "keys")
-    rows = scene_rows(own)
+    rows = scene_rows(_own(options))
     if options.section is None:
         for row in rows:
             if "." not in row.key.removeprefix("observe[]."):

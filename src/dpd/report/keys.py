@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, ge
 from pydantic import BaseModel
 
 from dpd.errors import UserError, suggestion
-from dpd.page import Observable, Term, find, names
+from dpd.page import Observable, Page, Term, find, names
 from dpd.scene.scene import NEEDED
 from dpd.scene.sections import Basics
 from dpd.sentences import model_in, unit_of
@@ -27,16 +27,52 @@ class Row(NamedTuple):
     meaning: str
 
 
+def _pages(own):
+    """Terms and observables by key, with those of one's own."""
+    terms = {key: find(Term, key) for key in names(Term)}
+    observables = {key: find(Observable, key) for key in names(Observable)}
+    for key, page in (own or {}).items():
+        (observables if issubclass(page, Observable) else terms)[key] = page
+    return terms, observables
+
+
+def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """A scene as JSON schema, by which editors complete and check keys."""
+    terms, observables = _pages(own)
+    schema = Basics.model_json_schema()
+    kinds = schema.setdefault("$defs", {})
+
+    def of(page):
+        found = page.model_json_schema()
+        kinds.update(found.pop("$defs", {}))
+        return found["properties"][page.bare] if page.bare else found
+
+    schema["properties"] |= {key: of(page) for key, page in terms.items()}
+    schema["required"] += [key for key in NEEDED if terms[key].has_required()]
+    named = {key: of(page) for key, page in observables.items()}
+    one = {"type": "object", "additionalProperties": False, "properties": named}
+    items = [{"enum": list(named)}, one | {"minProperties": 1, "maxProperties": 1}]
+    schema["properties"]["observe"]["items"] = {"anyOf": items}
+    return _closed(schema | {"title": "Scene of dpd-papers"})
+
+
+def _closed(schema):
+    """With tables that have the keys of their pattern alone, as pydantic reads them."""
+    if isinstance(schema, list):
+        return [_closed(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    found = {key: _closed(value) for key, value in schema.items()}
+    return found | {"additionalProperties": False} if "patternProperties" in found else found
+
+
 def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     """All keys of a scene, with those of some pages of one's own."""
     found = [*rows_of(Basics, "")]
-    pages = {key: find(Term, key) for key in names(Term)}
-    looks = {key: find(Observable, key) for key in names(Observable)}
-    for key, page in (own or {}).items():
-        (looks if issubclass(page, Observable) else pages)[key] = page
-    for key, page in pages.items():
+    terms, observables = _pages(own)
+    for key, page in terms.items():
         found += section_rows(page, key, "")
-    for key, page in looks.items():
+    for key, page in observables.items():
         found += section_rows(page, key, "observe[].")
     return found
 
@@ -67,7 +103,7 @@ def text_of(model: Any) -> str:
 
 def section_rows(model: Any, key: str, prefix: str) -> Iterator[Row]:
     """Rows of a section: its own, then those of its settings."""
-    required = any(field.is_required() for field in model.model_fields.values())
+    required = issubclass(model, Page) and model.has_required()
     bare = model.model_fields.get(getattr(model, "bare", ""))
     allowed = _allowed(bare.annotation, bare) if bare else "mapping"
     text = model.summary() if issubclass(model, Observable) else text_of(model)

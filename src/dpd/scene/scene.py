@@ -187,7 +187,7 @@ class Scene:
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
 
     def _page(self, page, data, key, wrong):
-        if key not in data and any(field.is_required() for field in page.model_fields.values()):
+        if key not in data and page.has_required():
             wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
             return None
         found, problems = attempt(page, data.get(key, {}), key)
