@@ -80,8 +80,8 @@ def source_digest(path: str | Path) -> str:
     return text_digest(" ".join([*texts, sources_digest(*sorted(ours))]))
 
 
-def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
-    """The pages of a file, by their keys.
+def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any], str]:
+    """The pages of a file, by their keys, and the digest of the file.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def load(path: str | Path, where: str, digest: str = "") -> dict[str, Any]:
         wrong = _wrong(key, page)
         if wrong:
             raise UserError(f"{where}: {path}: {wrong}")
-    return pages
+    return pages, found
 
 
 def _wrong(key, page):

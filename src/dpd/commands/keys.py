@@ -36,7 +36,7 @@ def _own(options):
 
     found: dict[str, Any] = {}
     for page in options.page:
-        found |= load(page.absolute(), "--page")
+        found |= load(page.absolute(), "--page")[0]
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -133,6 +133,7 @@ class Simulation(Snapshot):
         state.image = state.image + state.by_identity(further)
         state.position = np.ascontiguousarray(position)
         state.velocity = np.ascontiguousarray(state.velocity)
+        self.snapshot: Any = None  # what pages see of this step, if one has looked
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
         self._rows: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # of the state, as views of rows

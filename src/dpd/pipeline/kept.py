@@ -18,7 +18,6 @@ that the last configuration lacks:
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -215,13 +214,7 @@ def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
 
 def scene_of(path: str | Path, attributes: Mapping[str, Any]) -> Scene:
     """The scene of a result, with the step that was chosen for it; or of a checkpoint's note."""
-    try:
-        data = json.loads(attributes["scene"])
-    except (ValueError, TypeError, KeyError):
-        data = None
-    if not isinstance(data, dict):
-        raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
-    scene = Scene.of_result(attributes["scene"], str(path))
+    scene = Scene.of_result(attributes.get("scene"), str(path))
     if chosen := attributes.get("chosen"):
         scene.chosen = chosen if isinstance(chosen, dict) else {"said": chosen}
     return scene

@@ -13,7 +13,7 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import blame, check_slope, load, source_digest
+from dpd.own import blame, check_slope, load
 from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
@@ -113,7 +113,7 @@ class Scene:
         self._refuse(self._unobserved())
 
     @classmethod
-    def of_result(cls, text: str, where: str) -> Scene:
+    def of_result(cls, text: Any, where: str) -> Scene:
         """The scene that a result or a checkpoint holds.
 
         Files of pages are named there with their digests: only the file that made it is run.
@@ -125,9 +125,11 @@ class Scene:
         """
         try:
             data = json.loads(text)
-        except ValueError:
-            raise UserError(f"{where}: the scene that it holds is damaged") from None
-        pages = data.get("pages", []) if isinstance(data, dict) else []
+        except (ValueError, TypeError):
+            data = None
+        if not isinstance(data, dict):
+            raise UserError(f"{where}: its attribute 'scene' is damaged; make the file anew")
+        pages = data.get("pages", [])
         for page in pages if isinstance(pages, list) else [None]:
             named = page if isinstance(page, dict) else {}
             if not named.get("sha256") or not os.path.isabs(str(named.get("path", ""))):
@@ -158,14 +160,14 @@ class Scene:
             if not isinstance(path, str) or not isinstance(digest, str):
                 continue  # which is told with all else that is wrong
             path = os.path.abspath(os.path.join(folder, path))
-            loaded = load(path, f"{self.where}: pages.{place}", digest)
+            loaded, now = load(path, f"{self.where}: pages.{place}", digest)
             if path not in self.page_files and (twice := sorted(found.keys() & loaded.keys())):
                 raise UserError(
                     f"{self.where}: pages.{place}: {path}: {twice[0]!r} is a page of another file "
                     "as well; take another key"
                 )
             found |= loaded
-            self.page_files[path] = source_digest(path)
+            self.page_files[path] = now
         return found
 
     def _read(self, data):

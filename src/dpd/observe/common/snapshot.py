@@ -148,12 +148,9 @@ class Snapshot:
         return Pairs(i, j, np.linalg.norm(apart, axis=1))
 
 
-_LAST: list[Snapshot] = []  # of the sample at hand, shared by its pages
-
-
 def snapshot_of(scene: Scene, simulation: Simulation) -> Snapshot:
-    """The snapshot of a simulation at its step, made once."""
-    last = _LAST[0] if _LAST else None
+    """The snapshot of a simulation at its step, made once for all pages that look."""
+    last = simulation.snapshot
     if last is None or last._state is not simulation.state or last.step != simulation.state.step:
-        _LAST[:] = [Snapshot(scene, simulation)]
-    return _LAST[0]
+        last = simulation.snapshot = Snapshot(scene, simulation)
+    return last
