@@ -110,7 +110,9 @@ def test_a_signal_that_comes_twice_at_once_is_one(here):
             process.send_signal(number)
         errors = process.communicate(timeout=60)[1]
     assert process.returncode in (130, 143) and "stopped at step" in errors
-    assert len(errors.splitlines()) == 1 and made() == ["run.checkpoint"]
+    *before, last = errors.splitlines()
+    assert last.startswith("error: ") and set(before) <= {LATER}, errors  # on a busy machine
+    assert made() == ["run.checkpoint"]
 
 
 @pytest.mark.thorough

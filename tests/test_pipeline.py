@@ -321,7 +321,7 @@ def test_an_edited_observable_reruns_the_scenes_that_name_it(study):
 
 def test_an_edited_thermostat_reruns_the_scenes_that_have_it(study):
     """Their kernels are compiled before; their starts, which they share, stay."""
-    with edited(study / "src" / "dpd" / "physics" / "langevin.py", "EDITED = 1\n"):
+    with edited(study / "src" / "dpd" / "physics" / "common" / "langevin.py", "EDITED = 1\n"):
         jobs = planned(study, *SMOKE)
     scenes = [
         point.scene
@@ -376,7 +376,7 @@ def test_an_edited_sweep_runs_only_its_new_point(study):
 
 def test_an_edited_kernel_reruns_simulations(study):
     """All runs; and a stage that is called by hand refuses what the old kernel made."""
-    with edited(study / "src" / "dpd" / "physics" / "soft.py", "EDITED = 1\n"):
+    with edited(study / "src" / "dpd" / "physics" / "repulsion.py", "EDITED = 1\n"):
         jobs = planned(study, *SMOKE)
         papers = [read_paper(paper, "smoke") for paper in PAPERS]
         runs = sum(len(s.points) for paper in papers for s in paper.sweeps.values())
