@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import dpd
-from dpd.digest import ROOT
+from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.page import Observable
@@ -334,7 +334,7 @@ def test_the_schema_for_editors(folder):
     """All example scenes fit to it, a page of one's own too; misspelled keys do not."""
     printed = command("schema", "--page", "mine.py")
     check = jsonschema.Draft202012Validator(json.loads(printed.stdout)).is_valid
-    for path in (ROOT / "config" / "scenes").glob("*.yaml"):
+    for path in (PACKAGE / "scenes").glob("*.yaml"):
         assert check(read_yaml(path)), path
     assert check(SCENE) and check(SCENE | {"bond": {"A B": {"stiffness": 4}}})
     for wrong in (

@@ -35,7 +35,7 @@ def test_the_example(tmp_path):
 def test_the_least_that_a_paper_needs(tmp_path):
     """A title and a sweep: it has a report, with what its runs say of themselves."""
     folder = copy_repository(tmp_path / "copy")
-    scene = (folder / "config" / "scenes" / "fluid.yaml").read_text()
+    scene = (folder / "src" / "dpd" / "scenes" / "fluid.yaml").read_text()
     scene = scene.replace("box: 10", "box: 6").replace("seed: 1\n", "").replace("2000", "200")
     indented = "".join(f"      {line}\n" for line in scene.splitlines())
     paper = f"title: A paper of mine\nsweeps:\n  fluid:\n    scene:\n{indented}"

@@ -14,7 +14,7 @@ from snakemake.cli import get_argument_parser
 from dpd import __version__
 from dpd.analysis.verdicts import COLUMNS
 from dpd.commands.parser import new_parser
-from dpd.digest import ROOT
+from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paths import Results
 from dpd.pipeline.study import read_config, read_paper
@@ -127,7 +127,7 @@ def test_commands_of_snakemake_and_make_exist(path):
 def test_the_scene_of_the_readme_is_that_of_the_file():
     """In full, so that it can be copied."""
     shown = re.search("```yaml\n(.*?)```", README, re.S)[1]
-    whole = (ROOT / "config" / "scenes" / "fluid.yaml").read_text()
+    whole = (PACKAGE / "scenes" / "fluid.yaml").read_text()
     assert shown == "".join(line for line in whole.splitlines(True) if not line.startswith("#"))
 
 
@@ -135,21 +135,21 @@ def test_the_python_of_the_readme_asks_for_what_the_scene_observes():
     """Every variable that it names is one of the scene's observables."""
     code = re.search("```python\n(.*?)```", README, re.S)[1]
     asked = set(re.findall(r"(?<!\")\brun\.(\w+)", code))
-    observed = Scene.read(ROOT / "config" / "scenes" / "fluid.yaml").observe
+    observed = Scene.read(PACKAGE / "scenes" / "fluid.yaml").observe
     rows = re.findall(r"^\| `(\w+)` \| `(\w+)` \| [^|]+ \| [^|]+ \|", run_table(), re.M)
     assert asked and asked <= {variable for name, variable in rows if name in observed}
 
 
 def test_the_readme_names_every_room():
     """Each folder of modules, and no other."""
-    rooms = {path.parent.name for path in (ROOT / "src" / "dpd").glob("*/__init__.py")}
+    rooms = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
     named = re.findall("`([a-z_/]+)/`", README.split("below `src/dpd/`:")[1].split("Tests:")[0])
     assert set(named) == rooms
 
 
 def test_the_ratios_of_the_readme_are_those_of_the_benchmark():
     """Speed beside LAMMPS is measured once and told twice."""
-    table = (ROOT / "src" / "dpd" / "benchmark" / "README.md").read_text()
+    table = (PACKAGE / "benchmark" / "README.md").read_text()
     ratios = re.findall(r"^\| W\d: .* \| ([\d.]+) \|$", table, re.M)
     first, last = ", ".join(ratios[:-1]), ratios[-1]
     assert len(ratios) == 4 and f"{first} and {last} times" in " ".join(README.split())

@@ -6,7 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from dpd.digest import ROOT
+from dpd.digest import PACKAGE
 from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.physics.integrator import SCHEMES, Integrator
@@ -111,7 +111,7 @@ def test_a_scene_knows_its_system():
     np.testing.assert_array_equal(state.species[:6], [1, 1, 0, 1, 1, 0])
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "config" / "scenes").glob("*.yaml")))
+@pytest.mark.parametrize("path", sorted((PACKAGE / "scenes").glob("*.yaml")))
 def test_example_scenes_are_scenes(path):
     """What the README shows can be run."""
     assert Scene.read(path).beads > 0

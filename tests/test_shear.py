@@ -6,7 +6,7 @@ import xarray as xr
 
 import dpd
 from dpd.analysis.shear import heating, viscosities, viscosity
-from dpd.digest import ROOT
+from dpd.digest import PACKAGE
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import TURN, tilted
@@ -115,7 +115,7 @@ def test_a_small_step_does_not_take_a_list_under_shear():
 
 
 def test_the_example_is_a_scene():
-    assert Scene.read(ROOT / "config" / "scenes" / "shear.yaml").data["shear"]["rate"] == 0.2
+    assert Scene.read(PACKAGE / "scenes" / "shear.yaml").data["shear"]["rate"] == 0.2
 
 
 def test_bonds_cross_at_the_images_that_have_slid():
