@@ -200,7 +200,7 @@ def test_as_many_species_as_a_byte_tells_apart():
             "repulsion": {f"{s} {t}": 25 for i, s in enumerate(names) for t in names[i:]},
         }
     )
-    from dpd.start.make import make_start
+    from dpd.start.common.make import make_start
 
     assert sorted(make_start(scene).species) == list(range(256))
 

@@ -23,9 +23,9 @@ from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
 from dpd.sources import file_of
 from dpd.stages import METHODS, unused_modules
-from dpd.start.make import make_start, species_of
-from dpd.start.matching import chains_of, order_of
-from dpd.start.quick import compile_start
+from dpd.start.common.make import make_start, species_of
+from dpd.start.common.matching import chains_of, order_of
+from dpd.start.common.quick import compile_start
 
 MELT = {
     "dimension": 3,

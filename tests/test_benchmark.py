@@ -11,7 +11,7 @@ from dpd.benchmark.workloads import STUDIES, workload
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 SMALL = {
     "W1": {"box": 5, "start": {}},

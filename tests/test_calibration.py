@@ -22,7 +22,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from paper_figures.groot_warren_1997.coverage import coverage, coverage_of_pieces, slow_time
 
 LEAST, MOST = 0.93, 0.985

@@ -9,7 +9,7 @@ from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.observe.chains import sizes, unwrapped
 from dpd.scene.scene import Scene
-from dpd.start.make import system_of
+from dpd.start.common.make import system_of
 
 
 def rods(count, length, spacing, box, seed=0):

@@ -19,7 +19,7 @@ from dpd.observe import observables
 from dpd.pipeline.study import read_paper
 from dpd.pipeline.there import refuse_to_lose
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 SCENE = {
     "dimension": 2,

@@ -26,8 +26,8 @@ from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
 from dpd.stages import terms_of
-from dpd.start.files import read_start, write_start
-from dpd.start.make import make_start, system_of
+from dpd.start.common.files import read_start, write_start
+from dpd.start.common.make import make_start, system_of
 from tests.engine.test_resume import PROGRAM
 
 FLUID = {

@@ -12,7 +12,7 @@ from dpd.observe.common.following import Followed
 from dpd.observe.common.multitau import COARSER, KEPT
 from dpd.observe.displacement import Displacement
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import by_identity
 from tests.test_constant_pressure import FLUID
 from tests.test_shear import PLANE

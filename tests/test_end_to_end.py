@@ -13,7 +13,7 @@ from dpd.observe import observables
 from dpd.observe.common.multitau import COARSER, FINE, KEPT, PARTS, MultipleTau
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import by_identity
 
 # Lags of each level, and how many samples apart those are that it begins with.

@@ -27,7 +27,7 @@ from dpd.pipeline.kept import STATE, go_on_from, read_former
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 CHAINS = {
     "dimension": 2,

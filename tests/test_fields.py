@@ -13,7 +13,7 @@ from dpd.particles.fields import Fields, fields_of, read_fields
 from dpd.particles.image_data import write_image
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 
 BOXES = {2: (5.0, 6.5), 3: (5.0, 6.5, 4.0)}
 SHAPES = {2: (4, 5), 3: (4, 5, 3)}

@@ -124,8 +124,8 @@ RUN = f"""{FIRST}
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.start.make import make_start, system_of
-from dpd.start.quick import random_start
+from dpd.start.common.make import make_start, system_of
+from dpd.start.common.quick import random_start
 for point in points:
     scene, system = point.scene, system_of(point.scene)
     simulation = Simulation(system, make_start(random_start(scene)))

@@ -10,7 +10,7 @@ from dpd.particles.formats import read, write
 from dpd.particles.lammps_data import STYLES
 from dpd.particles.particles import Particles
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 from tests.test_particles import assert_same
 
 UPRIGHT = "0 5 xlo xhi\n0 5 ylo yhi\n0 5 zlo zhi\n"

@@ -12,7 +12,7 @@ from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.simulation import Simulation
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 WIDTH = 0.5  # r_c, of a slice
 SAMPLES, EVERY, BLOCKS = 1500, 5, 50

@@ -15,7 +15,7 @@ from dpd.engine.state import State
 from dpd.particles.formats import write
 from dpd.pipeline.kept import last_configuration
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 FLUID = {
     "dimension": 3,

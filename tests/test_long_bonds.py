@@ -12,7 +12,7 @@ from dpd.physics import bond as bonds_page
 from dpd.physics.bond import BondLaw, stretched_share
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 DIMERS = {
     "dimension": 3,

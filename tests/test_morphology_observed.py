@@ -15,7 +15,7 @@ from dpd.observe.structure_factor import wave_numbers
 from dpd.pipeline.plan import sizes_of
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 PLANE = {
     "dimension": 2,

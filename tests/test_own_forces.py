@@ -13,7 +13,7 @@ from dpd.files import read
 from dpd.jit import COMPILES
 from dpd.pipeline.simulate import is_made
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.test_own_pages import command
 
 MORSE = '''"""A Morse attraction between beads, times w^2 so that it ends smoothly at the cutoff."""

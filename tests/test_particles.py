@@ -13,8 +13,8 @@ from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
-from dpd.start.files import write_start
-from dpd.start.make import make_start
+from dpd.start.common.files import write_start
+from dpd.start.common.make import make_start
 from tests.conftest import SCENE
 
 BOXES = {2: (5.0, 6.3), 3: (5.0, 6.3, 7.1)}

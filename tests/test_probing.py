@@ -17,7 +17,7 @@ from dpd.pipeline import probing, running
 from dpd.pipeline.probing import Bounds, Probe, settle, thermostat_time
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 from tests.conftest import SCENE
 
 

@@ -15,7 +15,7 @@ from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import FLIGHT, start_digest
 from dpd.scene.yaml import read_yaml
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 
 GOOD = {
     "dimension": 3,

@@ -18,8 +18,8 @@ from dpd.physics.shear import Shear
 from dpd.pipeline.extend import Extension, extend
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
-from dpd.start.files import read_start, write_start
-from dpd.start.make import make_start, system_of
+from dpd.start.common.files import read_start, write_start
+from dpd.start.common.make import make_start, system_of
 
 FLUID = {
     "dimension": 3,

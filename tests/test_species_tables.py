@@ -13,7 +13,7 @@ from dpd.pipeline.probing import thermostat_time
 from dpd.pipeline.sight import _temperature_of
 from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.test_captions import swept
 
 BLEND = {

@@ -10,8 +10,8 @@ from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.pipeline.sweep import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_is_shared
-from dpd.start.files import read_start, write_start
-from dpd.start.make import make_start
+from dpd.start.common.files import read_start, write_start
+from dpd.start.common.make import make_start
 
 FLUID = {
     "dimension": 3,

@@ -26,7 +26,7 @@ from dpd.pipeline.plan import as_text, measured_speed, plan
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.pipeline.study import Paper, read_paper
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 SCENE = {
     "dimension": 3,

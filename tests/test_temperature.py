@@ -12,7 +12,7 @@ from dpd.observe.thermo import Thermo
 from dpd.pipeline.extend import Extension, extend
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 FLUID = {
     "dimension": 3,

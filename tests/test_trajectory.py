@@ -36,7 +36,7 @@ from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
 from dpd.sources import file_of, reachable
 from dpd.stages import STAGES, unused_modules
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
 
 CHAINS = {

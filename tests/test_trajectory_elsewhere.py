@@ -11,7 +11,7 @@ from MDAnalysis.analysis.msd import EinsteinMSD
 from dpd.files import read
 from dpd.pipeline.simulate import simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository, planned, snakemake
 from tests.test_trajectory import CHAINS, unfolded

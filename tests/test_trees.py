@@ -22,9 +22,9 @@ from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_description, start_forces
 from dpd.stages import terms_of
-from dpd.start.make import make_start, system_of
-from dpd.start.matching import order_of
-from dpd.start.trees import Trees
+from dpd.start.common.make import make_start, system_of
+from dpd.start.common.matching import order_of
+from dpd.start.common.trees import Trees
 
 
 def molecule(architecture, count=1):

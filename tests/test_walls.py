@@ -14,7 +14,7 @@ from dpd.observe import observables
 from dpd.particles.formats import read, write
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import assert_same_state
 
 CHANNEL = {

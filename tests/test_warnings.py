@@ -12,7 +12,7 @@ from dpd.pipeline.run_warnings import FEWEST, temperature_warning
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.report.captions import run_warnings
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 
 FLUID = {
     "dimension": 3,

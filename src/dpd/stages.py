@@ -23,9 +23,14 @@ if TYPE_CHECKING:
 
 # The modules with which each stage begins; what they import is found from there.
 STAGES = {
-    "compile": ("dpd.scene.scene", "dpd.start.make"),  # what starts and runs have in common
-    "start": ("dpd.scene.scene", "dpd.scene.start", "dpd.start.make", "dpd.start.files"),
-    "simulate": ("dpd.scene.scene", "dpd.start.make", "dpd.pipeline.simulate"),
+    "compile": ("dpd.scene.scene", "dpd.start.common.make"),  # what starts and runs have in common
+    "start": (
+        "dpd.scene.scene",
+        "dpd.scene.start",
+        "dpd.start.common.make",
+        "dpd.start.common.files",
+    ),
+    "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.pipeline.simulate"),
     "collect": ("dpd.analysis.collect",),
     "calculate": ("dpd.pipeline.calculate",),
     "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),
@@ -48,7 +53,7 @@ TERMS = {
     "walls": "dpd.physics.walls",
 }
 # Methods of `start` that only some scenes name.
-METHODS = {"file": "dpd.start.from_file"}
+METHODS = {"file": "dpd.start.common.from_file"}
 # It lists what there is: who imports it does not need all that it names.
 LISTS = frozenset({"dpd.engine.state"})
 

@@ -13,7 +13,7 @@ from dpd.physics.angle import Angle
 from dpd.physics.bond import Bond
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.engine.reference import Reference
 from tests.systems import (
     BOX_2D,

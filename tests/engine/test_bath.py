@@ -12,7 +12,7 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
 from dpd.jit import COMPILES
 from dpd.scene.scene import Scene
-from dpd.start.make import system_of
+from dpd.start.common.make import system_of
 from tests.engine.reference import Reference
 from tests.systems import (
     assert_same_place,

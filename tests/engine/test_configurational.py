@@ -6,7 +6,7 @@ import pytest
 from dpd.engine.queries.configurational import force_and_curvature
 from dpd.physics.repulsion import Soft
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import chains, make_simulation, make_system, random_beads
 
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
-from dpd.start.growth import segments_meet
+from dpd.start.common.growth import segments_meet
 from tests.engine.exact import crossings_by_looking, meet
 from tests.systems import chains
 

@@ -15,7 +15,7 @@ from dpd.engine.state import CONSERVATIVE
 from dpd.observe.rdf import RadialDistribution
 from dpd.physics.pressure import Pressure
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import make_simulation, make_system, random_beads
 
 # Dense enough for friction between pairs to forget a kinetic energy in 0.4 tau.

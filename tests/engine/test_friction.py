@@ -9,7 +9,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.engine.reference import Reference
 from tests.systems import (
     assert_same_place,

@@ -11,7 +11,7 @@ from dpd.engine.queries.passes import passed_bonds
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import BOX_3D, by_identity, chains
 
 MARGIN = 1e-7  # of a time and of a place along a bond, within which nothing is decided

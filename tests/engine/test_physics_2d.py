@@ -18,7 +18,7 @@ from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from dpd.theory.virial import MEAN_FIELD, second_virial
 
 A = 25.0

@@ -16,7 +16,7 @@ from dpd.engine.loop import advance_looking, run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.systems import assert_same_state, make_simulation
 
 SCENE = {
@@ -197,7 +197,7 @@ PROGRAM = """
 import json, sys
 from dpd.scene.scene import Scene
 from dpd.pipeline.simulate import RunSettings, simulate
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 text, result, checkpoint = sys.argv[1:]
 scene = Scene(json.loads(text))
 settings = RunSettings(checkpoint, 0.0, progress=lambda step: print(step, flush=True))

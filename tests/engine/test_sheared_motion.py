@@ -14,7 +14,7 @@ from dpd.observe import observables
 from dpd.observe.displacement import Displacement
 from dpd.physics.shear import Shear
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.engine.reference import Reference, flow_of
 from tests.systems import (
     assert_same_state,

@@ -12,7 +12,7 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 from tests.engine.reference_stress import StressedReference
 from tests.engine.test_angles import stars
 from tests.systems import BOX_2D, BOX_3D, by_identity, fewer_in_python, make_simulation

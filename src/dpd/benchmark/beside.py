@@ -17,7 +17,7 @@ from dpd.engine.state import ALL_FORCES, State
 from dpd.observe import observables
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.scene.scene import Scene
-from dpd.start.make import system_of
+from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -11,7 +11,7 @@ from dpd.benchmark.workloads import workload
 from dpd.engine.loop import run
 from dpd.observe import observables
 from dpd.scene.scene import Scene
-from dpd.start.make import system_of
+from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -19,7 +19,7 @@ from dpd.benchmark.workloads import FLUID
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

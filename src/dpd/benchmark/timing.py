@@ -11,7 +11,7 @@ import xarray as xr
 
 from dpd.engine.simulation import Simulation
 from dpd.scene.start import start_digest
-from dpd.start.make import make_start, system_of
+from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -11,8 +11,8 @@ from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
 from dpd.stages import start_sources
-from dpd.start.files import read_start, write_start
-from dpd.start.make import make_start
+from dpd.start.common.files import read_start, write_start
+from dpd.start.common.make import make_start
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,7 +47,7 @@ def begun(
         scene is taken as it is. Of any other file the scene's part ``start`` is replaced by
         ``{method: file}``, so that what is in it becomes part of the scene.
     progress : callable or None
-        See `dpd.start.make.make_start`.
+        See `dpd.start.common.make.make_start`.
     say : callable
         Called with a sentence for what a person should know of the file.
 

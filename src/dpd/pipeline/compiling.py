@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.stages import start_terms, terms_of
-from dpd.start.make import system_of
-from dpd.start.quick import compile_start
+from dpd.start.common.make import system_of
+from dpd.start.common.quick import compile_start
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

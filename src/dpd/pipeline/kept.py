@@ -32,7 +32,7 @@ from dpd.particles.particles import Particles, of_scene
 from dpd.particles.tilt import box_at
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.start.make import species_of, system_of
+from dpd.start.common.make import species_of, system_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

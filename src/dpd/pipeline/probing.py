@@ -23,8 +23,8 @@ from dpd.errors import UserError
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.start.make import system_of
-from dpd.start.velocities import thermal_velocities
+from dpd.start.common.make import system_of
+from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable

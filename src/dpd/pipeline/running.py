@@ -32,7 +32,7 @@ from dpd.progress import Progress
 from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
-from dpd.start.files import read_start
+from dpd.start.common.files import read_start
 
 
 def say(sentence: str) -> None:

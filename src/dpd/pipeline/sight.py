@@ -134,7 +134,7 @@ def _temperature_of(stored, scene):
         return np.nan
     from dpd.engine.simulation import Snapshot  # the engine, which few looks need
     from dpd.observe.common.thermal import ThermalMotion
-    from dpd.start.make import system_of
+    from dpd.start.common.make import system_of
 
     system, species = system_of(scene), stored.get("species")
     now = State(stored["position"], stored["velocity"], None, stored["identity"], species, 0)

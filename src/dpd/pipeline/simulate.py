@@ -24,7 +24,7 @@ from dpd.pipeline.kept import NOTHING, go_on_from, kept_of
 from dpd.pipeline.run_warnings import warning_of
 from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
-from dpd.start.make import system_of
+from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -85,8 +85,7 @@ def simulate(
     path : path
         The NetCDF file; written at the end, whole.
     state : State
-        From `dpd.start.files.read_start` or `dpd.start.make.make_start`, or the end of a shorter
-        run.
+        From `read_start` or `make_start` of `dpd.start.common`, or the end of a shorter run.
     settings : RunSettings
 
     Returns

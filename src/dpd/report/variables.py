@@ -19,7 +19,7 @@ from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.start.make import system_of
+from dpd.start.common.make import system_of
 
 FLUID = {
     "dimension": 3,

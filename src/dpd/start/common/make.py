@@ -24,9 +24,9 @@ from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.bonding import laws_of, numbers_of, species_along
 from dpd.scene.start import FLIGHT, start_description, start_forces
-from dpd.start.from_file import state_from_file
-from dpd.start.polymerize import LOOK, polymerize
-from dpd.start.velocities import thermal_velocities
+from dpd.start.common.from_file import state_from_file
+from dpd.start.common.polymerization import LOOK, polymerize
+from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -164,7 +164,7 @@ def make_start_and_record(
     -------
     State
     dict of str to array
-        For polymerization `dpd.start.polymerize.RECORD`, one value per round of growth, and
+        For polymerization its `RECORD`, one value per round of growth, and
         ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0.
 
     Raises

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.start.matching import SAME
+from dpd.start.common.matching import SAME
 
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles

@@ -100,7 +100,7 @@ def order_of_trees(scene: Scene, particles: Particles, number: np.ndarray, path:
     Returns
     -------
     (n,) int64 array
-        As `dpd.start.matching.order_of` has it.
+        As `dpd.start.common.matching.order_of` has it.
 
     Raises
     ------

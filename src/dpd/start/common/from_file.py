@@ -12,9 +12,9 @@ from dpd.particles.formats import read
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import UPRIGHT, shear_of
 from dpd.scene.start import LAST_FRAME, file_digest, start_description
-from dpd.start.between_walls import between_walls
-from dpd.start.matching import order_of, same_box
-from dpd.start.velocities import thermal_velocities
+from dpd.start.common.between_walls import between_walls
+from dpd.start.common.matching import order_of, same_box
+from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable

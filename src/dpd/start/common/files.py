@@ -14,8 +14,8 @@ from dpd.errors import UserError
 from dpd.particles.tilt import SLID
 from dpd.scene.start import start_description, start_digest
 from dpd.stages import start_sources
-from dpd.start.make import make_start_and_record
-from dpd.start.polymerize import RECORD
+from dpd.start.common.make import make_start_and_record
+from dpd.start.common.polymerization import RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,7 +43,7 @@ def write_start(
     scene : Scene
     path : path
     progress, say : callable or None
-        See `dpd.start.make.make_start`.
+        See `dpd.start.common.make.make_start`.
     """
     begun = time.perf_counter()
     state, record = make_start_and_record(scene, progress, say)

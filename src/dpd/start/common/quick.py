@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from dpd.scene.scene import Scene
 from dpd.scene.start import OF_FILE, grows, reads_file
-from dpd.start.make import make_start
+from dpd.start.common.make import make_start
 
 if TYPE_CHECKING:
     from dpd.engine.state import State

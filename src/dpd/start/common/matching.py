@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError, shown
-from dpd.start.trees import order_of_trees
+from dpd.start.common.trees import order_of_trees
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

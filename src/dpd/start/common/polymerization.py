@@ -23,7 +23,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.page import is_table
 from dpd.scene.bonding import numbers_of
-from dpd.start.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
+from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -122,7 +122,7 @@ class Growth:
         self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest: bool, now: int,
         rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
-        """Let each active end try once; return the counts of `dpd.start.growth.grow`."""
+        """Let each active end try once; return the counts of `dpd.start.common.growth.grow`."""
         active = rng.permutation(np.flatnonzero(self.length < self.full))
         before = self.length.copy()
         shape = _cells(position, self.bonds().members, box, radius)

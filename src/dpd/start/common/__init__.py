@@ -1,0 +1,1 @@
+"""What starts share: flights of chains, growth, reading of files, relaxation."""
