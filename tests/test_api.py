@@ -173,6 +173,8 @@ WRONG = {
     "threads": (lambda: dpd.run(FLUID, threads=0), "threads: '0' is out of range"),
     "a start": (lambda: dpd.run(FLUID, start="scene.yaml"), "scene.yaml"),
     "blows up": (lambda: dpd.run(FLUID | {"integrator": {"scheme": "euler", "dt": 1}}), "blew up"),
+    "steps to add": (lambda: dpd.extend("other.nc", sample=0), "sample: '0' is out of range"),
+    "nothing to extend": (lambda: dpd.extend("other.nc", sample=9), "not the result of a run"),
     "nothing to load": (lambda: dpd.load("none.nc"), "none.nc: there is no such file"),
     "a folder": (lambda: dpd.load("."), "is a folder"),
     "no NetCDF": (lambda: dpd.load("scene.yaml"), "scene.yaml: not a whole NetCDF file"),
@@ -210,6 +212,17 @@ def test_a_run_that_is_too_hot_warns():
     with pytest.warns(UserWarning, match="kT is"):
         run = dpd.run(hot, progress=False)
     assert run.warning.startswith("kT is")
+
+
+def test_a_run_is_made_longer(folder, fluid):
+    """In its place; and what is in the place of another one stays unless it is asked for."""
+    short = FLUID | {"steps": {"equilibrate": 200, "sample": 600}}
+    dpd.run(short, output="run.nc", progress=False)
+    xr.Dataset({"a": 1}).to_netcdf("other.nc")
+    with pytest.raises(dpd.UserError, match=r"other\.nc: .* overwrite=True replaces it"):
+        dpd.extend("run.nc", sample=200, output="other.nc", progress=False)
+    longer = dpd.extend("run.nc", sample=200, progress=False)
+    assert np.array_equal(longer.kT, fluid.kT) and longer.identical(dpd.load("run.nc"))
 
 
 def test_a_start_is_made_and_read(folder):

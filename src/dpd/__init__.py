@@ -13,6 +13,7 @@ A *scene* says what is simulated and how long; config/README.md of the repositor
 True
 
 - `dpd.run`: simulate a scene; what it measured, as an `xarray.Dataset`.
+- `dpd.extend`: make a finished run longer.
 - `dpd.Scene`: a scene that was checked and knows its beads, density and bonds.
 - `dpd.draw`: a picture of beads and bonds, or of density fields, as a matplotlib figure.
 - `dpd.load`: the result of an earlier run or sweep.
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dpd.api.datasets import load as load
+    from dpd.api.runs import extend as extend
     from dpd.api.runs import run as run
     from dpd.api.sweeps import sweep as sweep
     from dpd.errors import UserError as UserError
@@ -38,11 +40,12 @@ _MODULES = {
     "Scene": "dpd.scene.scene",
     "UserError": "dpd.errors",
     "draw": "dpd.report.pictures.draw",
+    "extend": "dpd.api.runs",
     "load": "dpd.api.datasets",
     "run": "dpd.api.runs",
     "sweep": "dpd.api.sweeps",
 }
-__all__ = ["Scene", "UserError", "draw", "load", "run", "sweep"]
+__all__ = ["Scene", "UserError", "draw", "extend", "load", "run", "sweep"]
 
 
 def __getattr__(name: str) -> Any:

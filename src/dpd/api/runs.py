@@ -16,11 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd.api.datasets import load
-from dpd.arguments import count
+from dpd.arguments import count, steps
 from dpd.errors import Stopped, UserError
 from dpd.files import check_output
 from dpd.interrupts import ctrl_c
 from dpd.page import Observable
+from dpd.pipeline.extend import Extension
+from dpd.pipeline.extend import extend as make_longer
 from dpd.pipeline.running import Order, run_alone
 from dpd.progress import Progress
 from dpd.scene.beside import files_beside
@@ -107,18 +109,80 @@ def run(
     with _output(output) as path:
         inputs = _inputs(scene, start)
         check_output(path, ".nc", inputs)
-        with ctrl_c() as asked:
-            order = Order(
+        with _stopping() as asked:
+            run_alone(Order(
                 scene, path, "dpd.run", Path(start) if start else None, keep_start=True,
                 threads=checked_threads(threads), inputs=inputs, checkpoints=output is not None,
                 overwrite=overwrite, stopping=asked, say=warn, tell=_say_nothing,
                 progress=partial(Progress, bar=progress),
-            )  # fmt: skip
-            try:
-                run_alone(order)
-            except Stopped as stopped:
-                raise KeyboardInterrupt(str(stopped)) from None
+            ))  # fmt: skip
         return load(path)
+
+
+def extend(
+    path: str | os.PathLike,
+    *,
+    sample: int,
+    output: str | os.PathLike | None = None,
+    threads: int = 1,
+    progress: bool | None = None,
+    overwrite: bool = False,
+) -> xr.Dataset:
+    """Make a finished run longer, to the same bits as if it had been planned that long.
+
+    Parameters
+    ----------
+    path : path
+        The result of `dpd.run` with an ``output``, or of ``dpd run``.
+    sample : int
+        Steps of sampling to add.
+    output : path, optional
+        A file for the longer result. Without it, that takes the place of the run once it is whole.
+    threads, progress, overwrite : optional
+        See `dpd.run`. Stopped with Ctrl-C, or killed, the same call goes on.
+
+    Returns
+    -------
+    xarray.Dataset
+        The longer result, see `dpd.load`.
+
+    Raises
+    ------
+    dpd.UserError
+        If the file is no run that can be made longer; or as `dpd.run` does.
+
+    Examples
+    --------
+    >>> import dpd
+    >>> fluid = {
+    ...     "dimension": 3, "box": 4, "molecules": [{"architecture": "A", "density": 3}],
+    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    ...     "steps": {"equilibrate": 20, "sample": 200},
+    ... }
+    >>> short = dpd.run(fluid, output="short.nc", progress=False)
+    >>> longer = dpd.extend("short.nc", sample=100, output="longer.nc", progress=False)
+    >>> short.time.size, longer.time.size
+    (50, 75)
+    >>> bool((longer.kT[:50] == short.kT).all())
+    True
+    """
+    run, longer = Path(path), Path(path if output is None else output)
+    with _stopping() as asked:
+        make_longer(Extension(
+            run, _checked("sample", steps, sample), longer, checked_threads(threads),
+            overwrite=overwrite, stopping=asked, say=warn, progress=partial(Progress, bar=progress),
+        ))  # fmt: skip
+    return load(longer)
+
+
+@contextmanager
+def _stopping():
+    """Ctrl-C asks for a stop, which a script sees as `KeyboardInterrupt`."""
+    with ctrl_c() as asked:
+        try:
+            yield asked
+        except Stopped as stopped:
+            raise KeyboardInterrupt(str(stopped)) from None
 
 
 def as_scene(given: str | os.PathLike | Mapping[str, Any] | Scene) -> Scene:
@@ -187,10 +251,15 @@ def checked_threads(threads: int) -> int:
     ------
     dpd.UserError
     """
+    return _checked("threads", count, threads)
+
+
+def _checked(name, kind, value):
+    """A number as an argument of a command has it."""
     try:
-        return count(str(threads))
+        return kind(str(value))
     except ArgumentTypeError as problem:
-        raise UserError(f"threads: {problem}") from None
+        raise UserError(f"{name}: {problem}") from None
 
 
 @contextmanager
