@@ -18,7 +18,8 @@ from dpd.errors import UserError
 from dpd.particles.formats import read, write
 from dpd.pipeline.kept import last_configuration
 from dpd.pipeline.simulate import RunSettings, simulate
-from dpd.pipeline.sweep import described_axes, merge, unfold
+from dpd.pipeline.sweep import described_axes, unfold
+from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
 from dpd.sources import file_of

@@ -9,7 +9,9 @@ import pytest
 import yaml
 
 from dpd.digest import ROOT
+from dpd.errors import UserError
 from dpd.files import read, read_group
+from dpd.scene.scene import Scene
 from tests.conftest import SCENE
 
 
@@ -39,6 +41,30 @@ def test_run_a_scene(tmp_path):
     assert variables["kT"].shape == (50,)
     assert {"scene", "scene_digest", "sources", "seed", "numba"} <= set(attributes)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml"]
+
+
+def test_other_values_than_the_scene_has(tmp_path):
+    """By their keys; what is refused names them."""
+    path = write(tmp_path / "scene.yaml", SCENE)
+    settings = ("repulsion.A A=30", "steps={sample: 20}", "molecules.0.density=2.0")
+    done = dpd(
+        "run", path, "-o", tmp_path / "run.nc", *(f"--set={each}" for each in settings),
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    scene = json.loads(read(tmp_path / "run.nc")[1]["scene"])
+    assert scene["repulsion"] == {"A A": 30} and scene["molecules"][0]["density"] == 2
+    assert scene["steps"] == SCENE["steps"] | {"sample": 20}
+    for wrong, said in (
+        ("boxx=3", "scene.yaml, --set boxx=3: unknown key 'boxx'; .* did you mean 'box'"),
+        ("integrator.dtt=3", "integrator: unknown key 'dtt'; .* did you mean 'dt'"),
+        ("molecules.3.density=4", "molecules.3: no item '3' in a list of 1"),
+        ("dt", "--set dt: write KEY=VALUE"),
+        ("seed=[", "--set seed=.*: this is not YAML"),
+        ("seed=", "seed: None .nothing after the colon."),
+    ):
+        with pytest.raises(UserError, match=said):
+            Scene.read(path, settings=[wrong])
 
 
 def test_threads_give_the_same_file(tmp_path):

@@ -23,7 +23,7 @@ from dpd.pipeline.beginning import starting_from
 from dpd.pipeline.run_warnings import pressure_warning
 from dpd.pipeline.sight import measured_in, sight_of
 from dpd.pipeline.simulate import RunSettings, simulate
-from dpd.pipeline.sweep import merge
+from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.stages import terms_of
 from dpd.start.common.files import read_start, write_start

@@ -25,7 +25,7 @@ from dpd.pipeline import probing
 from dpd.pipeline.extend import Extension, extend, longer
 from dpd.pipeline.kept import STATE, go_on_from, read_former
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
-from dpd.pipeline.sweep import merge
+from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 

@@ -11,7 +11,7 @@ from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.physics.integrator import SCHEMES, Integrator
 from dpd.pipeline.study import read_paper, read_study
-from dpd.pipeline.sweep import merge
+from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import FLIGHT, start_digest
 from dpd.scene.yaml import read_yaml

@@ -7,7 +7,7 @@ import pytest
 
 from dpd import files
 from dpd.pipeline.simulate import RunSettings, simulate
-from dpd.pipeline.sweep import merge
+from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_is_shared
 from dpd.start.common.files import read_start, write_start

@@ -34,9 +34,9 @@ PLACES = {"dpd": "src/dpd"}
 DECIDE_NOTHING = (
     "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
     "dpd.own", "dpd.page", "dpd.pipeline.kept", "dpd.pipeline.sections",
-    "dpd.progress", "dpd.scene.automatic", "dpd.scene.description", "dpd.scene.limits",
-    "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
-    "dpd.streams",
+    "dpd.progress", "dpd.scene.automatic", "dpd.scene.changes", "dpd.scene.description",
+    "dpd.scene.limits", "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources",
+    "dpd.stages", "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 # Kernels of the benchmark are compiled into folders of their own.

@@ -23,13 +23,13 @@ def add_to(stages: Stages) -> None:
         "start.nc, a checkpoint), with its velocities; otherwise made and kept in it",
     )  # fmt: skip
     run.add_argument(
-        "--page",
-        type=Path,
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="a Python file with observables of your own, which the scene may then name",
-    )
+        "--page", type=Path, metavar="FILE", action="append", default=[],
+        help="a Python file with pages of your own, which the scene may then name",
+    )  # fmt: skip
+    run.add_argument(
+        "--set", metavar="KEY=VALUE", action="append", default=[],
+        help="another value than the scene has, as integrator.dt=0.02 or 'repulsion.A A=30'",
+    )  # fmt: skip
     add_threads(run)
     add_overwrite(run)
 
@@ -43,7 +43,7 @@ def _run(options: Namespace) -> None:
     check_output(options.output, ".nc", inputs)
     if options.start and not options.start.exists() and options.start.suffix.lower() == ".nc":
         check_output(options.start, ".nc", [options.scene])
-    scene = Scene.read(options.scene, options.page)
+    scene = Scene.read(options.scene, options.page, options.set)
     for sentence in scene.notes:
         print(sentence)
     found = run_alone(

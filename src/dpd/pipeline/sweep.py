@@ -8,8 +8,9 @@ from typing import Any
 from zlib import crc32
 
 from dpd.digest import value_digest
-from dpd.errors import UserError, shown, suggestion
+from dpd.errors import UserError, suggestion
 from dpd.pipeline.points import check_axes, check_blocks, fixed, text_of
+from dpd.scene.changes import changed, merge
 from dpd.scene.scene import Scene
 
 
@@ -187,45 +188,7 @@ def _changes(rule, label, key):
     value = label + rule["offset"] if rule.get("offset") else label
     value = rule["text"].format(value) if "text" in rule else value
     targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
-    change = {}
-    for target in targets:
-        nested = value
-        for part in reversed(target.split(".")):
-            nested = {part: nested}
-        change = merge(change, nested, key)
-    return change
-
-
-def merge(base: Any, change: Any, where: str = "scene", inside: tuple[str, ...] = ()) -> Any:
-    """``base`` with ``change`` put in: dicts key by key, list items by number.
-
-    Neither is altered; the result shares with them what it takes over whole.
-
-    Raises
-    ------
-    UserError
-        Naming ``where`` and the key (``inside`` are its parts so far), if keys are to be put into
-        a list that has no such item, or into something that has no keys.
-    """
-    if not isinstance(change, dict):
-        return change
-    if isinstance(base, list):
-        items = list(base)
-        for place, value in change.items():
-            if not str(place).isdigit() or int(place) >= len(items):
-                raise UserError(
-                    f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
-                    f"{len(items)}; they count from 0"
-                )
-            items[int(place)] = merge(items[int(place)], value, where, (*inside, str(place)))
-        return items
-    if not isinstance(base, dict):
-        key = ".".join((*inside, *map(str, list(change)[:1])))
-        raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
-    merged = dict(base)
-    for key, value in change.items():
-        merged[key] = merge(merged.get(key, {}), value, where, (*inside, str(key)))
-    return merged
+    return changed({}, dict.fromkeys(targets, value), key)
 
 
 def _sampled(scene, factor):

@@ -13,7 +13,8 @@ from dpd.digest import value_digest
 from dpd.errors import UserError, suggestion
 from dpd.pipeline.points import check_axes
 from dpd.pipeline.sections import ARGUMENTS
-from dpd.pipeline.sweep import Axis, axes_of, merge, placed, places
+from dpd.pipeline.sweep import Axis, axes_of, placed, places
+from dpd.scene.changes import merge
 from dpd.sentences import read_section
 
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")

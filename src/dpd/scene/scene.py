@@ -18,13 +18,14 @@ from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, 
 from dpd.scene.architecture import tree_of
 from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, all_species, joined
+from dpd.scene.changes import changed
 from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
 from dpd.scene.description import description
 from dpd.scene.limits import check_beads, densities, limits
 from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.sections import Basics
 from dpd.scene.start import with_file
-from dpd.scene.yaml import read_yaml
+from dpd.scene.yaml import read_yaml, value_of
 from dpd.sentences import attempt
 
 if TYPE_CHECKING:
@@ -137,13 +138,24 @@ class Scene:
         return cls(data, where)
 
     @classmethod
-    def read(cls, path: str | Path, pages: Iterable[str | Path] = ()) -> Scene:
-        """Read a scene from a YAML file; with files of pages beside those that it names."""
-        data = read_yaml(path)
+    def read(
+        cls, path: str | Path, pages: Iterable[str | Path] = (), settings: Iterable[str] = ()
+    ) -> Scene:
+        """Read a scene from a YAML file; with more files of pages, and with some other values.
+
+        The latter are as the option ``--set`` has them, ``KEY=VALUE``, with keys joined by dots.
+        """
+        data, where = read_yaml(path), str(path)
+        for setting in settings:
+            key, sign, text = setting.partition("=")
+            if not key or not sign:
+                raise UserError(f"--set {setting}: write KEY=VALUE, as --set integrator.dt=0.02")
+            where += f", --set {setting}"
+            data = changed(data, {key: value_of(text, f"--set {setting}")}, where)
         given = data.get("pages", [])
         if isinstance(given, list):
             data["pages"] = [*given, *(os.path.abspath(page) for page in pages)]
-        return cls(data, str(path), Path(path).parent)
+        return cls(data, where, Path(path).parent)
 
     def __repr__(self):
         return description(self)

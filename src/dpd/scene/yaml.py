@@ -92,25 +92,35 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
         If the file is missing, is not YAML, or holds something else.
     """
     path = Path(path)
+    data = value_of(_text(path), str(path))
+    if data is None:
+        raise UserError(f"{path}: the file is empty; expected keys and values")
+    if not isinstance(data, dict):
+        raise UserError(f"{path}: expected keys and values, found {type(data).__name__}")
+    return data
+
+
+def value_of(text: str, where: str) -> Any:
+    """What a text in YAML stands for.
+
+    Raises
+    ------
+    UserError
+        Naming ``where``, if it is none.
+    """
     try:
-        text = _text(path)
         if _depth(text) > DEEPEST:
             raise UserError(
-                f"{path}: lists and mappings are nested more than {DEEPEST} levels deep"
+                f"{where}: lists and mappings are nested more than {DEEPEST} levels deep"
             )
-        data = yaml.load(text, Loader)
+        return yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError) as problem:
         # PyYAML has the others for values that are not of the kind that their tag says.
         mark = getattr(problem, "problem_mark", None)
         line = f"line {mark.line + 1}: " if mark else ""
         said = getattr(problem, "problem", None) or next(iter(str(problem).splitlines()), "")
         what = said if "twice" in said else f"this is not YAML: {shown(said, str)}"
-        raise UserError(f"{path}: {line}{what}") from None
-    if data is None:
-        raise UserError(f"{path}: the file is empty; expected keys and values")
-    if not isinstance(data, dict):
-        raise UserError(f"{path}: expected keys and values, found {type(data).__name__}")
-    return data
+        raise UserError(f"{where}: {line}{what}") from None
 
 
 def _depth(text):
@@ -137,3 +147,5 @@ def _text(path):
         return path.read_text(encoding="utf-8")
     except OSError as problem:
         raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+    except UnicodeDecodeError as problem:
+        raise UserError(f"{path}: this is not YAML: {shown(problem, str)}") from None
