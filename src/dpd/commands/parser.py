@@ -18,6 +18,7 @@ from dpd.commands import (
     extend,
     figures,
     keys,
+    new,
     parameters,
     particles,
     people,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 # In the order in which --help lists them.
 GROUPS = (
-    runs, keys, extend, status, particles, draw, repulsion, parameters, people, points, figures
+    new, runs, keys, extend, status, particles, draw, repulsion, parameters, people, points, figures
 )  # fmt: skip
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 

@@ -16,8 +16,9 @@ and `src/dpd/pipeline/sections.py`. Edit those.
   *sweep* is a family of runs that differ in one or more parameters.
 - `studies/` holds changes of these sweeps: how long they run, how large they are, and which values
   their parameters have.
-- Systems to run alone are in `src/dpd/scenes`: `python -m dpd run src/dpd/scenes/fluid.yaml -o
-  run.nc`. A *scene* is one system and how long it is simulated.
+- Systems to run alone are in `src/dpd/scenes`; `python -m dpd new` lists them, and `python -m dpd
+  new fluid` writes one into your folder. A *scene* is one system and how long it is simulated. With
+  `--schema`, editors that have a YAML language server complete its keys.
 
 ## Edit a sweep
 
@@ -296,7 +297,7 @@ universe = MDAnalysis.Universe("run.gsd", dt=second - first, time_offset=first)
 
 `density_field` counts beads in the cells of a grid, in frames over time. One look has few beads in
 a cell, so a frame is the average of some looks. To see how a mixture orders, let the scene sample
-from the beginning, as `src/dpd/scenes/triblock.yaml` does with `equilibrate: 0`. Then
+from the beginning, as that of `python -m dpd new triblock` does with `equilibrate: 0`. Then
 
 ```
 python -m dpd draw run.nc --slice z=5 --frame 0 3 -1      # three times side by side
