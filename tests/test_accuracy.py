@@ -6,8 +6,9 @@ import xarray as xr
 
 from dpd.analysis.accuracy import bound, cheapest, choices, front, limit
 from dpd.errors import UserError
+from dpd.physics.common import automatic
+from dpd.physics.integrator import Integrator
 from dpd.report.recommended import recommendations
-from dpd.scene import automatic
 from dpd.scene.scene import Scene
 
 DT = np.array([0.005, 0.01, 0.02, 0.04])
@@ -125,24 +126,30 @@ def measured(monkeypatch):
     monkeypatch.setattr(automatic, "table", lambda: TABLE)
 
 
+def guess(scene):
+    """The integrator that is tried first."""
+    return scene.terms["integrator"].named
+
+
 def test_auto_takes_the_row_of_the_table(measured):
     scene = Scene(SCENE)
-    assert scene.data["integrator"] == {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.05}
+    assert guess(scene) == Integrator(scheme="gw-vv", dt=0.05, **{"lambda": 0.65})
     assert scene.is_auto and not scene.chosen
+    assert Scene(scene.data).is_auto and Scene(scene.data).digest == scene.digest
     loose = Scene(SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.05}})
-    assert loose.data["integrator"]["scheme"] == "aboba"
+    assert guess(loose).scheme == "aboba"
     rough = Scene(SCENE | {"thermostat": {"gamma": 10}})
-    assert rough.data["integrator"]["scheme"] == "shardlow"
-    assert Scene(SCENE | MELT).data["integrator"]["scheme"] == "dpd-vv"
+    assert guess(rough).scheme == "shardlow"
+    assert guess(Scene(SCENE | MELT)).scheme == "dpd-vv"
 
 
 def test_auto_goes_slower_where_the_scene_is_stiffer(measured):
     stiff = Scene(SCENE | {"repulsion": {"A A": 100}})
-    assert stiff.data["integrator"]["dt"] == pytest.approx(0.025)
+    assert stiff.dt == pytest.approx(0.025)
     bonds = Scene(SCENE | MELT | {"bond": {"stiffness": 800, "length": 0.95}})
-    assert bonds.data["integrator"]["dt"] == pytest.approx(0.01)
+    assert bonds.dt == pytest.approx(0.01)
     soft = Scene(SCENE | {"repulsion": {"A A": 5}})
-    assert soft.data["integrator"]["dt"] == pytest.approx(0.05)
+    assert soft.dt == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(
@@ -180,7 +187,7 @@ def test_recommendations_are_what_auto_reads(tmp_path, monkeypatch):
         automatic.table.cache_clear()
     best = choices(data)[-1]
     assert (best.tolerance, best.scheme) == (0.003, "aboba")
-    assert scene.data["integrator"] == {"scheme": "aboba", "lambda": 0.5, "dt": 0.04}
+    assert guess(scene) == Integrator(scheme="aboba", dt=0.04)
 
 
 def test_recommendations_need_the_benchmark(tmp_path):

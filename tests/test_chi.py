@@ -107,7 +107,7 @@ def test_auto_knows_the_repulsion_of_chi():
     auto = {"integrator": {"scheme": "auto"}}
     scene = Scene(BLEND | auto | {"chi": {"A B": 6}})
     alike = Scene(BLEND | auto | {"chi": {"A B": 3}})
-    assert scene.data["integrator"]["dt"] < alike.data["integrator"]["dt"]
+    assert scene.dt < alike.dt
 
 
 BAD = [

@@ -57,7 +57,7 @@ def test_a_step_that_heats_or_blows_up_is_made_shorter(monkeypatch):
     """A first guess of 0.12 and of 1 tau ends at steps whose kT is right."""
     scene = scene_of(3, 3, 25, 4.5)
     for guess in (0.12, 1.0):
-        scene.data["integrator"]["dt"] = guess
+        scene.terms["integrator"].named.__dict__["dt"] = guess
         settled = settle(scene, make_start(scene))
         assert settled.data["integrator"]["dt"] <= 0.08
         assert kT_of(settled, 400.0)[0] == pytest.approx(1, abs=0.03)
@@ -187,7 +187,7 @@ def test_the_thermostat_time_is_that_of_a_hot_start():
 def kT_of(scene, time):
     """Mean and error of kT in a run of its own, from other noise."""
     scene = Scene(scene.data | {"seed": 77})
-    probe = Probe(scene, make_start(scene), scene.data["integrator"]["dt"])
+    probe = Probe(scene, make_start(scene), scene.dt)
     probe.run(time)
     return mean_and_error(probe.kT[len(probe.kT) // 4 :])[:2]
 

@@ -48,7 +48,7 @@ def _long(runs):
     runs = runs.isel(replica=0)
     data = xr.Dataset(coords={"run": runs.run.values})
     scenes = [first_scene(runs.isel(run=place)) for place in range(runs.sizes["run"])]
-    steps = [scene.data["integrator"]["dt"] for scene in scenes]
+    steps = [scene.dt for scene in scenes]
     data["step"] = ("run", steps, {"units": "tau"})
     data["scheme"] = ("run", [scene.data["integrator"]["scheme"] for scene in scenes])
     length = [scene.steps.sample * dt for scene, dt in zip(scenes, steps)]
@@ -76,7 +76,7 @@ def _without_thermostat(runs):
     drift_error = np.fmax(within, _between(runs.total_energy_trend / beads))
     spread = (runs.total_energy_spread / beads).mean("replica")
     # A standard deviation over T is known to at least sqrt(correlation time / T).
-    length = scene.steps.sample * scene.data["integrator"]["dt"]
+    length = scene.steps.sample * scene.dt
     share = np.sqrt(runs.total_energy_correlation_time.mean("replica") / (length * count))
     data = xr.Dataset({
         "drift": drift.assign_attrs(units="kT / tau"),

@@ -77,7 +77,7 @@ def _at_rest(runs):
     scene, run = first_scene(runs), runs.isel(replica=0)
     try:
         return viscosity_of_fluctuations(
-            run.pressure_tensor_all_series.values, scene.data["integrator"]["dt"], scene.volume,
+            run.pressure_tensor_all_series.values, scene.dt, scene.volume,
             float(run.kT.mean()), MEMORY,
         )  # fmt: skip
     except ValueError:

@@ -61,7 +61,7 @@ def of_sweep(runs):
             "slope_error": ((), errors[1], {"units": "r_c^3 / tau", "long_name": "standard error"}),
             "reduced_chi_square": ((), quality, {"units": "1"}),
             "longest": ((), min(ends), {"units": "tau", "long_name": "longest time apart"}),
-            "dt": ((), first_scene(runs).data["integrator"]["dt"], {"units": "tau"}),
+            "dt": ((), first_scene(runs).dt, {"units": "tau"}),
             "kT": ((), kT, {"units": "kT", "long_name": "mean over boxes"}),
         },
         {"box": edges},

@@ -95,7 +95,7 @@ def of_stress(runs):
     try:
         found = np.array([
             viscosity_of_fluctuations(
-                runs.pressure_tensor_all_series.values[k], scene.data["integrator"]["dt"],
+                runs.pressure_tensor_all_series.values[k], scene.dt,
                 scene.volume, float(runs.kT.values.ravel()[k]), MEMORY,
             )
             for k in range(runs.sizes["replica"])
@@ -118,7 +118,7 @@ def of_labels(runs):
     scene = first_scene(runs)
     density = runs.density_profile.transpose("replica", "block", "species", "z").values
     steps = scene.steps.sample / density.shape[1]
-    time = (np.arange(density.shape[1]) + 0.5) * steps * scene.data["integrator"]["dt"]
+    time = (np.arange(density.shape[1]) + 0.5) * steps * scene.dt
     found = diffusion_of_labels(density, runs.z.values, time, scene.box[0])
     return Found(*found.diffusion), found.wave.mean(axis=0), time
 

@@ -92,7 +92,7 @@ def _heats(sweep):
     """kT of the paper's sets, and their time steps."""
     chosen = sweep.sel(set=[name for name in SETS if name in sweep.set.values])
     kT, error = over_replicas(chosen.kT.values, chosen.kT_error.values, -1)
-    steps = [first_scene(chosen.sel(set=n)).data["integrator"]["dt"] for n in chosen.set.values]
+    steps = [first_scene(chosen.sel(set=n)).dt for n in chosen.set.values]
     return xr.Dataset(
         {
             "set_kT": ("set", kT, {"units": "kT"}),

@@ -147,7 +147,7 @@ def _size(at, name, n, dynamics):
         square, error = block_mean_and_error(blocks)
         row[quantity], row[f"{quantity}_error"] = np.sqrt(square), error / (2 * np.sqrt(square))
     scene = first_scene(at)
-    equilibrated = scene.steps.equilibrate * scene.data["integrator"]["dt"]
+    equilibrated = scene.steps.equilibrate * scene.dt
     row["settled"] = float(equilibrated >= SETTLED * _relaxation_time(n, dynamics))
     row["room"] = room(min(scene.box), row["end_to_end"])
     return row

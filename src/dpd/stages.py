@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from dpd.digest import text_digest
 from dpd.page import Observable, module_of, names
-from dpd.physics.integrator import scheme_named
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
 
@@ -164,7 +163,7 @@ def terms_of(scene: Scene) -> frozenset[str]:
         "angle": "angle" in scene.data,
         "bond": "bond" in scene.data,
         "core": "core" in scene.data,
-        "exchange": scheme_named(scene.data["integrator"]["scheme"]).exchange is not None,
+        "exchange": scene.terms["integrator"].exchanges,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
         "pressure": "pressure" in scene.data,
         "barostat": "pressure" in scene.data,

@@ -305,7 +305,7 @@ def _of_chains(at):
         "first": window.first, "last": window.last, "low": low, "high": high,
         "lowest": lowest.value, "lowest_error": lowest.error, "lowest_time": lowest.time,
         "lowest_square": lowest.square,
-        "duration": scene.steps.sample * scene.data["integrator"]["dt"],
+        "duration": scene.steps.sample * scene.dt,
         "box_edge": min(scene.box), "beads": max(scene.lengths),
         "friction": scene.data["thermostat"]["gamma"],
     }  # fmt: skip

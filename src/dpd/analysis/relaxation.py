@@ -129,7 +129,7 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
         scene = first_scene(at)
         duration = scene.steps.sample * scene.dt
         tau, tau_error = relaxation_time(*end_to_end(at))
-        before = scene.steps.equilibrate * scene.data["integrator"]["dt"]
+        before = scene.steps.equilibrate * scene.dt
         enough = duration >= TEN * tau and before >= SETTLED * tau
         constant = later = (np.nan, np.nan)
         if enough:

@@ -116,7 +116,7 @@ def both_codes(
     dict of str to array
         ``r``; ``kT``, ``pressure``, ``bond`` (code, snapshot); ``rdf`` (code, snapshot, r).
     """
-    every = max(1, round(MEMORY[name] / scene.data["integrator"]["dt"]))
+    every = max(1, round(MEMORY[name] / scene.dt))
     own = simulation_of(scene, state)
     found = [seen(scene, lambda: own_look(own, every), snapshots, reach)]
     if installed() and scene.data["integrator"]["scheme"] == SCHEME:

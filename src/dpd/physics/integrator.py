@@ -17,12 +17,15 @@ The others split friction and noise off: pairs exchange momentum (see
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from dpd.page import Change, Refusals, Term, setting
 from dpd.physics.common.exchange import EXACT, LOWE, SHARDLOW
+
+if TYPE_CHECKING:
+    from typing import Self
 
 
 class Scheme(NamedTuple):
@@ -100,10 +103,10 @@ class Integrator(Term, key="integrator"):
         "shardlow", "lowe-andersen", "aboba",
     ] = setting(
         "Name of the scheme, or auto, for a run of your own: scheme and dt are tried on the scene "
-        "itself, beginning with those of src/dpd/scene/automatic.yaml, until kT and pressure are "
-        "within the tolerance. (Groot and Warren 1997, Sec. III; dpd-vv takes friction once more "
-        "at the end of the step, Nikunen et al. 2007; shardlow, lowe-andersen and aboba let pairs "
-        "exchange momentum one after the other)."
+        "itself, beginning with those of src/dpd/physics/common/automatic.yaml, until kT and "
+        "pressure are within the tolerance. (Groot and Warren 1997, Sec. III; dpd-vv takes "
+        "friction once more at the end of the step, Nikunen et al. 2007; shardlow, lowe-andersen "
+        "and aboba let pairs exchange momentum one after the other)."
     )  # fmt: skip
     lambda_: float = Field(
         0.5, alias="lambda", description="Prediction of the velocity in the Verlet schemes.",
@@ -115,6 +118,8 @@ class Integrator(Term, key="integrator"):
         gt=0, le=0.1,
     )  # fmt: skip
 
+    _guess: Integrator | None = PrivateAttr(None)
+
     def conflicts(self) -> Refusals:
         """A time step or a tolerance, as the scheme is named or not."""
         if self.scheme != "auto" and self.tolerance is not None:
@@ -125,9 +130,30 @@ class Integrator(Term, key="integrator"):
             yield "dt", "scheme 'auto' comes with its own; remove the key"
 
     @property
+    def is_auto(self) -> bool:
+        """Whether scheme and step are left to us."""
+        return self.scheme == "auto"
+
+    @property
+    def named(self) -> Integrator:
+        """Itself; for auto the first guess, until `dpd.pipeline.probing.settle` has tried it."""
+        return self._guess or self
+
+    def completed(self, scene: Any) -> Self:
+        """For auto with a first guess."""
+        if not self.is_auto:
+            return self
+        from dpd.physics.common.automatic import TOLERANCE, choose
+
+        tolerance = self.tolerance or TOLERANCE
+        found = self.model_copy(update={"tolerance": tolerance})
+        found._guess = type(self).model_validate(choose(scene, tolerance))
+        return found
+
+    @property
     def exchanges(self) -> bool:
         """Whether pairs exchange momentum, in the place of friction as a force."""
-        return self.scheme != "auto" and scheme_named(self.scheme).exchange is not None
+        return scheme_named(self.named.scheme).exchange is not None
 
     def refuses(self, scene: Any) -> Refusals:
         """Exchanges of momentum where pairs are not alone."""

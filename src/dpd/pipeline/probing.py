@@ -1,9 +1,9 @@
 """``integrator: {scheme: auto}``: try a step on the scene itself before anything is promised.
 
-`dpd.scene.automatic` proposes a scheme and a step from what was measured for a fluid and a melt.
-Here the scene runs for a while with that step and with half of it. The step is taken if kT, and the
-pressure, are then within the tolerance with confidence; otherwise it is made shorter. The same
-scene and sources lead to the same choice.
+`dpd.physics.common.automatic` proposes a scheme and a step from what was measured for a fluid and
+a melt. Here the scene runs for a while with that step and with half of it. The step is taken if kT,
+and the pressure, are then within the tolerance with confidence; otherwise it is made shorter. The
+same scene and sources lead to the same choice.
 """
 
 from __future__ import annotations
@@ -173,17 +173,18 @@ def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -
     if not scene.is_auto:
         return scene
     budget = max(LEAST_WORK, SHARE * scene.work)
-    proposed = dt = scene.data["integrator"]["dt"]
+    proposed = dt = scene.dt
+    tolerance = scene.terms["integrator"].tolerance
     state, pushes, spent = _at_rest(scene, state, proposed / 4, budget, look)
     memory, best = thermostat_time(scene, pushes), np.inf
     while dt >= SHORTEST * proposed and spent < budget:
         trial = _Trial(scene, state, dt, memory, look)
-        bounds = trial.look(scene.tolerance, budget - spent)
+        bounds = trial.look(tolerance, budget - spent)
         spent += trial.spent
-        if bounds.within(scene.tolerance):
+        if bounds.within(tolerance):
             return _chosen(scene, dt, bounds)
         best = min(best, max(bounds.most))
-        shorter = np.sqrt(scene.tolerance / 2 / max(bounds.kT, bounds.pressure, 1e-9))
+        shorter = np.sqrt(tolerance / 2 / max(bounds.kT, bounds.pressure, 1e-9))
         dt = float(f"{dt * np.clip(shorter, *SHRINK):.2g}")
     known = ""
     if best < LOOSEST / 1.05:
@@ -192,7 +193,7 @@ def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -
     raise UserError(
         f"{scene.where}: integrator.tolerance: 'auto' tried steps from {proposed:g} tau down for "
         f"{spent:.2g} bead-steps (it may take {budget:.2g}; the thermostat needs {memory:.2g} tau "
-        f"to correct kT) and could not show that kT and pressure are within {scene.tolerance:g}"
+        f"to correct kT) and could not show that kT and pressure are within {tolerance:g}"
         f"{known}. Or name scheme and dt"
     )
 
@@ -282,12 +283,14 @@ UNKNOWN = Bounds(0.0, np.inf, 0.0, np.inf)
 
 def _chosen(scene, dt, bounds):
     """The scene with a step that was found to be good."""
-    integrator = {key: scene.data["integrator"][key] for key in ("scheme", "lambda")} | {"dt": dt}
+    guess = scene.terms["integrator"].named
+    integrator = {"scheme": guess.scheme, "lambda": guess.lambda_, "dt": dt}
     kT, pressure = (100 * most for most in bounds.most)
+    tolerance = scene.terms["integrator"].tolerance
     said = (
         f"integrator: auto is {integrator['scheme']}, dt {dt:g}: tried on this scene with this "
         f"step and half of it, kT is within {kT:.2g} % and the pressure within {pressure:.2g} % "
-        f"(95 % confidence; asked for: {100 * scene.tolerance:g} %)"
+        f"(95 % confidence; asked for: {100 * tolerance:g} %)"
     )
     return _with_choice(scene, {"asked": _asked(scene), "integrator": integrator, "said": said})
 
@@ -309,7 +312,7 @@ def settled_before(scene: Scene, choice: object) -> Scene | None:
 
 def _asked(scene):
     """Digest of all that a choice depends on."""
-    return value_digest([scene.digest, scene.tolerance, run_sources(scene)])
+    return value_digest([scene.digest, run_sources(scene)])
 
 
 def _with_choice(scene, choice):

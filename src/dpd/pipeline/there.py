@@ -91,7 +91,7 @@ def _same(scene, former):
     """Whether two scenes are the same; one that leaves its step to us is with what it found."""
     if scene.is_auto:
         said = (former.chosen or {}).get("said", "")
-        if not said.endswith(f"asked for: {100 * scene.tolerance:g} %)"):
+        if not said.endswith(f"asked for: {100 * scene.terms['integrator'].tolerance:g} %)"):
             return False
         scene = Scene(scene.data | {"integrator": former.data["integrator"]}, scene.where)
     return scene.digest == former.digest

@@ -1,4 +1,4 @@
-"""src/dpd/scene/automatic.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
+"""physics/common/automatic.yaml: which scheme and step `integrator: {scheme: auto}` tries first."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ HEAD = """\
 # What `integrator: {scheme: auto}` tries first: the cheapest scheme and step, on one core, whose
 # errors in pressure and in kT are within the tolerance, each with 97.5 % confidence. (Pressure may
 # be right by two errors that cancel. Lowe-Andersen, whose friction is another, is left out.)
-# Measured by the benchmark:
-# snakemake --cores 2 benchmark; python -m dpd schemes quick -o src/dpd/scene/automatic.yaml
+# Measured by the benchmark, snakemake --cores 2 benchmark:
+# python -m dpd schemes quick -o src/dpd/physics/common/automatic.yaml
 # stiffness: a rho and C of the systems that it was measured in."""
 STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
 
@@ -33,7 +33,7 @@ def recommendations(figures: Path) -> str:
     Returns
     -------
     str
-        YAML; see `dpd.scene.automatic`.
+        YAML; see `dpd.physics.common.automatic`.
 
     Raises
     ------

@@ -115,7 +115,7 @@ def _number(time):
 
 
 def _dt(scene):
-    return scene.data["integrator"]["dt"]
+    return scene.dt
 
 
 def _time(said, scene):

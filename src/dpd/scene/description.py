@@ -21,7 +21,7 @@ def description(scene: Scene) -> str:
     -------
     str
     """
-    thermostat, dt = dict(scene.data["thermostat"]), scene.data["integrator"]["dt"]
+    thermostat, dt = dict(scene.data["thermostat"]), scene.dt
     if isinstance(thermostat["gamma"], dict):
         thermostat["gamma"] = f"{{{_pairs(thermostat['gamma'])}}}"
     steps, times = scene.steps, [f"{dt * number:g}" for number in scene.steps]
@@ -79,7 +79,8 @@ def _laws(given: dict) -> str:
 
 def _integrator(scene: Scene) -> str:
     first = " (scheme auto: a first guess, which a run tries)" if scene.is_auto else ""
-    return _pairs(scene.data["integrator"]) + first
+    integrator = scene.terms["integrator"].named
+    return _pairs(integrator.model_dump(exclude_none=True, by_alias=True)) + first
 
 
 def _shear(scene: Scene) -> str:

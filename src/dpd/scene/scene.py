@@ -16,7 +16,6 @@ from dpd.errors import UserError, shown, suggestion
 from dpd.own import blame, check_slope, load
 from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, names
 from dpd.scene.architecture import tree_of
-from dpd.scene.automatic import choose
 from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.changes import changed
 from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 CUTOFF = 1.0
 AXES = "xyz"
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
-TOLERANCE = 0.01  # of scheme auto, in pressure and kT
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
 FINEST = 1.0  # r_c, thickness of layers across a flow
 LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
@@ -102,10 +100,6 @@ class Scene:
         self._refuse(self._names())
         for term in self.own_forces:
             check_slope(term, self)
-        # Then its scheme and step are a first guess, until `settle` of the pipeline has tried them.
-        self.is_auto = self.data["integrator"]["scheme"] == "auto"
-        if self.is_auto:
-            self._choose_integrator()
         for key, term in self.terms.items():
             self.terms[key] = term.completed(self)
             self.data[key] = _plain(self.terms[key])
@@ -225,17 +219,6 @@ class Scene:
             page = own.get(name) or find(Observable, name)
             self.observe[name], problems = attempt(page, settings, f"observe.{name}")
             wrong += problems
-
-    def _choose_integrator(self):
-        """A scheme and a step for a scene that leaves them to us."""
-        self.tolerance = self.data["integrator"].setdefault("tolerance", TOLERANCE)
-        for term in self.terms.values():
-            if why := term.untried():
-                text = f"integrator.scheme: 'auto' cannot choose here: {why}"
-                raise UserError(f"{self.where}: {text}")
-        with_all = self.data | {"repulsion": self.repulsions}
-        chosen = choose(with_all, self.density, self.where)
-        self.terms["integrator"] = type(self.terms["integrator"]).model_validate(chosen)
 
     def _with_interval(self, page):
         """An observable that knows how many steps lie between its samples."""
@@ -389,8 +372,13 @@ class Scene:
 
     @property
     def dt(self) -> float:
-        """Time step in tau."""
-        return float(self.terms["integrator"].dt)
+        """Time step in tau; with scheme auto a first guess, see `is_auto`."""
+        return float(self.terms["integrator"].named.dt)
+
+    @property
+    def is_auto(self) -> bool:
+        """Whether scheme and step are left to us, and yet to be tried."""
+        return self.terms["integrator"].is_auto
 
     @property
     def dimension(self) -> int:

@@ -48,15 +48,15 @@ def system_of(scene: Scene) -> System:
     System
     """
     data = scene.data
-    thermostat, integrator = data["thermostat"], data["integrator"]
+    thermostat, integrator = data["thermostat"], scene.terms["integrator"].named
     system = System(
         box=scene.period,
         pair=_pair(scene, data.get("core")),
         kT=float(thermostat["kT"]),
         friction=scene.friction,
         gaussian=thermostat["noise"] == "gaussian",
-        dt=float(integrator["dt"]),
-        scheme=scheme_named(integrator["scheme"], float(integrator["lambda"])),
+        dt=scene.dt,
+        scheme=scheme_named(integrator.scheme, float(integrator.lambda_)),
         seed=data["seed"],
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",

@@ -12,13 +12,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import yaml
 
 from dpd.errors import UserError
-from dpd.scene.bonding import laws_of
-from dpd.scene.yaml import read_yaml
 
 TABLE = Path(__file__).with_name("automatic.yaml")
+TOLERANCE = 0.01  # in pressure and kT, if none is given
 # Beads per r_c^3 of the systems measured. Two beads that meet alone are no softer than there.
 DENSITY = {"fluid": 3.0, "melt": 1.0}
 # Their friction is no force: kT 0.99, 1.00 and 1.02 at gamma 200, where other schemes blow up.
@@ -32,10 +31,10 @@ def table() -> dict[str, Any]:
     Of a choice: ``gamma``, ``tolerance``, ``scheme``, ``lambda``, ``dt``; of each system
     ``stiffness``: a rho and C in kT / r_c^2, what its steps were measured for.
     """
-    return read_yaml(TABLE)
+    return yaml.safe_load(TABLE.read_text())
 
 
-def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
+def choose(scene: Any, tolerance: float) -> dict[str, Any]:
     """A guess at the integrator of a scene that leaves it to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as
@@ -44,12 +43,9 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    data : dict
-        A valid scene with defaults, whose integrator is ``{scheme: auto, tolerance}``.
-    density : float
-        Beads per r_c^dimension.
-    where : str
-        File to name in messages.
+    scene : Scene
+    tolerance : float
+        Relative error in pressure and kT that is allowed.
 
     Returns
     -------
@@ -60,28 +56,27 @@ def choose(data: dict[str, Any], density: float, where: str) -> dict[str, Any]:
     ------
     UserError
         Where nothing was measured that would tell: more friction or a smaller tolerance than in
-        the table. (What acts says itself whether it was there: `dpd.page.Term.untried`.)
+        the table, or what was not there (`dpd.page.Term.untried`).
     """
-    system = "melt" if "bond" in data else "fluid"
+    for term in scene.terms.values():
+        if why := term.untried():
+            raise UserError(f"{scene.where}: integrator.scheme: 'auto' cannot choose here: {why}")
+    bonds = [term for term in scene.terms.values() if term.acts_on == "bonds"]
+    system = "melt" if bonds else "fluid"
     measured = table()[system]
-    lightest = min([1.0, *data.get("mass", {}).values()])
-    gamma = max(_frictions(data)) / lightest
-    choice = _row(measured["choices"], gamma, data["integrator"], where)
-    kT = data["thermostat"]["kT"]
-    density = max(density, DENSITY[system])
-    stiffest = max(kT, *_ratios(data, density, measured["stiffness"]))
-    slower = np.sqrt(max(1.0, stiffest / lightest))
+    gamma = max(scene.terms["thermostat"].frictions()) / min(1.0, scene.lightest)
+    choice = _row(measured["choices"], gamma, tolerance, scene.where)
+    density, known = max(scene.density, DENSITY[system]), measured["stiffness"]
+    ratios = [max(scene.repulsions.values()) * density / known["repulsion"]]
+    for term in bonds:
+        ratios.append(max(law.stiffness for law in term.laws().values()) / known["bond"])
+    stiffest = max(scene.kT, *ratios)
+    slower = max(1.0, stiffest / min(1.0, scene.lightest)) ** 0.5
     dt = float(f"{choice['dt'] / slower:.2g}")
     return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
 
 
-def _frictions(data):
-    """All values of gamma."""
-    gamma = data["thermostat"]["gamma"]
-    return list(gamma.values()) if isinstance(gamma, dict) else [gamma]
-
-
-def _row(choices, gamma, integrator, where):
+def _row(choices, gamma, tolerance, where):
     """The measured choice that is safe for a friction and a tolerance."""
     frictions = sorted({choice["gamma"] for choice in choices})
     at = [friction for friction in frictions if friction >= gamma]
@@ -95,19 +90,12 @@ def _row(choices, gamma, integrator, where):
     good = [
         choice
         for choice in choices
-        if choice["gamma"] == at[0] and choice["tolerance"] <= integrator["tolerance"]
+        if choice["gamma"] == at[0] and choice["tolerance"] <= tolerance
     ]
     if not good:
         least = min(choice["tolerance"] for choice in choices if choice["gamma"] == at[0])
         raise UserError(
-            f"{where}: integrator.tolerance: {integrator['tolerance']:g} is less than was "
+            f"{where}: integrator.tolerance: {tolerance:g} is less than was "
             f"measured; allowed: >= {least:g}"
         )
     return max(good, key=lambda choice: choice["tolerance"])
-
-
-def _ratios(data, density, measured):
-    """Stiffness of this scene over that of the measured one: of repulsion, and of bonds."""
-    yield max(data["repulsion"].values()) * density / measured["repulsion"]
-    if "bond" in data:
-        yield max(law["stiffness"] for law in laws_of(data["bond"])) / measured["bond"]
