@@ -85,7 +85,6 @@ def test_the_shortest_molecule_decides():
     three = {"A A": 25, "B B": 25, "C C": 25, "A C": 30, "B C": 30}
     scene = Scene(BLEND | BOND | {"molecules": CHAINS, "repulsion": three, "chi": {"A B": 0.7}})
     assert scene.repulsion[0, 1] == pytest.approx(25 + 0.7 / 0.306)
-    assert scene.from_chi[0].length == 5
     water = [CHAINS[0], {"architecture": "W", "density": 1.5}]
     table = {"A A": 25, "W W": 25}
     scene = Scene(BLEND | BOND | {"molecules": water, "repulsion": table, "chi": {"A W": 4}})

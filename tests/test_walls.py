@@ -112,7 +112,7 @@ def test_the_period_is_longer_where_there_are_walls():
     assert system.volume == scene.volume == 60.0
     softer = Scene(FLUID | {"walls": WALLS | {"repulsion": 3}})
     assert system_of(softer).walls.reach > system.walls.reach
-    assert "walls" in repr(scene) and "gamma 9" in repr(scene)
+    assert "walls" in repr(scene) and "gamma: 9" in repr(scene)
 
 
 @pytest.mark.parametrize("method", ["random", "slabs"])

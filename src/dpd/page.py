@@ -234,6 +234,14 @@ class Term(Page):
         """Whether it is a friction with what is no pair: then pairs exchange no momentum."""
         return self.brakes(scene)
 
+    def repulsions(self, scene: Any) -> Mapping[str, float]:
+        """Largest repulsions a_ij that it gives, by pairs of species as "A B"."""
+        return {}
+
+    def notes(self, scene: Any) -> Iterator[str]:
+        """Sentences for a person on what it makes of the scene."""
+        return iter(())
+
     def untried(self) -> str:
         """Why scheme ``auto``, whose table was measured without it, cannot choose a step."""
         return ""

@@ -34,7 +34,7 @@ PLACES = {"dpd": "src/dpd"}
 DECIDE_NOTHING = (
     "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
     "dpd.own", "dpd.page", "dpd.pipeline.kept", "dpd.pipeline.sections",
-    "dpd.physics.common.automatic", "dpd.progress", "dpd.scene.changes", "dpd.scene.description",
+    "dpd.physics.common.automatic", "dpd.progress", "dpd.scene.changes",
     "dpd.scene.limits", "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources",
     "dpd.stages", "dpd.streams",
 )  # fmt: skip

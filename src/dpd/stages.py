@@ -92,7 +92,8 @@ def run_sources(scene: Scene) -> str:
     str
         Twelve hexadecimal digits.
     """
-    ours = frozenset(scene.observe).intersection(names(Observable))
+    pages = (type(page).__module__ for page in (*scene.observe.values(), *scene.terms.values()))
+    ours = frozenset(page for page in pages if page.startswith("dpd."))
     found = _run_sources(terms_of(scene), ours, _method_of(scene))
     own = sorted(scene.page_files.values())
     return text_digest(" ".join([found, *own])) if own else found
@@ -104,12 +105,13 @@ def _method_of(scene):
 
 
 @cache
-def _run_sources(terms, observables, methods):
-    pages = [module_of(Observable, name) for name in sorted(observables)]
+def _run_sources(terms, pages, methods):
     return kept(
-        f"run {sorted(terms)} {sorted(observables)} {sorted(methods)}",
+        f"run {sorted(terms)} {sorted(pages)} {sorted(methods)}",
         lambda: sources_digest(
-            *STAGES["simulate"], *pages, without=NOT_IN_RUNS | unused_modules(terms, methods)
+            *STAGES["simulate"],
+            *sorted(pages),
+            without=NOT_IN_RUNS | unused_modules(terms, methods),
         ),
     )
 

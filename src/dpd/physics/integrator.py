@@ -25,6 +25,7 @@ from dpd.page import Change, Refusals, Term, setting
 from dpd.physics.common.exchange import EXACT, LOWE, SHARDLOW
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from typing import Self
 
 
@@ -149,6 +150,14 @@ class Integrator(Term, key="integrator"):
         found = self.model_copy(update={"tolerance": tolerance})
         found._guess = type(self).model_validate(choose(scene, tolerance))
         return found
+
+    def notes(self, scene: Any) -> Iterator[str]:
+        """The first guess of auto."""
+        if self.is_auto:
+            yield (
+                f"integrator.scheme: auto begins with {self.named.scheme}, dt {scene.dt:g}, a "
+                "first guess, which a run tries"
+            )
 
     @property
     def exchanges(self) -> bool:

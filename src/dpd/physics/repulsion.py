@@ -25,6 +25,10 @@ class SoftRepulsion(Term, key="repulsion"):
     bare = "pairs"
     pairs: PairTable[NotNegative] = setting("Largest repulsion a_ij.", unit="kT / r_c")
 
+    def repulsions(self, scene: Any) -> dict[str, float]:
+        """All that the scene names."""
+        return self.pairs
+
     def unknown(self, scene: Any) -> Refusals:
         """Pairs of species without a value, or with two."""
         yield from scene.check_pairs("", scene.repulsions, 25)

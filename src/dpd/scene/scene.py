@@ -18,8 +18,6 @@ from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, 
 from dpd.scene.architecture import tree_of
 from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.changes import changed
-from dpd.scene.chi import FromChi, chi_notes, repulsions_from_chi
-from dpd.scene.description import description
 from dpd.scene.limits import check_beads, densities, limits
 from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.sections import Basics
@@ -152,7 +150,22 @@ class Scene:
         return cls(data, where, Path(path).parent)
 
     def __repr__(self):
-        return description(self)
+        edges = " x ".join(f"{edge:g}" for edge in self.box)
+        given = zip(self.molecules, self.data["molecules"])
+        lines = {
+            "box": f"{edges} r_c",
+            "beads": f"{self.beads}, {self.density:.4g} per r_c^{self.dimension}",
+            "molecules": "; ".join(f"{k.count} of {each['architecture']}" for k, each in given),
+            "bonds": str(len(self.bonded)) if self.has_bonds else "",
+            **{
+                key: _in_a_line(self.data[key]) for key in ("mass", *self.terms) if key in self.data
+            },
+            "steps": f"{self.steps.equilibrate} to equilibrate, {self.steps.sample} to sample "
+            f"({' + '.join(f'{self.dt * number:g}' for number in self.steps)} tau)",
+            "observe": ", ".join(self.observe),
+        }
+        text = [f"  {name:12s}{value}" for name, value in lines.items() if value]
+        return "\n".join([f"<dpd.Scene {self.where}>", *text, *(f"  {n}" for n in self.notes)])
 
     # --- reading
 
@@ -448,7 +461,7 @@ class Scene:
             f"{density.asked:g} ({density.share:.2%} off)"
             for density in self.missed_densities
         ]
-        return missed + chi_notes(self)
+        return missed + [note for term in self.terms.values() for note in term.notes(self)]
 
     def sizes(self, density: MissedDensity) -> str:
         """Box, count and the density that they make, in words."""
@@ -463,14 +476,9 @@ class Scene:
         return self.by_pair(self.repulsions)
 
     @cached_property
-    def from_chi(self) -> tuple[FromChi, ...]:
-        """The repulsions that the scene gives as chi."""
-        return repulsions_from_chi(self)
-
-    @property
     def repulsions(self) -> dict[str, float]:
         """a_ij by pairs of species as "A B", those that are given as chi with them."""
-        return self.data["repulsion"] | {each.pair: each.repulsion for each in self.from_chi}
+        return {k: v for term in self.terms.values() for k, v in term.repulsions(self).items()}
 
     @cached_property
     def friction(self) -> float | np.ndarray:
@@ -681,6 +689,14 @@ def _plain(page: Page) -> Any:
     """The settings of a page as plain data, as they stand in a file."""
     data = page.model_dump(exclude_none=True, by_alias=True)
     return data[page.bare] if page.bare else data
+
+
+def _in_a_line(value: Any) -> str:
+    """Settings as a person reads them."""
+    if not isinstance(value, dict):
+        return f"{value:g}" if isinstance(value, float) else str(value)
+    parts = (f"{name}: {_in_a_line(part)}" for name, part in value.items())
+    return f"{{{', '.join(parts)}}}"
 
 
 def _named(page: Page) -> Iterable[tuple[str, tuple[str, Any]]]:

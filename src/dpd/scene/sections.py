@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
-from dpd.page import MOST_STEPS, OR_TABLE, OneOrMore, PairTable, Refusals, Section, Species, setting
+from dpd.page import MOST_STEPS, OR_TABLE, OneOrMore, Refusals, Section, Species, setting
 
 CUTOFF = 1.0
 LARGEST_SEED = 2**63 - 1
@@ -188,13 +188,6 @@ class Basics(Section):
     molecules: list[MoleculeKind] = setting(
         "What the box holds, in the order in which slabs are filled.", min_length=1
     )
-    chi: PairTable[Annotated[float, Field(ge=0, le=1000)]] | None = setting(
-        "Flory-Huggins parameter of pairs of species, as {A B: 4}, in place of their repulsion, "
-        "which then is a_AA + chi kT / 0.286 for single beads at density 3, / 0.689 at density 5, "
-        "and / 0.306 for molecules of 2 to 10 beads at density 3 (Groot and Warren 1997, Eqs. 24 "
-        "and 27). If the molecules with A or B differ in length, the shortest decides which. It is "
-        "refused outside of the range in which that was measured.", None,
-    )  # fmt: skip
     mass: dict[Species, Annotated[float, Field(ge=1e-3, le=1e6)]] | None = setting(
         "Mass of a bead of each species, as {A: 1, B: 2}; 1 for those that are not named.", None,
         unit="m", of="some species", min_length=1,
