@@ -157,7 +157,8 @@ def test_a_scene_shows_what_it_holds():
     shown = repr(dpd.Scene(CHAINS | {"molecules": [{"architecture": "A 4", "density": 3.01}]}))
     for words in (
         "6 x 6 x 6 r_c", "652, 3.019 per r_c^3", "163 of A 4", "bonds       489",
-        "stiffness: 4", "gamma: 4.5", "gw-vv", "20 to equilibrate, 300 to sample (0.4 + 6 tau)", "instead of 3.01",
+        "stiffness: 4", "gamma: 4.5", "gw-vv", "instead of 3.01",
+        "20 to equilibrate, 300 to sample (0.4 + 6 tau)",
     ):  # fmt: skip
         assert words in shown
     assert "first guess" in repr(dpd.Scene(FLUID | {"integrator": {"scheme": "auto"}}))
