@@ -240,6 +240,7 @@ WHOLE = FLUID | {
         {"trace": {"every": 5}}, {"configuration": {"every": 5}}, {"passes": {"every": 5}},
         {"density_field": {"every": 5, "average": 1, "spacing": 1}}, {"mixing": {"every": 5}},
         {"structure_factor": {"every": 5, "max": 3}}, {"diffusion": {"every": 5}},
+        {"clusters": {"every": 5, "of": ["A"], "within": 0.5}},
     ],
     "unstable": "fail",
     "seed": 1,

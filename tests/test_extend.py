@@ -44,7 +44,7 @@ CHAINS = {
         {"configurational": {"every": 50}}, {"density_field": {"every": 13, "average": 7}},
         {"structure_factor": {"every": 17, "max": 3}}, {"mixing": {"every": 9}},
         {"diffusion": {"every": 6}}, {"end_points": {"every": 8}}, {"bond_lengths": {"every": 7}},
-        {"stress_profile": {"every": 8}},
+        {"stress_profile": {"every": 8}}, {"clusters": {"of": ["B"], "within": 0.6, "every": 6}},
     ],
 }  # fmt: skip
 IN_PLANE = CHAINS | {
