@@ -4,10 +4,14 @@ import json
 import os
 import subprocess
 import sys
+from argparse import ArgumentParser
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 import yaml
 
+from dpd.commands import parser
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read, read_group
@@ -150,6 +154,28 @@ def test_a_run_that_blows_up_says_when_and_why(tmp_path):
 
 
 @pytest.mark.thorough
+class Declared:
+    """The names of stages that are added."""
+
+    def __init__(self):
+        self.names = []
+
+    def add(self, name, *arguments, **options):
+        self.names.append(name)
+        return ArgumentParser()
+
+
+def test_each_stage_is_found_without_the_modules_of_others():
+    """The table of stages is that of the modules; files that are no stages serve those."""
+    folder = Path(parser.__file__).parent
+    others = {"__init__", "main", "options", "parser"}
+    assert {path.stem for path in folder.glob("*.py")} == parser.GROUPS.keys() | others
+    for group, stages in parser.GROUPS.items():
+        declared = Declared()
+        import_module(f"dpd.commands.{group}").add_to(declared)
+        assert declared.names == stages
+
+
 def test_misspelt_names_of_stages(tmp_path):
     """Study, paper, sweep, point, figure: what there is instead."""
     paper = "groot_warren_1997"

@@ -88,7 +88,7 @@ def commands(text, program):
 @pytest.mark.parametrize("path", PAGES, ids=name_of)
 def test_commands_of_dpd_exist(path):
     """Every stage is one, and takes what the page gives it."""
-    parser = new_parser()
+    parser = new_parser([])
     stages = parser._subparsers._group_actions[0].choices
     for command in commands(path.read_text(), "python -m dpd"):
         stage, *arguments = shlex.split(command)[3:]

@@ -32,7 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
     """
-    options = new_parser().parse_args(arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    options = new_parser(arguments).parse_args(arguments)
     try:
         _check_place(options)
         options.stage(options)
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Stopped as problem:
         return _fail(problem, 128 + asked())
     except Occupied as problem:
-        again = shlex.join(sys.argv[1:] if arguments is None else arguments)
+        again = shlex.join(arguments)
         return _fail(f"{problem.args[0]}; to replace it: {called()} {again} --overwrite")
     except UserError as problem:
         return _fail(problem)

@@ -1,40 +1,42 @@
 """What the command line takes: the stages of all groups, each with its arguments.
 
 A module of commands has a function ``add_to(stages)``, which declares each stage with its arguments
-and the function that does it. That function imports what it needs when it is called: the start of
-every process that a study makes would pay for imports at the top of a module.
+and the function that does it. That function imports what it needs when it is called, and only the
+module of the stage that is asked for is imported: the start of every process that a study makes
+would pay for more.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dpd
-from dpd.commands import (
-    draw,
-    extend,
-    figures,
-    keys,
-    new,
-    parameters,
-    particles,
-    people,
-    points,
-    repulsion,
-    runs,
-    status,
-)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-# In the order in which --help lists them.
-GROUPS = (
-    new, runs, keys, extend, status, particles, draw, repulsion, parameters, people, points, figures
-)  # fmt: skip
+# Modules of commands and their stages, in the order in which --help lists them.
+GROUPS = {
+    "new": ["new"],
+    "runs": ["run"],
+    "keys": ["keys", "schema"],
+    "extend": ["extend"],
+    "status": ["status"],
+    "particles": ["convert"],
+    "draw": ["draw"],
+    "repulsion": ["repulsion"],
+    "parameters": ["parameters"],
+    "people": ["plan", "show", "bench"],
+    "points": ["compile", "start", "simulate", "collect", "derive", "calculate", "measure"],
+    "figures": [
+        "figure", "verdicts", "compare", "report", "schemes", "archive", "restore", "redraw",
+        "readme",
+    ],
+}  # fmt: skip
 SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
 
 
@@ -92,13 +94,15 @@ def called() -> str:
     return "dpd" if Path(sys.argv[0]).stem == "dpd" else "python -m dpd"
 
 
-def new_parser() -> argparse.ArgumentParser:
-    """The parser of all stages."""
+def new_parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of the stage that comes first in some arguments; of all where that is none."""
     parser = argparse.ArgumentParser(
         prog=called(), description="Dissipative particle dynamics: runs, figures, verdicts."
     )
     parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
     stages = Stages(parser)
-    for group in GROUPS:
-        group.add_to(stages)
+    asked = arguments[0] if arguments else ""
+    groups = [group for group, names in GROUPS.items() if asked in names]
+    for group in groups or GROUPS:
+        import_module(f"dpd.commands.{group}").add_to(stages)
     return parser
