@@ -246,6 +246,10 @@ class Term(Page):
         """Why scheme ``auto``, whose table was measured without it, cannot choose a step."""
         return ""
 
+    def held(self, values: Mapping[str, Any]) -> tuple[Any, float]:
+        """The series of a pressure that it holds, out of what a run measured; and at what value."""
+        return None, 0.0
+
     def record(self, scene: Any) -> Any:
         """What kernels get; None where nothing of it acts."""
         return None

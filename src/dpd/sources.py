@@ -48,7 +48,7 @@ HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
 # Of a page: what it refuses, and settings, whose values stand in a scene's own digest.
 SAYS_WHAT_NOT = ("stands", "cannot")
-REFUSES = ("refuses", "conflicts", "unknown", "untried")
+REFUSES = ("refuses", "conflicts", "unknown", "untried", "notes", "held")
 SETTINGS = ("setting", "interval_setting", "Field")
 MOST_KEPT = 40  # states of the sources for which digests are kept
 

@@ -37,6 +37,7 @@ import numpy as np
 from dpd.page import Change, Positive, Refusals, Term, setting
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from typing import Self
 
 TRIALS = 5  # in a relaxation time, unless the scene says how many steps lie between them
@@ -86,6 +87,13 @@ class ConstantPressure(Term, key="pressure"):
         if self.every is None and not scene.is_auto:
             given["every"] = max(1, round(self.time / (TRIALS * scene.dt)))
         return self.model_copy(update=given)
+
+    def held(self, values: Mapping[str, Any]) -> tuple[Any, float]:
+        """The pressure, or its normal part along the one axis that is stretched."""
+        if self.axes == "all" or "pressure_tensor" not in values:
+            return values.get("pressure"), self.target
+        along = "xyz".index(self.axes)
+        return values["pressure_tensor"][:, along, along], self.target
 
     def refuses(self, scene: Any) -> Refusals:
         """Trials over more than the relaxation time, and pressures that empty the box.

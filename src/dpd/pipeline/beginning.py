@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dpd import files
 from dpd.errors import UserError
+from dpd.page import Term, names
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
 from dpd.stages import start_sources
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
 
 NETCDF = ".nc"
-# Parts of a scene that decide how beads move; a start from a run that had others is said to be one.
-MOTION = ("repulsion", "chi", "core", "bond", "mass", "thermostat", "integrator")
 
 
 class Begun(NamedTuple):
@@ -86,7 +85,9 @@ def begins_with(scene: Scene, path: Path | None, say: Callable[[str], object]) -
             return scene
         say(f"{path}: made by other sources than today's, which may make other bits of it")
     former = _scene_of(attributes)
-    if changed := [key for key in MOTION if former and former.get(key) != scene.data.get(key)]:
+    # What decides how beads move; a start from a run that had other values is said to be one.
+    motion = sorted({*names(Term), *scene.terms, "mass"})
+    if changed := [key for key in motion if former and former.get(key) != scene.data.get(key)]:
         say(f"{path}: made with other values of {', '.join(changed)} than this scene has")
     if "scene_digest" in attributes and former.get("seed") == scene.data["seed"]:
         say(

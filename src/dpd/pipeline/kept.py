@@ -27,6 +27,7 @@ from dpd.engine.checkpoint import arrays_of, checksum_of, file_of, mistake_in, p
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
+from dpd.page import Change
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles, of_scene
 from dpd.particles.tilt import box_at
@@ -225,8 +226,8 @@ def _blank_state(scene):
     zeros = np.zeros((scene.dimension, scene.beads))
     identity = np.arange(scene.beads, dtype=np.uint32)
     reference = zeros if scene.skin > 0 else None
-    slid = 0 if "shear" in scene.data else None
-    box = scene.box if "pressure" in scene.data else None
+    slid = 0 if Change.SLIDES in scene.made else None
+    box = scene.box if Change.STRETCHES in scene.made else None
     peculiar = None if slid is None else np.zeros(scene.beads)
     return State(
         zeros, zeros, zeros, identity, species_of(scene), 0, reference, slid, box, peculiar=peculiar

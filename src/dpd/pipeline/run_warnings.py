@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.analysis.statistics import mean_and_error, trend
+from dpd.page import Change
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,7 +33,7 @@ def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
         return ""
     mass = scene.beads if scene.masses is None else scene.masses[scene.kinds].sum()
     drift = np.where(np.isin(np.arange(scene.dimension), axes), momentum[0] / mass, 0.0)
-    if mass * (drift @ drift) <= DRIFT**2 * scene.beads * scene.data["thermostat"]["kT"]:
+    if mass * (drift @ drift) <= DRIFT**2 * scene.beads * scene.kT:
         return ""
     text = ", ".join(f"{velocity:g}" for velocity in np.round(drift, 3) + 0.0)
     return (
@@ -43,7 +44,7 @@ def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
 
 def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if a run was not at its temperature; nothing if it was."""
-    asked = scene.data["thermostat"]["kT"]
+    asked = scene.kT
     if (found := _off(values.get("kT", np.empty(0)), asked)) is None:
         return ""
     kT, mean, error = found
@@ -68,7 +69,7 @@ def _known(error):
 
 def _cause(scene, kT, off, error):
     """Why kT is off by a share: what is left when all that can be ruled out is."""
-    driven = scene.flows or "shear" in scene.data
+    driven = scene.flows or Change.SLIDES in scene.made
     if not scene.takes_heat:
         heat = ", and nothing takes up the heat of the flow" if driven else ""
         return f"without friction (every gamma is 0) nothing holds it{heat}"
@@ -89,18 +90,14 @@ def _cause(scene, kT, off, error):
 
 
 def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
-    """A sentence if a run at constant pressure was not at its pressure; nothing if it was."""
-    law, pressure = scene.data.get("pressure"), values.get("pressure")
-    if law is None or pressure is None:
-        return ""
-    if law["axes"] != "all":
-        along = "xyz".index(law["axes"])
-        pressure = values["pressure_tensor"][:, along, along]
-    if (found := _off(pressure, law["target"])) is None:
-        return ""
-    _, mean, error = found
-    return (
-        f"the pressure is {mean:.4g} {_known(error)} instead of {law['target']:g} in the second "
-        "half of the run, so the volume has not settled: let the run equilibrate for longer, or "
-        "begin nearer to the density at which it ended"
-    )
+    """A sentence if a pressure was not what a term holds it at; nothing if it was."""
+    for term in scene.terms.values():
+        pressure, target = term.held(values)
+        if pressure is not None and (found := _off(pressure, target)) is not None:
+            _, mean, error = found
+            return (
+                f"the pressure is {mean:.4g} {_known(error)} instead of {target:g} in the second "
+                "half of the run, so the volume has not settled: let the run equilibrate for "
+                "longer, or begin nearer to the density at which it ended"
+            )
+    return ""

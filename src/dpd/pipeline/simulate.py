@@ -20,6 +20,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
 from dpd.observe import observables
+from dpd.page import Change
 from dpd.pipeline.kept import NOTHING, go_on_from, kept_of
 from dpd.pipeline.run_warnings import warning_of
 from dpd.scene.beside import files_beside
@@ -212,7 +213,7 @@ def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) 
     values : dict of str to array
         What was measured, by name.
     """
-    if "pressure" not in scene.data:
+    if Change.STRETCHES not in scene.made:
         return scene.density
     sampled = values.get("volume", np.array([volume]))
     sampled = sampled[np.isfinite(sampled)]
