@@ -7,7 +7,7 @@ import time
 import pytest
 
 from dpd.errors import UserError
-from dpd.page import Observable, Term, find, names
+from dpd.page import Observable, Start, Term, find, names
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
@@ -224,10 +224,6 @@ WHOLE = FLUID | {
             "core": {"radius": 0.1, "force": 9, "smooth": 0}, "gamma": 4,
             "bond": {"stiffness": 3, "length": 0},
         },
-        "polymerize": {
-            "radius": 1, "partner": "random", "initiators": 1.05, "spare": 0.2, "interval": 0.05,
-            "mixing": 0.5, "dt": 0.002,
-        },
     },
     "steps": {"equilibrate": 5, "sample": 10},
     "duration": {"equilibrate": 0.1, "sample": 0.1},
@@ -267,7 +263,21 @@ PRESSED = WHOLE | {
     "pressure": {"target": 24, "axes": "z", "time": 1, "compressibility": 0.02, "every": 5},
     "observe": [{"thermo": {"every": 5}}],
 }
-WHOLES = WHOLE, WALLED, SHEARED, PRESSED
+# The same in two dimensions, with chains that grow.
+GROWN = {key: value for key, value in WHOLE.items() if key != "chi"} | {
+    "dimension": 2,
+    "box": [6, 6],
+    "repulsion": WHOLE["repulsion"] | {"A C": 30},
+    "start": WHOLE["start"] | {
+        "method": "polymerize",
+        "polymerize": {
+            "radius": 1, "partner": "random", "initiators": 1.05, "spare": 0.2, "interval": 0.05,
+            "mixing": 0.5, "dt": 0.002,
+        },
+    },
+    "observe": [{"thermo": {"every": 5}}],
+}  # fmt: skip
+WHOLES = WHOLE, WALLED, SHEARED, PRESSED, GROWN
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
@@ -306,10 +316,11 @@ def test_the_whole_scenes_have_every_key():
         observed |= {
             item if isinstance(item, str) else next(iter(item)) for item in whole["observe"]
         }
-    assert {*keys, "pages"} == {*Basics.model_fields, *names(Term)}
-    not_here = {"tolerance", "path", "frame", "sha256"}  # of scheme auto; of a start from a file
+    assert {*keys, "pages"} == {*Basics.model_fields, *names(Term), "start"}
+    not_here = {"tolerance"}  # of scheme auto
     sections = {name: find(Term, name) for name in names(Term) if not find(Term, name).bare}
-    sections |= {name: Basics.model_fields[name].annotation for name in ("start", "pairs")}
+    sections["pairs"] = Basics.model_fields["pairs"].annotation
+    sections["start"] = find(Start, "polymerize")
     for name, section in sections.items():
         fields = {field.alias or key for key, field in section.model_fields.items()}
         assert fields - set(keys[name]) <= not_here, name

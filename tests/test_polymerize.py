@@ -1,7 +1,5 @@
 """Chains grown in two dimensions: exactly those asked for, and no two of their bonds cross."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -11,15 +9,14 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
+from dpd.start.common import polymerization as module
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import make_start, make_start_and_record
-from dpd.start.common.polymerization import RECORD, Growth
+from dpd.start.common.polymerization import Growth
+from dpd.start.polymerize import RECORD
 from tests.engine.exact import crossings_by_looking
 from tests.systems import assert_same_state, make_system
-
-# The package's attribute of this name is the function that it imports from there.
-module = importlib.import_module("dpd.start.common.polymerization")
 
 RELAX = {"relax": {"steps": 500, "dt": 0.002}}
 STIFF = {"core": {"radius": 0.15, "force": 100}, "bond": {"stiffness": 300, "length": 0.25}}

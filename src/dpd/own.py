@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from dpd.digest import text_digest
 from dpd.errors import OtherPage, UserError, reason, shown
-from dpd.page import Observable, Page, PairForce, Term, names
+from dpd.page import Observable, Page, PairForce, Start, Term, names
 from dpd.sources import DOCUMENTED, sources_digest
 
 if TYPE_CHECKING:
@@ -125,10 +125,10 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
 
 def _wrong(key, page):
     """Why a class cannot be a page of one's own, or nothing."""
-    if not issubclass(page, Observable | PairForce):
+    if not issubclass(page, Observable | PairForce | Start):
         kind = page.__mro__[1].__name__
-        return f"{key!r} is a {kind}; allowed in a file of one's own: Observable, PairForce"
-    if key in names(Observable if issubclass(page, Observable) else Term):
+        return f"{key!r} is a {kind}; allowed in a file of one's own: Observable, PairForce, Start"
+    if any(key in names(kind) for kind in (Observable, Start, Term) if issubclass(page, kind)):
         return f"{key!r} is a page of the package; take another key"
     for name, given in getattr(page, "gives", {}).items():
         whole = isinstance(given, tuple) and len(given) == 3 and isinstance(given[0], tuple)

@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from dpd.digest import text_digest
-from dpd.page import Observable, module_of, names
+from dpd.page import Observable, Start, module_of, names
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
 
@@ -51,8 +51,6 @@ TERMS = {
     "barostat": "dpd.engine.barostat",
     "walls": "dpd.physics.walls",
 }
-# Methods of `start` that only some scenes name.
-METHODS = {"file": "dpd.start.common.from_file"}
 # It lists what there is: who imports it does not need all that it names.
 LISTS = frozenset({"dpd.engine.state"})
 
@@ -71,17 +69,16 @@ def stage_digest(stage: str) -> str:
     str
         Twelve hexadecimal digits.
     """
-    pages = [module_of(Observable, name) for name in names(Observable)]
-    observing = pages if stage in ("simulate", "measure") else []
+    pages = [module_of(kind, name) for kind in (Observable, Start) for name in names(kind)]
+    running = pages if stage in ("simulate", "measure") else []
     without = NOT_IN_RUNS if stage == "simulate" else ()
-    return sources_digest(*STAGES[stage], *observing, without=without)
+    return sources_digest(*STAGES[stage], *running, without=without)
 
 
 def run_sources(scene: Scene) -> str:
     """Digest of the sources of a run, less those of what its scene does without.
 
-    Those are observables and a method of the start that it does not name, and terms of the physics
-    that it lacks.
+    Those are observables and starts that it does not name, and terms of the physics that it lacks.
 
     Parameters
     ----------
@@ -92,26 +89,26 @@ def run_sources(scene: Scene) -> str:
     str
         Twelve hexadecimal digits.
     """
-    pages = (type(page).__module__ for page in (*scene.observe.values(), *scene.terms.values()))
+    used = (scene.start, *scene.observe.values(), *scene.terms.values())
+    pages = (type(page).__module__ for page in used)
     ours = frozenset(page for page in pages if page.startswith("dpd."))
-    found = _run_sources(terms_of(scene), ours, _method_of(scene))
+    found = _run_sources(terms_of(scene), ours)
     own = sorted(scene.page_files.values())
     return text_digest(" ".join([found, *own])) if own else found
 
 
-def _method_of(scene):
-    """The method of a scene's start, if it is one of `METHODS`."""
-    return frozenset({scene.data["start"]["method"]}).intersection(METHODS)
+def _begins(scene):
+    """The module of a scene's start; none if it is one of a user's own."""
+    ours = scene.start.key in names(Start)
+    return (module_of(Start, scene.start.key),) if ours else ()
 
 
 @cache
-def _run_sources(terms, pages, methods):
+def _run_sources(terms, pages):
     return kept(
-        f"run {sorted(terms)} {sorted(pages)} {sorted(methods)}",
+        f"run {sorted(terms)} {sorted(pages)}",
         lambda: sources_digest(
-            *STAGES["simulate"],
-            *sorted(pages),
-            without=NOT_IN_RUNS | unused_modules(terms, methods),
+            *STAGES["simulate"], *sorted(pages), without=NOT_IN_RUNS | unused_modules(terms)
         ),
     )
 
@@ -121,8 +118,9 @@ def start_sources(scene: Scene) -> str:
 
     It is the same for all scenes that share a start.
     """
-    found = _sources_with("start", start_terms(scene), _method_of(scene))
-    own = sorted(scene.page_files.values()) if scene.own_forces else []
+    start = _begins(scene)
+    found = _sources_with("start", start_terms(scene), start)
+    own = sorted(scene.page_files.values()) if scene.own_forces or not start else []
     return text_digest(" ".join([found, *own])) if own else found
 
 
@@ -136,14 +134,14 @@ def kernels_name(terms: frozenset[str]) -> str:
     terms : frozenset of str
         Keys of `TERMS`.
     """
-    return text_digest(f"{sorted(terms)} {_sources_with('compile', terms, frozenset())}")
+    return text_digest(f"{sorted(terms)} {_sources_with('compile', terms, ())}")
 
 
 @cache
-def _sources_with(stage, terms, methods):
+def _sources_with(stage, terms, pages):
     return kept(
-        f"{stage} {sorted(terms)} {sorted(methods)}",
-        lambda: sources_digest(*STAGES[stage], without=unused_modules(terms, methods)),
+        f"{stage} {sorted(terms)} {pages}",
+        lambda: sources_digest(*STAGES[stage], *pages, without=unused_modules(terms)),
     )
 
 
@@ -179,23 +177,18 @@ def start_terms(scene: Scene) -> frozenset[str]:
     return frozenset(start_description(scene).get("forces", {})).intersection(TERMS)
 
 
-def unused_modules(terms: frozenset[str], methods: frozenset[str] = frozenset()) -> frozenset[str]:
-    """Modules of what is not named, nor imported by one that is.
+def unused_modules(terms: frozenset[str]) -> frozenset[str]:
+    """Modules of terms that are not named, nor imported by one that is.
 
     Parameters
     ----------
     terms : frozenset of str
         Keys of `TERMS`.
-    methods : frozenset of str
-        Keys of `METHODS`.
 
     Returns
     -------
     frozenset of str
     """
-    unused = set()
-    for named, modules in ((terms, TERMS), (methods, METHODS)):
-        used = tuple(module for name, module in modules.items() if name in named)
-        needed = reachable(used, LISTS).union({None})  # None: there is no such page
-        unused |= {module for module in modules.values() if file_of(module) not in needed}
-    return frozenset(unused)
+    used = tuple(module for name, module in TERMS.items() if name in terms)
+    needed = reachable(used, LISTS)
+    return frozenset(module for module in TERMS.values() if file_of(module) not in needed)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dpd.scene.start import grows, relaxing
+from dpd.scene.start import relaxing
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 # Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, and the
 # slowest of them, which follows displacements in many beads, has 1.1e6.
 RATE = 3e6
-GROWTH = 10_000  # steps that the growth of a melt takes at that rate, and more than any so far
 GENEROUS = 3  # times what is expected
 BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
 BYTES_PER_BEAD = 312  # of a run, measured; with DPD-VV and a list 750, within what is GENEROUS
@@ -28,7 +27,7 @@ BATCHES = {"short": 1.0, "medium": 10.0}  # to the minutes that a run of it take
 
 def start_bead_steps(scene: Scene) -> int:
     """Work of a first configuration, as `dpd.scene.scene.Scene.work` has that of a run."""
-    return scene.beads * (relaxing(scene) + (GROWTH if grows(scene) else 0))
+    return scene.beads * (relaxing(scene) + scene.start.work)
 
 
 def minutes(bead_steps: float, attempt: int, longest: int) -> int:

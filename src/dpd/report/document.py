@@ -182,6 +182,39 @@ marked with `part` of `dpd.page`. Before anything is compiled, the force is held
 energy at 49 distances. Pressure, energy, stress profiles and the configurational temperature have
 it. Steps that the repulsion allows may be too long for it: look at `kT` and at half of `dt`.
 
+## A start of your own
+
+A file with a class that places beads, here chains whose last beads meet in the middle of the box:
+
+```python
+import numpy as np
+from dpd.page import Start, setting
+
+
+class Bilayer(Start, key="bilayer"):
+    "The first kind of molecule stands in two leaflets, the ends of its tails together."
+
+    spacing: float = setting("Distance of beads along a chain.", 0.5, unit="r_c", gt=0, le=2)
+
+    def positions(self, scene, rng):
+        chains, *others = scene.molecules
+        x = np.empty((chains.count, len(chains.beads), 3))
+        x[:] = rng.random((chains.count, 1, 3)) * scene.box
+        up = np.where(np.arange(chains.count) % 2, 1, -1)[:, None]
+        height = self.spacing * (np.arange(len(chains.beads))[::-1] + 0.5)
+        x[..., 2] = scene.box[2] / 2 + up * height
+        rest = sum(kind.count * len(kind.beads) for kind in others)
+        return np.concatenate([x.reshape(-1, 3), rng.random((rest, 3)) * scene.box])
+```
+
+A scene with `pages: [bilayer.py]` then begins so with `start: {method: bilayer, spacing: 0.4}`, and
+relaxes, if it says so, as after any other method. `positions` gives a row for each bead, molecule
+after molecule in the order of `molecules`, from 0 to the edges of the box; what is outside of a
+face that repeats is put back into the box. Velocities are thermal, unless the class has a method
+`velocities` with the same arguments and rows. `rng` follows from the seed of the start. A class
+with `work = 10_000`, about the number of steps that take as long, is made by a job of its own for
+all runs of a study that share it.
+
 ## Surface tension
 
 Two fluids that do not mix, in slabs (`start: {method: slabs}`), have two interfaces. The observable

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, ge
 from pydantic import BaseModel
 
 from dpd.errors import UserError, suggestion
-from dpd.page import Observable, Page, Term, find, names
+from dpd.page import Observable, Page, Start, Term, find, names
 from dpd.scene.scene import NEEDED
 from dpd.scene.sections import Basics
 from dpd.sentences import model_in, unit_of
@@ -28,17 +28,17 @@ class Row(NamedTuple):
 
 
 def _pages(own):
-    """Terms and observables by key, with those of one's own."""
-    terms = {key: find(Term, key) for key in names(Term)}
-    observables = {key: find(Observable, key) for key in names(Observable)}
-    for key, page in (own or {}).items():
-        (observables if issubclass(page, Observable) else terms)[key] = page
-    return terms, observables
+    """Terms, observables and starts by key, with those of one's own."""
+    found = []
+    for kind in (Term, Observable, Start):
+        mine = {key: page for key, page in (own or {}).items() if issubclass(page, kind)}
+        found.append({key: find(kind, key) for key in names(kind)} | mine)
+    return found
 
 
 def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A scene as JSON schema, by which editors complete and check keys."""
-    terms, observables = _pages(own)
+    terms, observables, starts = _pages(own)
     schema = Basics.model_json_schema()
     kinds = schema.setdefault("$defs", {})
 
@@ -53,6 +53,11 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     one = {"type": "object", "additionalProperties": False, "properties": named}
     items = [{"enum": list(named)}, one | {"minProperties": 1, "maxProperties": 1}]
     schema["properties"]["observe"]["items"] = {"anyOf": items}
+    begins = of(Start)
+    begins["properties"] |= {
+        key: value for page in starts.values() for key, value in of(page)["properties"].items()
+    } | {"method": begins["properties"]["method"] | {"enum": list(starts)}}
+    schema["properties"]["start"] = begins
     return _closed(schema | {"title": "Scene of dpd-papers"})
 
 
@@ -69,12 +74,29 @@ def _closed(schema):
 def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     """All keys of a scene, with those of some pages of one's own."""
     found = [*rows_of(Basics, "")]
-    terms, observables = _pages(own)
+    terms, observables, starts = _pages(own)
+    found += _start_rows(starts)
     for key, page in terms.items():
         found += section_rows(page, key, "")
     for key, page in observables.items():
         found += section_rows(page, key, "observe[].")
     return found
+
+
+def _start_rows(starts):
+    """Of the first configuration: what all methods have, then what each has of its own."""
+    for row in section_rows(Start, "start", ""):
+        if row.key == "start":
+            row = row._replace(meaning=Start.summary())
+        if row.key == "start.method":
+            told = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
+            row = row._replace(allowed=", ".join(starts), meaning=told)
+        yield row
+    common = {row.key for row in rows_of(Start, "start.")}
+    for key, page in starts.items():
+        for row in rows_of(page, "start."):
+            if row.key not in common:
+                yield row._replace(meaning=f"For method {key}: {row.meaning}")
 
 
 def rows_below(rows: list[Row], name: str) -> list[Row]:

@@ -9,7 +9,7 @@ import numpy as np
 from dpd.errors import UserError
 from dpd.page import MOST_STEPS
 from dpd.scene.architecture import length_of
-from dpd.scene.start import grows, relaxing, start_forces
+from dpd.scene.start import relaxing, start_forces
 
 if TYPE_CHECKING:
     from dpd.page import Refusals
@@ -122,13 +122,12 @@ def _of_length(scene):
 
 
 def _of_start(scene):
-    """Forces of growth and relaxation, which act there as whole forces; and what grows."""
-    start = scene.data["start"]
-    own, made = start["forces"], "relax" in start or grows(scene)
+    """Forces of growth and relaxation, which act there as whole forces."""
+    own = scene.data["start"]["forces"]
     if "bond" in own and not scene.has_bonds:
         yield "start.forces.bond", "every molecule is a single bead; remove the key"
     by_species = scene.friction.ndim == 1 if isinstance(scene.friction, np.ndarray) else False
-    if by_species and "gamma" not in own and made:
+    if by_species and "gamma" not in own and scene.start.acts:
         yield (
             "thermostat.gamma",
             "one value for each species, and the start is relaxed or grown with friction between "
@@ -148,13 +147,3 @@ def _of_start(scene):
             f"a core of diameter {2 * core['radius']:g} and an edge of {core.get('smooth', 0):g} "
             "go past the cutoff; allowed: <= 1 together",
         )
-    if grows(scene):
-        if scene.dimension != 2:
-            yield "start.method", "'polymerize' grows chains in two dimensions only"
-        if not scene.has_bonds:
-            yield "start.method", "'polymerize' has nothing to grow: no chains, no bond"
-        for kind, given in zip(scene.molecules, scene.data["molecules"]):
-            if not kind.is_chain:
-                text = given["architecture"]
-                yield "start.method", f"'polymerize' grows chains; {text!r} has branches"
-                return

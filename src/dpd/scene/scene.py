@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,14 +14,13 @@ import numpy as np
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import blame, check_slope, load
-from dpd.page import Change, Observable, Page, PairForce, Refusals, Term, find, names
+from dpd.page import Change, Observable, Page, PairForce, Refusals, Start, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.changes import changed
 from dpd.scene.limits import check_beads, densities, limits
 from dpd.scene.molecules import MissedDensity, Molecule
 from dpd.scene.sections import Basics
-from dpd.scene.start import with_file
 from dpd.scene.yaml import read_yaml, value_of
 from dpd.sentences import attempt
 
@@ -61,6 +60,7 @@ class Scene:
         By key.
     observe : dict of str to Observable
         By key, with ``every`` filled in.
+    start : Start
     page_files : dict of str to str
         Digests of the files of one's own pages, by their whole paths.
 
@@ -77,6 +77,7 @@ class Scene:
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen = None  # type: dict[str, Any] | None
         self.terms: dict[str, Any] = {}
+        self.start: Any = None
         self.observe: dict[str, Any] = {}
         self.page_files: dict[str, str] = {}
         try:
@@ -92,8 +93,8 @@ class Scene:
         self._own = self._pages(data, folder)
         self._read(data)
         check_beads(self.data, self.where)
-        if self.data["start"]["method"] == "file":
-            self.data["start"] = with_file(self.data["start"], folder, self.where)
+        self.start = self.start.found(folder, self.where)
+        self.data["start"] = _plain(self.start)
         self._refuse(densities(self))
         self._refuse(self._names())
         for term in self.own_forces:
@@ -193,18 +194,21 @@ class Scene:
         """Settings of all sections and pages, with their defaults."""
         own = [key for key, page in self._own.items() if issubclass(page, Term)]
         kinds = [*names(Term), *own]
-        basic = {key: value for key, value in data.items() if key not in kinds}
-        basics, wrong = attempt(Basics, basic, more=kinds)
+        sections = [*kinds, "start"]
+        basic = {key: value for key, value in data.items() if key not in sections}
+        basics, wrong = attempt(Basics, basic, more=sections)
         for key in kinds:
             if key in data or key in NEEDED:
                 page = self._own[key] if key in own else find(Term, key)
                 self.terms[key] = self._page(page, data, key, wrong)
+        self.start = self._start(data.get("start", {}), wrong)
         for item in basics.observe if basics else ():
             self._add_observable(item, wrong)
         if wrong:
             raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
         self.data = basics.model_dump(exclude_none=True, by_alias=True)
         self.data |= {key: _plain(term) for key, term in self.terms.items()}
+        self.data["start"] = _plain(self.start)
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
 
     def _page(self, page, data, key, wrong):
@@ -212,6 +216,22 @@ class Scene:
             wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
             return None
         found, problems = attempt(page, data.get(key, {}), key)
+        wrong += problems
+        return found
+
+    def _start(self, given, wrong):
+        """The first configuration, by its method."""
+        own = {key: page for key, page in self._own.items() if issubclass(page, Start)}
+        known, method = [*names(Start), *own], Start.model_fields["method"].default
+        if isinstance(given, dict) and isinstance(given.get("method"), str):
+            method = given["method"]
+        if method not in known:
+            wrong.append(f"start.method: {shown(method)} is not known; {suggestion(method, known)}")
+            return None
+        page = own.get(method) or find(Start, method)
+        if isinstance(given, dict):
+            given = _without_others(page, given, wrong)
+        found, problems = attempt(page, given, "start")
         wrong += problems
         return found
 
@@ -253,6 +273,7 @@ class Scene:
             for inside, problem in term.unknown(self):
                 yield f"{key}.{inside}" if inside else key, problem
         sections = [("", self._masses()), *((f"{key}.", page) for key, page in self.terms.items())]
+        sections += [("start.", self.start)]
         sections += [(f"observe.{key}.", page) for key, page in self.observe.items()]
         for inside, page in sections:
             for name, (of, value) in page.items() if isinstance(page, dict) else _named(page):
@@ -284,8 +305,8 @@ class Scene:
         yield from limits(self)
         if self.has_bonds and not any(term.acts_on == "bonds" for term in self.terms.values()):
             yield "bond", "molecules of several beads need one, as {stiffness: 2, length: 0}"
-        for key, term in self.terms.items():
-            for inside, problem in term.refuses(self):
+        for key, page in [*self.terms.items(), ("start", self.start)]:
+            for inside, problem in page.refuses(self):
                 yield f"{key}.{inside}" if inside else key, problem
         for key, term in self.terms.items():
             for change, other in self.made.items():
@@ -373,7 +394,8 @@ class Scene:
         Of a file to start from its content counts, not where it lies; pages of one's own count as
         sources.
         """
-        start = {key: value for key, value in self.data["start"].items() if key != "path"}
+        places, start = self.start.places, self.data["start"]
+        start = {key: value for key, value in start.items() if key not in places}
         observe = {key: _plain(page) for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
         return value_digest(without | {"observe": observe, "start": start})
@@ -683,6 +705,26 @@ class Scene:
 
 
 NEEDED = ("integrator", "repulsion", "thermostat")  # in every scene
+
+
+def _without_others(page, given, wrong):
+    """What is given for a start without settings of other methods, which have no effect.
+
+    They are told, but for defaults, which results of former versions have.
+    """
+    rest = dict(given)
+    for other in (
+        map(partial(find, Start), names(Start)) if given.keys() - page.model_fields else ()
+    ):
+        for key in other.model_fields.keys() & rest.keys() - page.model_fields.keys():
+            field, value = other.model_fields[key], rest.pop(key)
+            default = field.get_default(call_default_factory=True)
+            if value != getattr(default, "model_dump", lambda: None)():
+                wrong.append(
+                    f"start.{key}: has no effect with method {page.key!r}; take 'method: "
+                    f"{other.key}', or remove the key"
+                )
+    return rest
 
 
 def _plain(page: Page) -> Any:

@@ -6,10 +6,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
-from dpd.page import MOST_STEPS, OR_TABLE, OneOrMore, Refusals, Section, Species, setting
+from dpd.page import (
+    LARGEST_SEED,
+    MOST_STEPS,
+    OR_TABLE,
+    OneOrMore,
+    Refusals,
+    Section,
+    Species,
+    setting,
+)
 
 CUTOFF = 1.0
-LARGEST_SEED = 2**63 - 1
 Edge = Annotated[float, Field(gt=0, le=1e6)]
 
 
@@ -38,119 +46,6 @@ class Pairs(Section):
     skin: float = setting(
         "Distance beyond the cutoff within which pairs are listed.", 0.15, unit="r_c", gt=0, le=1
     )
-
-
-class StartCore(Section):
-    """Rigid core, as above."""
-
-    radius: float | None = setting(
-        "Core radius r_s; 0 for none.", None, unit="r_c", ge=0, lt=0.5
-    )  # fmt: skip
-    force: float | None = setting("Force F_max.", None, unit="kT / r_c", ge=0, le=1e6)
-    smooth: float | None = setting("Width of its edge.", None, unit="r_c", ge=0, le=1)
-
-
-class StartBond(Section):
-    """Bonds, as above."""
-
-    stiffness: float | None = setting("Spring constant C.", None, unit="kT / r_c^2", ge=0, le=1e7)
-    length: float | None = setting("Rest length.", None, unit="r_c", ge=0, le=1000)
-
-
-class StartForces(Section):
-    """Forces of growth and relaxation, where they are not those of the run."""
-
-    core: StartCore | None = setting("Rigid core, as above.", None)
-    bond: StartBond | None = setting("Bonds, as above.", None)
-    gamma: float | None = setting("Friction.", None, ge=0, le=1e6)
-
-
-class Polymerize(Section):
-    """How chains grow."""
-
-    radius: float = setting("Reaction radius.", 1.0, unit="r_c", gt=0, le=2)
-    partner: Literal["random", "nearest"] = setting(
-        "Which free monomer within the radius a growing end tries first.", "random"
-    )
-    initiators: float = setting(
-        "Number of chains that begin to grow, divided by the number wanted; the first to finish "
-        "are kept.", 1.05, ge=1, le=2,
-    )  # fmt: skip
-    spare: float = setting(
-        "Monomers beyond those that the chains need, as a share of those; they are removed at the "
-        "end.", 0.2, ge=0, le=2,
-    )  # fmt: skip
-    interval: float = setting(
-        "Time between two tries of a growing end.", 0.05, unit="tau", ge=1e-6, le=1e6
-    )
-    mixing: float = setting(
-        "Mean time after which a free monomer is moved to a random place; otherwise bonds would "
-        "wall it in.", 0.5, unit="tau", ge=1e-6, le=1e6,
-    )  # fmt: skip
-    dt: float = setting("Time step of the growth.", 0.002, unit="tau", ge=1e-9, le=10)
-
-
-class Relax(Section):
-    """Steps with gw-vv before the run, shared by all runs from the same start."""
-
-    steps: int = setting("Steps of relaxation.", ge=1, le=10**9)
-    dt: float = setting("Their time step.", unit="tau", ge=1e-9, le=10)
-
-
-class Start(Section):
-    """The first configuration."""
-
-    method: Literal["random", "slabs", "polymerize", "file"] = setting(
-        "random: beads anywhere. slabs: each kind of molecule in a slab of its own along the "
-        "longest axis. polymerize: chains that grow in two dimensions from monomers without "
-        "crossing bonds (Liu et al. 2008); 20 000 beads in chains of 100 take half a minute, in "
-        "chains of 200 a minute. file: as it stands in a file.", "random",
-    )  # fmt: skip
-    path: str | None = setting(
-        "For method file: GSD (.gsd), LAMMPS data (.data, .lmp, data.NAME), or a run.nc, start.nc "
-        "or .checkpoint of this program; it must have the box and the molecules of the scene; at "
-        "constant pressure its box is that of the start. A relative path counts from the file of "
-        "the scene.", None, min_length=1,
-    )  # fmt: skip
-    frame: int | None = setting(
-        "For method file: which configuration of a trajectory, from 0, or from the last with -1, "
-        "-2 ...; if not given, the last.", None, ge=-(10**9), le=10**9,
-    )  # fmt: skip
-    sha256: str | None = setting(
-        "For method file: the digest that its content must have. If not given, it is found and "
-        "becomes part of the scene.", None, pattern=r"^[0-9a-f]{64}$",
-    )  # fmt: skip
-    kT: float | None = setting(
-        "Temperature of the first velocities, if not the thermostat's.", None, ge=1e-6, le=1e6
-    )
-    seed: int | None = setting(
-        "Seed of the start, if not that of the run.", None, ge=0, le=LARGEST_SEED
-    )
-    forces: StartForces = setting(
-        "Forces of growth and relaxation, where they are not those of the run.", StartForces
-    )
-    polymerize: Polymerize = setting("How chains grow.", Polymerize)
-    relax: Relax | None = setting(
-        "Steps with gw-vv before the run, shared by all runs from the same start.", None
-    )
-
-    def conflicts(self) -> Refusals:
-        """Keys of a start from a file have no effect on other ones."""
-        for key in ("path", "frame", "sha256"):
-            if getattr(self, key) is not None and self.method != "file":
-                yield (
-                    key,
-                    f"has no effect with method {self.method!r}; take 'method: file', or remove "
-                    "the key",
-                )
-        if self.method == "file" and self.path is None:
-            yield "", "the key 'path' is missing: the file that method 'file' reads"
-        if self.forces != StartForces() and self.relax is None and self.method != "polymerize":
-            yield (
-                "forces",
-                "has no effect: nothing is relaxed or grown; add start.relax, as {steps: 1000, "
-                "dt: 0.01}, or remove the key",
-            )
 
 
 class PageFile(Section):
@@ -193,7 +88,6 @@ class Basics(Section):
         unit="m", of="some species", min_length=1,
     )  # fmt: skip
     pairs: Pairs = setting("How pairs are found; it decides the speed, not the result.", Pairs)
-    start: Start = setting("The first configuration.", Start)
     steps: Steps = setting("Length of the run in steps.", Steps)
     duration: Duration = setting(
         "Length of the run in tau. If both steps and duration are given, the longer one counts.",
@@ -204,7 +98,7 @@ class Basics(Section):
             Annotated[str, Tag("=one")] | Annotated[PageFile, Tag("=table")], OR_TABLE
         ]
     ] = setting(
-        "Python files with observables of your own; a relative path counts from the file of the "
+        "Python files with pages of your own; a relative path counts from the file of the "
         "scene.", [],
     )  # fmt: skip
     observe: list[Any] = setting("What is measured, by name, or by name with settings.", ["thermo"])
@@ -223,8 +117,6 @@ class Basics(Section):
         for place, kind in enumerate(self.molecules):
             if (kind.density is None) == (kind.count is None):
                 yield f"molecules.{place}", "needs a density or a count, and not both"
-        for key, problem in self.start.conflicts():
-            yield f"start.{key}" if key else "start", problem
         edges = self.box if isinstance(self.box, list) else [self.box] * self.dimension
         if len(edges) != self.dimension:
             yield "box", f"{len(edges)} edges in {self.dimension} dimensions"

@@ -15,7 +15,6 @@ from dpd.particles.tilt import SLID
 from dpd.scene.start import start_description, start_digest
 from dpd.stages import start_sources
 from dpd.start.common.make import make_start_and_record
-from dpd.start.common.polymerization import RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,13 +55,9 @@ def write_start(
         variables["species"] = (("bead",), state.species, "1", "number of the species")
     if state.box is not None:
         variables["box_edges"] = (("axis",), np.array(state.box), "r_c", "edges of the box")
-    for name, (units, long_name) in RECORD.items():
+    for name, (dimensions, units, text) in scene.start.records.items():
         if name in record:
-            variables[name] = (("round",), record[name], units, long_name)
-    if "relax_crossings" in record:
-        crossings = record["relax_crossings"]
-        text = "pairs of crossing bonds while the melt relaxed"
-        variables["relax_crossings"] = (("look",), crossings, "1", text)
+            variables[name] = (dimensions, record[name], units, text)
     attributes = {
         "scene": json.dumps(scene.data),  # of one of the runs that share the start
         "start": json.dumps(start_description(scene)),

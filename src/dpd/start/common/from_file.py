@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,10 +11,12 @@ from dpd.errors import UserError
 from dpd.particles.formats import read
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import UPRIGHT, shear_of
-from dpd.scene.start import LAST_FRAME, file_digest, start_description
+from dpd.scene.start import start_description
 from dpd.start.common.between_walls import between_walls
+from dpd.start.common.make import species_of, system_of
 from dpd.start.common.matching import order_of, same_box
 from dpd.start.common.velocities import thermal_velocities
+from dpd.start.file import LAST_FRAME, file_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,12 +24,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 
-def state_from_file(
-    scene: Scene,
-    species: np.ndarray | None,
-    mass: float | np.ndarray,
-    say: Callable[[str], object],
-) -> State:
+def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     """Read the first configuration that a scene names.
 
     Beads are renumbered where the file has the molecules in another order. Velocities are drawn at
@@ -37,10 +34,6 @@ def state_from_file(
     ----------
     scene : Scene
         With ``start: {method: file}``.
-    species : (n,) uint8 array or None
-        Of the scene's beads.
-    mass : float or (n,) array
-        Of all beads of the scene, or of each.
     say : callable
         Called with a sentence for each thing that the file had otherwise.
 
@@ -55,14 +48,13 @@ def state_from_file(
         If the file cannot be read, is not what it was when the scene was read, or holds another
         system.
     """
-    start = scene.data["start"]
-    path = start["path"]
-    if file_digest(path, scene.where) != start["sha256"]:
+    path, frame = scene.start.path, scene.start.frame
+    if file_digest(path, scene.where) != scene.start.sha256:
         raise UserError(
             f"{path}: is not the file that {scene.where} means: its content is not that of "
             "start.sha256. If the file was changed on purpose, start again without that key"
         )
-    particles = read(path, start.get("frame", LAST_FRAME))
+    particles = read(path, LAST_FRAME if frame is None else frame)
     for sentence in particles.left_out:
         say(f"{path}: {sentence}")
     if particles.dimension == scene.dimension:
@@ -80,11 +72,12 @@ def state_from_file(
             f"{path}: it has {len(particles.angles)} angles, and the scene {len(scene.angled)}; "
             "those of the scene act"
         )
-    velocity = particles.velocity
+    species, velocity = species_of(scene), particles.velocity
     if velocity is None:
         description = start_description(scene)
         kT, rng = description["kT"], np.random.default_rng(description["seed"])
-        in_file = mass if np.ndim(mass) == 0 else mass[np.argsort(order)]  # type: ignore[index]
+        mass: Any = system_of(scene).mass_of(species)
+        in_file = mass if np.ndim(mass) == 0 else mass[np.argsort(order)]
         velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
         say(f"{path}: it has no velocities, so they are drawn at kT {kT:g}")
     if sentence := _together(particles, velocity):
@@ -141,7 +134,7 @@ def _slid(scene, box, path):
             f"gradient along {'xyz'[axes[1]]}, and {scene.where} has no such shear; give it one, "
             "or take a file whose box has right angles"
         )
-    if "relax" in scene.data["start"]:
+    if scene.start.relax:
         raise UserError(
             f"{scene.where}: start.relax: the box of {path} is tilted by shear, and relaxation is "
             "at rest; remove the key, or take a file whose box has right angles"

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd.engine.loop import advance_looking
-from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
+from dpd.own import told_of
 from dpd.page import is_table
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at, shear_of
@@ -22,10 +22,8 @@ from dpd.physics.common.own_pairs import with_own
 from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
-from dpd.scene.bonding import laws_of, numbers_of, species_along
-from dpd.scene.start import FLIGHT, start_description, start_forces
-from dpd.start.common.from_file import state_from_file
-from dpd.start.common.polymerization import LOOK, polymerize
+from dpd.scene.bonding import laws_of
+from dpd.scene.start import start_description, start_forces, start_work
 from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
@@ -106,10 +104,15 @@ def _pair(scene, core):
     return with_own(found, scene.own_forces, scene)
 
 
-def _start_system(scene, dt):
-    """The system in which the start is made: gw-vv with lambda 1/2, friction between pairs.
+def start_system(scene: Scene, dt: float) -> System:
+    """The system in which a start is made: gw-vv with lambda 1/2, friction between pairs.
 
     It is at rest: neither a body force acts, nor a shear.
+
+    Parameters
+    ----------
+    scene : Scene
+    dt : float
     """
     forces = start_forces(scene)
     return replace(
@@ -164,40 +167,16 @@ def make_start_and_record(
     -------
     State
     dict of str to array
-        For polymerization its `RECORD`, one value per round of growth, and
-        ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0.
+        The ``records`` of its page.
 
     Raises
     ------
     UserError
         If chains cannot be grown, or if bonds cross while they relax, or if a file cannot be
-        read or holds another system.
+        read or holds another system, or a page of one's own fails or gives something else.
     """
-    description = start_description(scene)
-    grown = description["method"] == "polymerize"
-    if grown:
-        system = _start_system(scene, description["polymerize"]["dt"])
-        state, record = polymerize(
-            scene, description["polymerize"], system, description["seed"], description["kT"],
-            progress,
-        )  # fmt: skip
-    elif description["method"] == "file":
-        species = species_of(scene)
-        mass = system_of(scene).mass_of(species)
-        state, record = state_from_file(scene, species, mass, say or _be_silent), {}
-    else:
-        state, record = _random(scene, description), {}
-    if "relax" in description:
-        begun = scene.beads if grown else 0
-        state, crossings = _relax(scene, state, description["relax"], grown, begun, progress)
-        if grown:
-            record["relax_crossings"] = crossings
-    if grown:
-        # Chains that grow and spare monomers that vanish leave flows across the box, which
-        # only viscosity would bring to rest.
-        rng = np.random.default_rng([description["seed"], 1])
-        mass = system.mass_of(state.species)
-        state.velocity = thermal_velocities(state.position.shape, description["kT"], rng, mass)
+    made = scene.start.make(scene, progress, say or _be_silent)
+    state, record = made or (relaxed(scene, _placed(scene), progress), {})
     box = state.box or box_at(scene, 0, state.slid)
     state.image = whole_images(scene.molecules, state.position, state.image, box)
     return state, record
@@ -207,58 +186,51 @@ def _be_silent(sentence):
     """Where nobody listens."""
 
 
-def _random(scene, description):
-    """Random flights with random velocities."""
+def _placed(scene):
+    """Beads where the page puts them, with its velocities or thermal ones."""
+    page, description = scene.start, start_description(scene)
     rng = np.random.default_rng(description["seed"])
-    flight = description.get("flight", FLIGHT)
-    position = _positions(scene, description["method"], flight, rng)
+    position = _inside(scene, _asked(scene, page.positions, rng))
     species = species_of(scene)
-    mass = system_of(scene).mass_of(species)
-    velocity = thermal_velocities(position.shape, description["kT"], rng, mass)
+    velocity = _asked(scene, page.velocities, rng)
+    if velocity is None:
+        mass = system_of(scene).mass_of(species)
+        velocity = thermal_velocities(position.shape, description["kT"], rng, mass)
     identity = np.arange(position.shape[1], dtype=np.uint32)
     return State(position, velocity, None, identity, species, 0)
 
 
-def _positions(scene, method, flight, rng):
-    """Random flights, each kind of molecule in the whole box or in a slab of its own.
+def _asked(scene, method, rng):
+    """(dimension, beads) array of what a page gives; None if that is None."""
+    name, place = method.__name__, f"{scene.where}: start: {scene.start.key!r}"
+    try:
+        given = method(scene, rng)
+        found = given if given is None else np.array(given, float)
+    except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
+        raise UserError(f"{place}: {told_of(problem, type(scene.start))}") from None
+    if found is None and method == scene.start.velocities:
+        return None
+    wanted = (scene.beads, scene.dimension)
+    if np.shape(found) != wanted:
+        raise UserError(f"{place}: its {name} have the shape {np.shape(found)} instead of {wanted}")
+    if not np.isfinite(found).all():
+        bead = int(np.argmin(np.isfinite(found).all(axis=1)))
+        raise UserError(f"{place}: its {name} are not finite numbers: {found[bead]} of bead {bead}")
+    return np.ascontiguousarray(found.T)
 
-    Where they go through a wall they are reflected.
-    """
-    box = np.array(scene.box)
-    along = int(np.argmax(box))
-    low, filled, parts = np.zeros_like(box), 0, []
-    for kind in scene.molecules:
-        beads = kind.count * len(kind.beads)
-        slab = box.copy()
-        if method == "slabs":
-            low[along] = box[along] * filled / scene.beads
-            slab[along] = box[along] * beads / scene.beads
-        filled += beads
-        x = _flights(kind, slab, _flight_of_bonds(kind, flight), rng)
-        if method == "slabs":
-            x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
-        parts.append((x + low).reshape(-1, len(box)).T)
-    x = np.concatenate(parts, axis=1)
+
+def _inside(scene, x):
+    """Places in the periodic box; refused are those behind a wall."""
     for axis in scene.ended:
-        x[axis] = np.abs((x[axis] + box[axis]) % (2 * box[axis]) - box[axis])
+        behind = (x[axis] < 0) | (x[axis] > scene.box[axis])
+        if behind.any():
+            bead = int(np.argmax(behind))
+            raise UserError(
+                f"{scene.where}: start: {scene.start.key!r}: bead {bead} is at "
+                f"{x[axis, bead]:.6g} along {'xyz'[axis]}, behind a wall; allowed: 0 to "
+                f"{scene.box[axis]:g}"
+            )
     return wrapped(x + np.array(scene.origin)[:, None], scene.period)[0]
-
-
-def _flight_of_bonds(kind, flight):
-    """The length of each step of a random flight along a molecule, or of all."""
-    if not isinstance(flight, dict):
-        return flight
-    numbers = numbers_of(flight, species_along(kind, kind.bonds))
-    return np.array(list(flight.values()))[numbers][:, None]
-
-
-def _flights(kind, size, flight, rng):
-    """(count, length, dimension) positions of random flights that begin in a box."""
-    first = rng.random((kind.count, 1, len(size))) * size
-    steps = rng.normal(size=(kind.count, len(kind.beads) - 1, len(size)))
-    steps *= flight / np.linalg.norm(steps, axis=2, keepdims=True)
-    steps = np.concatenate([first, steps], axis=1)
-    return np.moveaxis(kind.summed(np.moveaxis(steps, 1, 2)), 2, 1)
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
@@ -276,45 +248,49 @@ def species_of(scene: Scene) -> np.ndarray | None:
     return None if len(scene.species) == 1 else scene.kinds
 
 
-def _relax(scene, state, relax, grown, begun, progress):
-    """Steps of relaxation; back to the order of identities and to step 0.
+def relaxed(
+    scene: Scene,
+    state: State,
+    progress: Callable[[int], object] | None,
+    stretch: int | None = None,
+    look: Callable[[System, State], object] | None = None,
+) -> State:
+    """A state after the steps of relaxation that the scene asks for, if it does.
+
+    Parameters
+    ----------
+    scene : Scene
+    state : State
+    progress : callable or None
+    stretch : int or None
+        Steps after which, and at the end, there is a ``look``; none if not given.
+    look : callable or None
+        Called with the system and the state at each.
 
     Returns
     -------
     State
-    (looks,) array
-        Crossing bonds every `LOOK` tau; empty unless the chains were grown.
+        In the order of identities, at step 0.
     """
-    system = _start_system(scene, relax["dt"])
-    simulation = Simulation(system, state)
+    relax = scene.start.relax
+    if relax is None:
+        return state
+    simulation = Simulation(start_system(scene, relax.dt), state)
+    begun = start_work(scene) - relax.steps
 
-    def look():
+    def tell():
         if progress is not None:
             progress(begun + simulation.state.step)
 
-    stretch = max(1, round(LOOK / relax["dt"])) if grown and system.bond else relax["steps"]
-    crossings = []
-    while (left := relax["steps"] - simulation.state.step) > 0:
-        advance_looking(simulation, min(left, stretch), look)
-        now = simulation.state
-        if grown and system.bond:
-            place = now.by_identity(now.position)
-            try:
-                crossings.append(crossing_bonds(place, system.members, system.box).shape[1])
-            except UserError as problem:
-                raise UserError(f"{scene.where}: start.relax: {problem}") from None
-            if crossings[-1]:
-                raise UserError(
-                    f"{scene.where}: start.relax: {crossings[-1]} pairs of bonds crossed after "
-                    f"{now.step} steps: these forces do not keep chains apart. Raise the core "
-                    "force or radius or the bond stiffness, in the scene or in start.forces"
-                )
-        look()
+    while (left := relax.steps - simulation.state.step) > 0:
+        advance_looking(simulation, min(left, stretch or left), tell)
+        if look is not None:
+            look(simulation.system, simulation.state)
+        tell()
     done = simulation.state
     species = None if done.species is None else done.by_identity(done.species)
-    relaxed = State(
+    return State(
         done.by_identity(done.position), done.by_identity(done.velocity), None,
         np.arange(len(done.identity), dtype=np.uint32), species, 0, box=done.box,
         image=done.image,
     )  # fmt: skip
-    return relaxed, np.array(crossings)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,11 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.page import is_table
 from dpd.scene.bonding import numbers_of
+from dpd.scene.start import start_description
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
+from dpd.start.common.make import relaxed, start_system
+from dpd.start.common.velocities import thermal_velocities
+from dpd.start.polymerize import RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,19 +35,12 @@ if TYPE_CHECKING:
     from dpd.engine.state import System
     from dpd.physics.bond import Bond
     from dpd.scene.scene import Scene
+    from dpd.start.polymerize import Polymerize
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 LOOK = 0.2  # tau between looks for crossings while the melt relaxes
-RECORD = {
-    "growth_time": ("tau", "time since the first initiator"),
-    "conversion": ("1", "beads in chains over beads wanted"),
-    "tried": ("1", "bonds tried so far"),
-    "refused_crossing": ("1", "bonds refused because they would cross, so far"),
-    "refused_distance": ("1", "bonds refused for the reaction radius, so far"),
-    "undone": ("1", "bonds undone because they were crossed while they shrank, so far"),
-}
 
 
 class Grown(NamedTuple):
@@ -193,46 +190,71 @@ def _cells(position, members, box, radius):
     return tuple(max(1, int(length / edge)) for length in box)
 
 
-def polymerize(
-    scene: Scene, settings: dict[str, Any], system: System, seed: int, kT: float,
-    progress: Callable[[int], object] | None = None,
-) -> tuple[State, dict[str, np.ndarray]]:  # fmt: skip
-    """Grow the molecules of a scene from free monomers.
-
-    Parameters
-    ----------
-    scene : Scene
-        In two dimensions.
-    settings : dict
-        ``start.polymerize`` of the scene.
-    system : System
-        Forces and thermostat of the growth; its bonds are replaced by those grown.
-    seed : int
-    kT : float
-        Of the first velocities.
-    progress : callable or None
-        Called with the number of beads in chains.
+def grown(
+    page: Polymerize, scene: Scene, progress: Callable[[int], object] | None
+) -> tuple[State, dict[str, np.ndarray]]:
+    """Grow the molecules of a scene, and relax them.
 
     Returns
     -------
     State
         Exactly the scene's molecules, in their order, with no two bonds crossing.
     dict
-        The record: one array per name of `RECORD`, one value per round of growth.
+        One array per name of `RECORD`, one value per round of growth; and ``relax_crossings``,
+        pairs of crossing bonds at every look while it relaxed: all 0.
 
     Raises
     ------
     UserError
-        If the chains stop growing before they are complete.
+        If the chains stop growing before they are complete, or cross while they relax.
     """
+    description, settings = start_description(scene), page.polymerize
+    seed, kT = description["seed"], description["kT"]
+    system = start_system(scene, settings.dt)
+    state, record = _polymerized(scene, settings, system, seed, kT, progress)
+    if page.relax:
+        crossings: list[int] = []
+
+        def look(system, state):
+            crossings.append(_crossing(scene, system, state))
+
+        stretch = max(1, round(LOOK / page.relax.dt))
+        state = relaxed(scene, state, progress, stretch, look)
+        record["relax_crossings"] = np.array(crossings)
+    # Chains that grow and spare monomers that vanish leave flows across the box, which only
+    # viscosity would bring to rest.
+    rng = np.random.default_rng([seed, 1])
+    mass = system.mass_of(state.species)
+    state.velocity = thermal_velocities(state.position.shape, kT, rng, mass)
+    return state, record
+
+
+def _crossing(scene, system, state):
+    """Pairs of bonds that cross, of which there are none."""
+    place = state.by_identity(state.position)
+    try:
+        crossings = crossing_bonds(place, system.members, system.box).shape[1]
+    except UserError as problem:
+        raise UserError(f"{scene.where}: start.relax: {problem}") from None
+    if crossings:
+        raise UserError(
+            f"{scene.where}: start.relax: {crossings} pairs of bonds crossed after {state.step} "
+            "steps: these forces do not keep chains apart. Raise the core force or radius or the "
+            "bond stiffness, in the scene or in start.forces"
+        )
+    return crossings
+
+
+def _polymerized(scene, settings, system, seed, kT, progress):
+    """Molecules grown from free monomers, and the record of each round."""
     rng = np.random.default_rng(seed)
-    growth = Growth(scene, settings["spare"], settings["initiators"], rng)
+    growth = Growth(scene, settings.spare, settings.initiators, rng)
     n, box = len(growth.chain), system.box
     position = _random_places(system, n, rng)
     species = growth.species if len(scene.species) > 1 else None
     velocity = rng.normal(scale=np.sqrt(kT / system.mass_of(species)), size=position.shape)
     state = State(position, velocity, None, np.arange(n, dtype=np.uint32), species, 0)
-    stretch = max(1, round(settings["interval"] / system.dt))
+    stretch = max(1, round(settings.interval / system.dt))
     settle = max(1, round(SETTLE / system.dt))
 
     def look():
@@ -245,10 +267,10 @@ def polymerize(
     sums = np.zeros(4, np.int64)
     undone = 0
     while True:
-        state = growth.mixed(state, system, settings["interval"] / settings["mixing"], rng)
+        state = growth.mixed(state, system, settings.interval / settings.mixing, rng)
         place = state.by_identity(state.position)
         sums += growth.grow(
-            place, box, settings["radius"], settings["partner"] == "nearest", state.step, rng
+            place, box, settings.radius, settings.partner == "nearest", state.step, rng
         )
         complete = len(growth.finished()) == growth.asked.sum()
         state = _moved(state, system, growth, settle if complete else stretch, look)
@@ -287,8 +309,8 @@ def _stalled(scene, growth, now, settings, undone):
         f"{scene.where}: start.polymerize: after {now:.0f} tau no chain grows any more: "
         f"{unfinished} of {growth.asked.sum()} are unfinished, {growth.bonded} of "
         f"{growth.target} beads bonded. Raise start.polymerize.spare (now "
-        f"{settings['spare']:g}), initiators (now {settings['initiators']:g}) or radius (now "
-        f"{settings['radius']:g}), or ask for shorter chains. Bonds that were crossed and undone: "
+        f"{settings.spare:g}), initiators (now {settings.initiators:g}) or radius (now "
+        f"{settings.radius:g}), or ask for shorter chains. Bonds that were crossed and undone: "
         f"{undone}; if that is many, take a larger core or stiffer bonds in start.forces"
     )
 

@@ -1,0 +1,105 @@
+"""The first configuration is read from a file of any origin."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from dpd.errors import UserError, reason
+from dpd.page import Start, setting
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from typing import Self
+
+LAST_FRAME = -1  # of a file with several configurations
+PIECE = 2**20  # bytes of a file that are read at once
+
+
+class FromFile(Start, key="file"):
+    """As it stands in a file."""
+
+    places = ("path",)
+
+    path: str = setting(
+        "GSD (.gsd), LAMMPS data (.data, .lmp, data.NAME), or a run.nc, start.nc or .checkpoint of "
+        "this program; it must have the box and the molecules of the scene; at constant pressure "
+        "its box is that of the start. A relative path counts from the file of the scene.",
+        min_length=1,
+    )  # fmt: skip
+    frame: int | None = setting(
+        "Which configuration of a trajectory, from 0, or from the last with -1, -2 ...; if not "
+        "given, the last.", None, ge=-(10**9), le=10**9,
+    )  # fmt: skip
+    sha256: str | None = setting(
+        "The digest that its content must have. If not given, it is found and becomes part of the "
+        "scene.", None, pattern=r"^[0-9a-f]{64}$",
+    )  # fmt: skip
+
+    def found(self, folder: str | Path, where: str) -> Self:
+        """With the whole path and the digest of the file.
+
+        A digest that is given stays: the file is then not looked at before it is needed.
+        """
+        path = os.path.abspath(os.path.join(folder, self.path))
+        digest = self.sha256 or file_digest(path, where)
+        return self.model_copy(update={"path": path, "sha256": digest})
+
+    def decides(self, scene: Any) -> dict[str, Any]:
+        """What is in the file; whether its box is taken, along which axes it may differ."""
+        frame = LAST_FRAME if self.frame is None else self.frame
+        pressure = scene.data.get("pressure")
+        axes = {"box_of_file": pressure["axes"]} if pressure else {}
+        return {"file": [self.sha256, frame]} | axes
+
+    def make(self, scene: Any, progress: Any, say: Any) -> Any:
+        """Read it, and relax it where the scene asks for that."""
+        from dpd.start.common.from_file import state_from_file
+        from dpd.start.common.make import relaxed
+
+        return relaxed(scene, state_from_file(scene, say), progress), {}
+
+    def stand_in(self) -> dict[str, Any]:
+        """Beads anywhere."""
+        rest = self.model_dump(exclude_none=True, include=set(Start.model_fields))
+        return rest | {"method": "random"}
+
+
+def file_digest(path: str, where: str) -> str:
+    """SHA-256 of what is in a file.
+
+    Parameters
+    ----------
+    path : str
+    where : str
+        File to name in messages.
+
+    Raises
+    ------
+    UserError
+        If it cannot be read.
+    """
+    from dpd.files import check_input  # NetCDF, which few scenes need to be read
+
+    try:
+        check_input(path)
+        found = os.stat(path)
+        return _digest_of(path, found.st_mtime_ns, found.st_size)
+    except UserError as problem:
+        raise UserError(f"{where}: start.path: {problem}") from None
+    except OSError as problem:
+        raise UserError(
+            f"{where}: start.path: {path}: cannot be read ({reason(problem)})"
+        ) from None
+
+
+@cache
+def _digest_of(path, changed, size):
+    """The same; a file that has not changed is read once for all scenes of a sweep."""
+    digest = hashlib.sha256()
+    with open(path, "rb") as file:
+        while piece := file.read(PIECE):
+            digest.update(piece)
+    return digest.hexdigest()

@@ -1,0 +1,88 @@
+"""Chains that grow from monomers."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from dpd.page import Refusals, Section, Start, setting
+
+CHAINS = 32  # of each kind in a melt that is grown to compile growth
+BOX = 8  # r_c, of that melt
+RECORD = {
+    "growth_time": ("tau", "time since the first initiator"),
+    "conversion": ("1", "beads in chains over beads wanted"),
+    "tried": ("1", "bonds tried so far"),
+    "refused_crossing": ("1", "bonds refused because they would cross, so far"),
+    "refused_distance": ("1", "bonds refused for the reaction radius, so far"),
+    "undone": ("1", "bonds undone because they were crossed while they shrank, so far"),
+}
+
+
+class Growth(Section):
+    """How chains grow."""
+
+    radius: float = setting("Reaction radius.", 1.0, unit="r_c", gt=0, le=2)
+    partner: Literal["random", "nearest"] = setting(
+        "Which free monomer within the radius a growing end tries first.", "random"
+    )
+    initiators: float = setting(
+        "Number of chains that begin to grow, divided by the number wanted; the first to finish "
+        "are kept.", 1.05, ge=1, le=2,
+    )  # fmt: skip
+    spare: float = setting(
+        "Monomers beyond those that the chains need, as a share of those; they are removed at the "
+        "end.", 0.2, ge=0, le=2,
+    )  # fmt: skip
+    interval: float = setting(
+        "Time between two tries of a growing end.", 0.05, unit="tau", ge=1e-6, le=1e6
+    )
+    mixing: float = setting(
+        "Mean time after which a free monomer is moved to a random place; otherwise bonds would "
+        "wall it in.", 0.5, unit="tau", ge=1e-6, le=1e6,
+    )  # fmt: skip
+    dt: float = setting("Time step of the growth.", 0.002, unit="tau", ge=1e-9, le=10)
+
+
+class Polymerize(Start, key="polymerize"):
+    """Chains that grow in two dimensions from monomers without crossing bonds (Liu et al. 2008).
+
+    20 000 beads in chains of 100 take half a minute, in chains of 200 a minute.
+    """
+
+    work = 10_000  # more than any melt has taken so far
+    without = ("angle",)
+    records = {name: (("round",), *told) for name, told in RECORD.items()} | {
+        "relax_crossings": (("look",), "1", "pairs of crossing bonds while the melt relaxed")
+    }
+
+    polymerize: Growth = setting("How chains grow.", Growth)
+
+    def refuses(self, scene: Any) -> Refusals:
+        """Other molecules than chains, other dimensions than two."""
+        if scene.dimension != 2:
+            yield "method", "'polymerize' grows chains in two dimensions only"
+        if not scene.has_bonds:
+            yield "method", "'polymerize' has nothing to grow: no chains, no bond"
+        for kind, given in zip(scene.molecules, scene.data["molecules"]):
+            if not kind.is_chain:
+                text = given["architecture"]
+                yield "method", f"'polymerize' grows chains; {text!r} has branches"
+                return
+
+    def decides(self, scene: Any) -> dict[str, Any]:
+        """How they grow."""
+        return self.own()
+
+    def make(self, scene: Any, progress: Any, say: Any) -> Any:
+        """Grow them, and relax them without letting them cross."""
+        from dpd.start.common.polymerization import grown
+
+        return grown(self, scene, progress)
+
+    def tiny(self, scene: Any) -> dict[str, Any]:
+        """A melt in which bonds of any study fit."""
+        kinds = [
+            {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": CHAINS}
+            for kind in scene.molecules
+        ]
+        return {"box": BOX, "molecules": kinds, "observe": ["thermo"]}

@@ -1,0 +1,26 @@
+"""Each kind of molecule in a slab of its own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from dpd.page import Start
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class Slabs(Start, key="slabs"):
+    """Each kind of molecule in a slab of its own along the longest axis."""
+
+    def decides(self, scene: Any) -> dict[str, Any]:
+        """The lengths of steps along chains."""
+        from dpd.start.common.flights import lengths_of
+
+        return lengths_of(scene)
+
+    def positions(self, scene: Any, rng: np.random.Generator) -> np.ndarray:
+        """Random flights."""
+        from dpd.start.common.flights import flights
+
+        return flights(scene, rng, in_slabs=True)

@@ -1,0 +1,229 @@
+"""Starts of a user's own: beads where a file outside of the package puts them."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import jsonschema
+import numpy as np
+import pytest
+import yaml
+
+import dpd
+from dpd.digest import ROOT
+from dpd.errors import UserError
+from dpd.files import read
+from dpd.pipeline.resources import start_bead_steps
+from dpd.pipeline.simulate import is_made
+from dpd.scene.scene import Scene
+from dpd.scene.start import start_digest, start_is_shared
+from dpd.start.common.files import read_start, write_start
+from dpd.start.common.make import make_start
+from dpd.start.common.quick import compile_start
+
+PAGE = '''"""Beads on a line."""
+
+import numpy as np
+
+from dpd.page import Start, setting
+
+
+class Line(Start, key="line"):
+    """Beads along x, one after the other."""
+
+    step: float = setting("Distance of two beads.", 0.1, unit="r_c", gt=0, le=5)
+
+    def positions(self, scene, rng):
+        x = rng.random((scene.beads, scene.dimension))
+        x[:, 0] = self.step * np.arange(len(x))
+        return x
+'''
+MOVING = """
+    def velocities(self, scene, rng):
+        return np.full((scene.beads, 3), [0.5, 0, -0.5])
+"""
+SCENE = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A", "density": 2}, {"architecture": "B", "density": 1}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 20},
+    "start": {"method": "line", "step": 0.05, "seed": 4},
+    "pages": ["line.py"],
+}
+RELAXED = SCENE | {"start": SCENE["start"] | {"relax": {"steps": 10, "dt": 0.01}}}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with a page and a scene."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "line.py").write_text(PAGE)
+    data = {key: value for key, value in SCENE.items() if key != "pages"}
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(data))
+    return tmp_path
+
+
+def command(*arguments):
+    """Run a command in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "dpd", *map(str, arguments)], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+def on_a_line(beads, step):
+    """As the page has it, by hand; in the box."""
+    x = np.random.default_rng(4).random((beads, 3))
+    x[:, 0] = step * np.arange(beads)
+    return (x % 4).T
+
+
+def test_from_the_command_line(folder):
+    """The first configuration that a run keeps is that of the page, with thermal velocities."""
+    done = command("run", "scene.yaml", "-o", "run.nc", "--page", "line.py", "--start", "start.nc")
+    assert done.returncode == 0, done.stderr
+    variables, attributes = read("start.nc")
+    np.testing.assert_allclose(variables["position"], on_a_line(192, 0.05), atol=1e-12)
+    assert np.mean(variables["velocity"] ** 2) == pytest.approx(1, abs=0.3)
+    np.testing.assert_allclose(variables["velocity"].sum(axis=1), 0, atol=1e-10)
+    assert json.loads(attributes["start"])["settings"] == {"step": 0.05}
+    assert command("extend", "run.nc", "--sample", 20).returncode == 0
+
+
+def test_from_python_and_in_a_sweep(folder):
+    """Runs that differ in a setting of the page begin, and so go, differently."""
+    swept = dpd.sweep(SCENE, {"start.step": [0.05, 0.5]}, processes=2, progress=False)
+    one, other = swept.pressure.squeeze().values
+    assert swept.pressure.dims[0] == "start.step" and (one != other).all()
+
+
+def test_it_is_relaxed_as_any_other(folder):
+    """From there on: beads that nearly touch fly apart, but not far in so short a time."""
+    placed, relaxed = (make_start(Scene(data)) for data in (SCENE, RELAXED))
+    apart = relaxed.position - placed.position
+    apart -= 4 * np.round(apart / 4)
+    assert 0.05 < np.sqrt((apart**2).sum(axis=0).mean()) < 1  # 2 for beads anywhere
+    assert relaxed.step == 0
+
+
+def test_velocities_of_the_page(folder):
+    """As it gives them."""
+    (folder / "line.py").write_text(PAGE + MOVING)
+    state = make_start(Scene(SCENE))
+    np.testing.assert_array_equal(state.velocity.T, np.full((192, 3), [0.5, 0, -0.5]))
+
+
+def test_an_edited_page_makes_the_start_again_and_a_comment_does_not(folder):
+    """And its runs."""
+    scene = Scene(RELAXED)
+    write_start(scene, "start.nc")
+    dpd.run(scene, output="run.nc", progress=False)
+    (folder / "line.py").write_text(PAGE.replace("return x", "# all of them\n        return x"))
+    assert is_made(Scene(RELAXED), "run.nc")
+    read_start(Scene(RELAXED), "start.nc")
+    (folder / "line.py").write_text(PAGE.replace("np.arange", "0.5 * np.arange"))
+    assert not is_made(Scene(RELAXED), "run.nc")
+    with pytest.raises(UserError, match=r"start\.nc: "):
+        read_start(Scene(RELAXED), "start.nc")
+    longer = RELAXED | {"start": RELAXED["start"] | {"step": 0.06}}
+    assert start_digest(Scene(longer)) != start_digest(Scene(RELAXED))
+
+
+def test_one_that_takes_long_has_a_job_of_its_own(folder):
+    """And kernels are compiled without it."""
+    assert not start_is_shared(Scene(SCENE))
+    slow = PAGE.replace("    step:", "    work = 500\n    step:")
+    (folder / "line.py").write_text(slow)
+    scene = Scene(SCENE)
+    assert start_is_shared(scene) and start_bead_steps(scene) == 500 * 192
+    told = []
+    make_start(Scene(RELAXED), told.append)
+    assert told[-1] == 192 + 10
+    (folder / "line.py").write_text(slow.replace("x = rng", "raise ValueError\n        x = rng"))
+    compile_start(Scene(SCENE))
+
+
+BAD = [
+    (("scene.beads,", "scene.bead,"), "start: 'line': line 14: AttributeError: "),
+    (("return x", "return x[1:]"), "its positions have the shape (191, 3) instead of (192, 3)"),
+    (("return x", "return x * np.nan"), "its positions are not finite numbers: "),
+    (("return x", "return 'x'"), "start: 'line': ValueError: could not convert"),
+    (("return x", "pass"), "its positions have the shape () instead of (192, 3)"),
+    (("step: float", "step float"), "pages.0: "),
+    (('key="line"', 'key="slabs"'), "'slabs' is a page of the package"),
+]
+
+
+@pytest.mark.parametrize(("change", "said"), BAD, ids=range(len(BAD)))
+def test_what_is_wrong_is_told_with_its_line(folder, change, said):
+    """In one sentence with file and line, and no traceback."""
+    (folder / "line.py").write_text(PAGE.replace(*change))
+    with pytest.raises(UserError) as caught:
+        dpd.run(SCENE, progress=False)
+    message = str(caught.value)
+    assert said in message and "\n" not in message, message
+
+
+def test_settings_are_those_of_any_page(folder):
+    """Bounds, unknown keys, names that are near, settings of another method."""
+    for start, said in (
+        ({"step": 9}, "start.step: 9 is out of range; allowed: <= 5"),
+        ({"stp": 1}, "start: unknown key 'stp'; allowed: method, kT, seed, forces, relax, step;"),
+        ({"method": "lin"}, "start.method: 'lin' is not known; allowed: file, polymerize, random, "
+         "slabs, line; did you mean 'line'?"),
+        ({"method": "slabs"}, "start: unknown key 'step'"),
+        ({"frame": 1}, "start.frame: has no effect with method 'line'; take 'method: file'"),
+    ):  # fmt: skip
+        with pytest.raises(UserError) as caught:
+            Scene(SCENE | {"start": SCENE["start"] | start})
+        assert said in str(caught.value)
+    with pytest.raises(UserError, match="'line' is not known"):
+        Scene(SCENE | {"pages": []})
+
+
+def test_between_walls_beads_are_counted_from_the_lower_one(folder):
+    """And one behind a wall is refused: nothing repeats there."""
+    walled = SCENE | {"walls": {"axis": "z", "repulsion": 25}, "box": [8, 4, 4]}
+    scene = Scene(walled)
+    z = make_start(scene).position[2] - scene.origin[2]
+    np.testing.assert_allclose(z, np.random.default_rng(4).random((384, 3))[:, 2], atol=1e-12)
+    (folder / "line.py").write_text(PAGE.replace("return x", "return x[:, ::-1]"))
+    with pytest.raises(UserError, match=r"bead 81 is at 4\.05 along z, behind a wall"):
+        make_start(Scene(walled))
+
+
+def test_keys_and_schema_show_it(folder):
+    """Beside the methods of the package."""
+    said = command("keys", "start", "--page", "line.py").stdout
+    assert "start.method: file, polymerize, random, slabs, line" in said
+    assert "start.step: number > 0, <= 5 [r_c]; if not given: 0.1" in said
+    schema = json.loads(command("schema", "--page", "line.py").stdout)
+    check = jsonschema.Draft202012Validator(schema).is_valid
+    assert check(SCENE) and not check(SCENE | {"start": {"method": "lines"}})
+
+
+def test_the_page_of_the_documentation(folder):
+    """Tails are in the middle, heads outside of them, and water anywhere."""
+    text = (ROOT / "config" / "README.md").read_text()
+    code = re.search("## A start of your own.*?```python\n(.*?)```", text, re.S)[1]
+    (folder / "bilayer.py").write_text(code)
+    scene = Scene(
+        SCENE
+        | {
+            "molecules": [
+                {"architecture": "A B 3", "count": 20},
+                {"architecture": "A", "count": 9},
+            ],
+            "bond": {"stiffness": 50, "length": 0.5},
+            "start": {"method": "bilayer", "spacing": 0.4},
+            "pages": ["bilayer.py"],
+        }
+    )
+    state = make_start(scene)
+    z = np.abs(state.position[2] - 2)[:80].reshape(20, 4)
+    np.testing.assert_allclose(z, np.tile([1.4, 1.0, 0.6, 0.2], (20, 1)), atol=1e-12)
+    assert (state.position[2, :80] > 2).sum() == 40
