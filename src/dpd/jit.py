@@ -219,17 +219,20 @@ def intrinsic_for(in_python: Callable[..., Any]) -> Callable[[Callable[..., Any]
 def method(name: str) -> Callable[..., Any]:
     """A function that calls the method of that name of its first argument, a NamedTuple.
 
-    In a kernel the class is known when it is compiled, and the method is inlined.
+    In a kernel the class is known when it is compiled, and the method is inlined. What is absent,
+    None, gives 0.
     """
 
     def call(record, *arguments):
-        return getattr(record, name)(*arguments)
+        return 0.0 if record is None else getattr(record, name)(*arguments)
 
     # Numba's hints do not know all options of INLINED.
     @overload(call, strict=False, jit_options=INLINED)  # type: ignore[arg-type]
     def of_class(record, *arguments):
         while PARTS:  # of the page, which does not import Numba
             inlined()(PARTS.pop())
+        if isinstance(record, types.NoneType):
+            return lambda record, *arguments: 0.0
         return getattr(record.instance_class, name)
 
     return call

@@ -189,6 +189,8 @@ class Term(Page):
         What it is there for, by which the axes come first that the fluid changes across.
     makes : frozenset of Change
         What it does to the world; see `changes`.
+    keeps_apart : bool
+        Whether it keeps beads apart that attract each other otherwise: repulsions may be negative.
     """
 
     folder = Path(__file__).parent / "physics"
@@ -198,6 +200,7 @@ class Term(Page):
     acts_on: ClassVar[str] = ""
     mainly: ClassVar[Change | None] = None
     makes: ClassVar[frozenset[Change]] = frozenset()
+    keeps_apart: ClassVar[bool] = False
 
     def changes(self, scene: Any) -> frozenset[Change]:
         """What it does to the world in a scene."""

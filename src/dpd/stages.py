@@ -47,6 +47,7 @@ TERMS = {
     "core": "dpd.physics.core",
     "exchange": "dpd.physics.common.exchange",
     "langevin": "dpd.physics.common.langevin",
+    "many_body": "dpd.physics.many_body",
     "pressure": "dpd.physics.pressure",
     "barostat": "dpd.engine.barostat",
     "walls": "dpd.physics.walls",
@@ -158,18 +159,12 @@ def figure_sources(path: Path) -> str:
 
 def terms_of(scene: Scene) -> frozenset[str]:
     """Names in `TERMS` of what acts in a scene."""
-    acting = {
-        "body_force": "body_force" in scene.data,
-        "angle": "angle" in scene.data,
-        "bond": "bond" in scene.data,
-        "core": "core" in scene.data,
+    unnamed = {
         "exchange": scene.terms["integrator"].exchanges,
         "langevin": scene.data["thermostat"]["kind"] == "langevin",
-        "pressure": "pressure" in scene.data,
         "barostat": "pressure" in scene.data,
-        "walls": "walls" in scene.data,
     }
-    return frozenset(name for name, acts in acting.items() if acts)
+    return frozenset(name for name in TERMS if unnamed.get(name, name in scene.data))
 
 
 def start_terms(scene: Scene) -> frozenset[str]:

@@ -122,11 +122,24 @@ class Reference:
             push = np.where(edge, ramp, push)
             energy = np.where(r < d, most * (d - r) + (most + outer) * width / 2 + beyond, energy)
             push = np.where(r < d, most, push)
+        total = energy.sum()
+        if system.many_body is not None:
+            crowded, more = self.crowded(i, j, r)
+            push, total = push + crowded, total + more
         conservative = push * e
         drag = -gamma * (1 - r) ** 2 * approach * e
         random = sigma * (1 - r) * zeta * system.dt**-0.5 * e
-        self.energy[0] = energy.sum()
+        self.energy[0] = total
         self.add(i, j, r_ij, conservative, conservative + drag + random)
+
+    def crowded(self, i, j, r):
+        """Warren 2003: B (rho_i + rho_j) (1 - r / r_d) of each pair, and the energy of all."""
+        B, r_d, _ = self.system.many_body
+        three, n, x = len(self.position) == 3, self.position.shape[1], np.maximum(0, 1 - r / r_d)
+        w = (15 / (2 * np.pi * r_d**3) if three else 6 / (np.pi * r_d**2)) * x**2
+        rho = np.bincount(i, w, n) + np.bincount(j, w, n)
+        c = np.pi * r_d**4 * B / 30 if three else np.pi * r_d**3 * B / 24
+        return B * (rho[i] + rho[j]) * x, c * (rho**2).sum()
 
     def evaluate_bath(self, velocity):
         """Langevin: -gamma v + sigma zeta dt^(-1/2) along each axis; no part of the virial."""

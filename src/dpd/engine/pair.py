@@ -15,7 +15,7 @@ import numpy as np
 from dpd.engine.rows import difference_along, push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_PAIRS
 from dpd.jit import inlined
-from dpd.physics.common.forces import energy, force
+from dpd.physics.common.forces import energy, force, weight
 from dpd.physics.common.noise import gaussian_noise, uniform_noise
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
@@ -97,16 +97,29 @@ def share_friction(pairs, n, species, shares):
         pairs.theta[p] *= np.sqrt(share)
 
 
-@inlined()
-def thermostat_force(friction, approach, inverse, w, theta):
-    """Friction and noise of a pair; zero without."""
-    if friction is None:
-        return 0.0
-    return force(friction, approach, inverse, w, theta)
+@inlined(given="many_body")
+def add_densities(density, pairs, n, many_body, edges):
+    """Add to the local densities of the beads of ``n`` pairs what each is to the other."""
+    i, j, separation, more = pairs.i, pairs.j, pairs.separation, pairs.crowd
+    for p in range(n):
+        r2 = CLOSEST
+        for k in range(len(edges)):
+            r2 += separation[k, p] * separation[k, p]
+        more[p] = weight(many_body, np.sqrt(r2))
+    for p in range(n):
+        density[i[p]] += more[p]
+        density[j[p]] += more[p]
+
+
+@inlined(given="density")
+def gather_crowds(pairs, n, density):
+    """Find the sum of both local densities of each of ``n`` pairs, if forces go with it."""
+    for p in range(n):
+        pairs.crowd[p] = density[pairs.i[p]] + density[pairs.j[p]]
 
 
 @inlined()
-def add_pair_forces(f, pairs, n, species, pair, friction, edges):
+def add_pair_forces(f, pairs, n, species, pair, many_body, friction, edges):
     """Add the forces of ``n`` pairs; leave F / r and w / r of each.
 
     Parameters
@@ -114,15 +127,16 @@ def add_pair_forces(f, pairs, n, species, pair, friction, edges):
     f : array with a row for each bead
         The force.
     pairs : Pairs
-        With what `gather_friction` finds.
+        With what `gather_friction` and `gather_crowds` find.
     n : uint64
     species : (n,) uint8 array or None
     pair : Soft or Core
+    many_body : ManyBody or None
     friction : Friction or None
     edges : tuple of float
     """
     i, j, separation, repulsion = pairs.i, pairs.j, pairs.separation, pairs.repulsion
-    approach, theta = pairs.approach, pairs.theta
+    approach, theta, crowd = pairs.approach, pairs.theta, pairs.crowd
     force_over_r, weight_over_r = pairs.force_over_r, pairs.weight_over_r
     if species is not None:
         for p in range(n):
@@ -135,15 +149,16 @@ def add_pair_forces(f, pairs, n, species, pair, friction, edges):
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
         a = pair.repulsion[0, 0] if species is None else repulsion[p]
-        thermal = thermostat_force(friction, approach[p], inverse, w, theta[p])
-        force_over_r[p] = inverse * (force(pair, a, r, w) + thermal)
+        conservative = force(pair, a, r, w) + force(many_body, crowd[p], r)
+        thermal = force(friction, approach[p], inverse, w, theta[p])
+        force_over_r[p] = inverse * (conservative + thermal)
         weight_over_r[p] = w * inverse
     for p in range(n):
         push_apart(f, i[p], j[p], force_over_r[p], separation, p, edges)
 
 
 @inlined()
-def measure_pairs(virial, sums, pairs, n, species, pair, edges):
+def measure_pairs(virial, sums, pairs, n, species, pair, many_body, edges):
     """Add the virials sum r_ij F_ij and the energy of ``n`` pairs to those of a task.
 
     Element by element: what is added up in one loop is then in registers.
@@ -157,8 +172,8 @@ def measure_pairs(virial, sums, pairs, n, species, pair, edges):
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
         a = pair.repulsion[0, 0] if species is None else pairs.repulsion[p]
-        conservative[p] = force(pair, a, r, w) * inverse
-        total += energy(pair, a, r, w)
+        conservative[p] = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) * inverse
+        total += energy(pair, a, r, w) + energy(many_body, pairs.crowd[p], r)
     sums[OF_PAIRS] += total
     for k in range(len(edges)):
         for m in range(k, len(edges)):

@@ -39,8 +39,9 @@ class Pairs(NamedTuple):
         Slots of the two beads.
     separation : (dimension, size) array
         r_i - r_j at the nearest image.
-    repulsion, approach, theta : (size,) arrays
-        What the forces need of each pair: a_ij, r_ij . v_ij and a random number.
+    repulsion, approach, theta, crowd : (size,) arrays
+        What the forces need of each pair: a_ij, r_ij . v_ij, a random number, and the sum of both
+        local densities; in the search for these, what a pair adds.
     force_over_r, conservative_over_r, weight_over_r : (size,) arrays
         What the forces find: F / r; that of the conservative force, where it is measured; w / r.
     low, high : (size,) uint32 arrays
@@ -53,6 +54,7 @@ class Pairs(NamedTuple):
     repulsion: np.ndarray
     approach: np.ndarray
     theta: np.ndarray
+    crowd: np.ndarray
     force_over_r: np.ndarray
     conservative_over_r: np.ndarray
     weight_over_r: np.ndarray
@@ -124,10 +126,12 @@ def pair_buffers(dimension: int) -> Pairs:
     """Buffers for all pairs that are found at once."""
     size = int(PAIRS_AT_ONCE + WORD)
     i, j, low, high = (np.empty(size, np.uint32) for _ in range(4))
-    repulsion, approach, theta, force, conservative, weight = (np.empty(size) for _ in range(6))
+    repulsion, approach, theta, crowd, force, conservative, weight = (
+        np.empty(size) for _ in range(7)
+    )
     separation = np.empty((dimension, size))
     return Pairs(
-        i, j, separation, repulsion, approach, theta, force, conservative, weight, low, high
+        i, j, separation, repulsion, approach, theta, crowd, force, conservative, weight, low, high
     )
 
 

@@ -343,6 +343,7 @@ class Simulation(Snapshot):
         shared = Shared(
             cells=cell_buffers(plan.grid, beads, self._threads),
             slot=None if plan.bonds is None else np.empty(beads, np.uint32),
+            density=None if plan.forces.many_body is None else np.empty(beads),
             virial=np.zeros((tasks, 2, dimension, dimension)),
             energy=np.zeros((tasks, 2)),
             moved=np.zeros(self._threads),

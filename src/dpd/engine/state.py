@@ -16,6 +16,7 @@ from dpd.physics.common.forces import Forces
 from dpd.physics.common.langevin import Langevin
 from dpd.physics.core import Core
 from dpd.physics.integrator import Scheme
+from dpd.physics.many_body import ManyBody
 from dpd.physics.pressure import Pressure
 from dpd.physics.repulsion import Soft
 from dpd.physics.shear import Shear
@@ -136,6 +137,7 @@ class System:
     per_bead : bool
         The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
         is not conserved.
+    many_body : ManyBody or None
     masses : (species,) array or None
         None where all are 1.
     walls : Walls or None
@@ -166,6 +168,7 @@ class System:
     angle: Angle | None = None
     skin: float = 0.0
     per_bead: bool = False
+    many_body: ManyBody | None = None
     masses: np.ndarray | None = None
     walls: Walls | None = None
     wall_friction: float = 0.0
@@ -220,8 +223,8 @@ class System:
         """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
         return Forces(
-            self.pair._replace(repulsion=repulsion), self.bond, self.angle, **self._thermostat(),
-            walls=self._walls(), body_force=self.body_force,
+            self.pair._replace(repulsion=repulsion), self.many_body, self.bond, self.angle,
+            **self._thermostat(), walls=self._walls(), body_force=self.body_force,
         )  # fmt: skip
 
     def _walls(self):

@@ -6,6 +6,7 @@ step is
     drift              r  += dt v + c dt^2 f
                        v~  = v + lambda dt f,      v += (1 - b) dt f
     sort, list         so that pairs are found
+    densities          rho, which many-body forces go with
     forces             f   = f(r, v~)
     kick               v  += b dt f
     friction again     f   = f(r, v), in DPD-VV: for the next step
@@ -65,9 +66,11 @@ from dpd.engine.integrate import (
 from dpd.engine.lists import Listed, farthest_move, list_pairs, listed_pairs
 from dpd.engine.pair import (
     Cached,
+    add_densities,
     add_pair_forces,
     cache_pairs,
     close_phase,
+    gather_crowds,
     gather_friction,
     measure_pairs,
 )
@@ -143,6 +146,8 @@ class Shared(NamedTuple):
     cells : Cells
     slot : None or (n,) uint32 array
         Of each identity, for bonds.
+    density : None or (n,) array
+        Local densities, for many-body forces.
     virial, energy : (tasks, 2, dimension, dimension) and (tasks, 2) arrays
         Of each batch of bonds, then of each block of cells.
     moved : (threads,) array
@@ -162,6 +167,7 @@ class Shared(NamedTuple):
 
     cells: Cells
     slot: np.ndarray | None
+    density: np.ndarray | None
     virial: np.ndarray
     energy: np.ndarray
     moved: np.ndarray
@@ -315,14 +321,18 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
             break
         sample_now = taken < len(span.samples) and step == span.samples[taken]
         now = Evaluation(step, step_keys(plan.seed, step), span.measure and sample_now)
+        search = Search(shared.cells, grid, own.line, own.pairs, edges, slide)
+        find_densities(
+            team, plan, beads, mine, shared.density, search, own.listed, shared.virial,
+            shared.energy,
+        )  # fmt: skip
         add_bonded(
             team, plan, beads.position, force, plan.bonds, plan.angles, shared.slot, shared.virial,
             shared.energy, own, now.measure,
         )  # fmt: skip
-        search = Search(shared.cells, grid, own.line, own.pairs, edges, slide)
         need[OF_CACHED] = add_pairs(
-            team, plan, beads, force, search, own.listed, own.cached, shared.virial, shared.energy,
-            now,
+            team, plan, beads, force, shared.density, search, 1.0, own.listed, own.cached,
+            shared.virial, shared.energy, now,
         )  # fmt: skip
         barrier(team)
         new_round(team)
@@ -413,11 +423,28 @@ def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, m
         task = next_task(team, BATCHES, 0, batches)
 
 
+@inlined(given="density")
+def find_densities(team, plan, beads, mine, density, search, listed, virial, energy):
+    """Find the local density of each bead, if forces go with it."""
+    for i in range(mine.first, mine.end):
+        density[i] = 0.0
+    add_pairs(
+        team, plan, beads, None, density, search, plan.forces.many_body.range, listed, None,
+        virial, energy, None,
+    )  # fmt: skip
+    barrier(team)
+    new_round(team)
+    barrier(team)  # before anyone takes a task
+
+
 @inlined()
-def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, now):
+def add_pairs(
+    team, plan, beads, force, density, search, cutoff, listed, cached, virial, energy, now
+):
     """Add the forces of pairs, block by block; return how many are cached, or need room for that.
 
     They are found by cells, or come from a list. Pairs in the skin have w = 0 and feel no force.
+    Without a force what pairs are to local densities is added up in its place.
     """
     count = np.int64(0)
     x, first_task = beads.position, virial.shape[0] - (len(plan.grid.blocks.piece) - 1)
@@ -433,10 +460,10 @@ def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, 
                 for q in range(piece[block], piece[block + 1]):
                     at, end = place_of_piece(q, rows, start, levels)
                     while at.slot < end:
-                        at, n = next_pairs(at, end, x, search, 1.0)
+                        at, n = next_pairs(at, end, x, search, cutoff)
                         count = add_some(
-                            plan, beads, force, search.pairs, n, virial[task], energy[task],
-                            cached, count, now,
+                            plan, beads, force, density, search.pairs, n, virial[task],
+                            energy[task], cached, count, now,
                         )  # fmt: skip
                 block = next_task(team, BLOCKS + phase, first, last)
         else:
@@ -447,8 +474,8 @@ def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, 
                         first, end, x, listed.pairs, search.pairs, plan.edges, plan.slide
                     )
                     count = add_some(
-                        plan, beads, force, search.pairs, n, virial[task], energy[task], cached,
-                        count, now,
+                        plan, beads, force, density, search.pairs, n, virial[task],
+                        energy[task], cached, count, now,
                     )  # fmt: skip
                     first += np.int64(n)
         close_phase(cached, phase, count)
@@ -456,17 +483,21 @@ def add_pairs(team, plan, beads, force, search, listed, cached, virial, energy, 
 
 
 @inlined()
-def add_some(plan, beads, force, pairs, n, virial, energy, cached, count, now):
+def add_some(plan, beads, force, density, pairs, n, virial, energy, cached, count, now):
     """Add the forces of ``n`` pairs; measure them if asked, keep them if needed again."""
-    pair, friction = plan.forces.pair, plan.forces.friction
+    pair, many_body, friction = plan.forces.pair, plan.forces.many_body, plan.forces.friction
     edges, species = plan.edges, beads.species
+    if force is None:
+        add_densities(density, pairs, n, many_body, edges)
+        return count
+    gather_crowds(pairs, n, density)
     gather_friction(
         pairs, n, velocity_of_friction(beads.velocity, beads.predicted), beads.identity, species,
         friction, edges, plan.slide, now.keys,
     )  # fmt: skip
-    add_pair_forces(force, pairs, n, species, pair, friction, edges)
+    add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
     if now.measure:
-        measure_pairs(virial, energy, pairs, n, species, pair, edges)
+        measure_pairs(virial, energy, pairs, n, species, pair, many_body, edges)
     return cache_pairs(cached, count, pairs, n, species, edges)
 
 

@@ -70,7 +70,8 @@ class ConstantPressure(Term, key="pressure"):
     )  # fmt: skip
     compressibility: float | None = setting(
         "Estimate of the isothermal compressibility; it decides how fast the volume moves, not "
-        "where to. If not given, that of the soft repulsion at the density of the start.", None,
+        "where to. If not given, that of the soft repulsion at the density of the start; needed "
+        "where beads attract each other.", None,
         unit="r_c^dimension / kT", gt=0, le=1e18,
     )  # fmt: skip
     every: int | None = setting(
@@ -82,7 +83,7 @@ class ConstantPressure(Term, key="pressure"):
     def completed(self, scene: Any) -> Self:
         """With a compressibility; and a time between trials, unless the step is yet to be tried."""
         given: dict[str, Any] = {}
-        if self.compressibility is None:
+        if self.compressibility is None and scene.repulsion.min() >= 0:
             given["compressibility"] = estimated_compressibility(scene)
         if self.every is None and not scene.is_auto:
             given["every"] = max(1, round(self.time / (TRIALS * scene.dt)))
@@ -96,11 +97,17 @@ class ConstantPressure(Term, key="pressure"):
         return values["pressure_tensor"][:, along, along], self.target
 
     def refuses(self, scene: Any) -> Refusals:
-        """Trials over more than the relaxation time, and pressures that empty the box.
+        """An unknown compressibility, trials that take too long, pressures that empty the box.
 
         Hardly one of such trials would count. And repulsion only adds to the pressure of an ideal
         gas of the molecules.
         """
+        if self.compressibility is None:
+            yield (
+                "compressibility",
+                "the key is missing: beads attract each other, and it cannot be estimated; give "
+                "that of the liquid, as 0.003",
+            )
         if not scene.is_auto:
             most = math.floor(self.time / scene.dt * (1 + 1e-9))
             if most < 1:
@@ -112,7 +119,7 @@ class ConstantPressure(Term, key="pressure"):
                 )
         ideal = len(scene.lengths) * scene.kT
         least = ideal / (MOST_TIMES * scene.volume)
-        if self.target < least:
+        if self.target < least and scene.repulsion.min() >= 0:
             yield (
                 "target",
                 f"{self.target:g} empties the box: {len(scene.lengths)} molecules would fill at "

@@ -11,19 +11,26 @@ The methods are given w = max(0, 1 - r) as well, which is zero from the cutoff o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from dpd.page import NotNegative, PairTable, Refusals, Term, setting
+from pydantic import Field
+
+from dpd.page import PairTable, Refusals, Term, setting
 
 if TYPE_CHECKING:
     import numpy as np
 
 
 class SoftRepulsion(Term, key="repulsion"):
-    """Largest repulsion a_ij for every pair of species, 'A B' for both orders."""
+    """Largest repulsion a_ij for every pair of species, 'A B' for both orders.
+
+    With `many_body` it may be below 0, an attraction.
+    """
 
     bare = "pairs"
-    pairs: PairTable[NotNegative] = setting("Largest repulsion a_ij.", unit="kT / r_c")
+    pairs: PairTable[Annotated[float, Field(ge=-1e6, le=1e6)]] = setting(
+        "Largest repulsion a_ij.", unit="kT / r_c"
+    )
 
     def repulsions(self, scene: Any) -> dict[str, float]:
         """All that the scene names."""
@@ -32,6 +39,13 @@ class SoftRepulsion(Term, key="repulsion"):
     def unknown(self, scene: Any) -> Refusals:
         """Pairs of species without a value, or with two."""
         yield from scene.check_pairs("", scene.repulsions, 25)
+
+    def refuses(self, scene: Any) -> Refusals:
+        """An attraction that nothing stands against."""
+        for pair, value in self.pairs.items():
+            if value < 0 and not any(term.keeps_apart for term in scene.terms.values()):
+                allowed = "allowed: >= 0, or any number with 'many_body'"
+                yield pair, f"{value:g} draws beads onto each other; {allowed}"
 
 
 class Soft(NamedTuple):

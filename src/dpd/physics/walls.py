@@ -128,7 +128,7 @@ class SoftWalls(Term, key="walls"):
 
     def _most(self, scene):
         """Energy that a bead at a wall may have, in kT, up to a chance that is `RARE`."""
-        strongest = max(scene.repulsions.values())
+        strongest = max(0.0, *scene.repulsions.values())
         pushed = ENERGY_OF_FLUID[scene.dimension] * scene.density * strongest
         return float(RARE * scene.kT + pushed)
 

@@ -256,9 +256,9 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, bonds, angles, masses, walls, body force, pressure that is held."""
+    """Repulsion, core, many-body forces, bonds, angles, masses, walls, body force, pressure."""
     terms = (
-        _repulsion, _core, _bond, _angle, _masses, _walls, _body_force, _pressure,
+        _repulsion, _core, _many_body, _bond, _angle, _masses, _walls, _body_force, _pressure,
     )  # fmt: skip
     parts = (part(scenes) for part in terms)
     return "; ".join(part for part in parts if part)
@@ -310,6 +310,15 @@ def _core(scenes):
     if any(core["smooth"] for core in cores):
         said += f", its edge {span([core['smooth'] for core in cores])} r_c wide"
     return said
+
+
+def _many_body(scenes):
+    """many-body forces of B = 25, r_d = 0.75 r_c."""
+    laws = [scene.terms["many_body"] for scene in scenes if "many_body" in scene.terms]
+    if not laws:
+        return ""
+    repulsion, range = (span([getattr(law, key) for law in laws]) for key in ("repulsion", "range"))
+    return f"many-body forces of B = {repulsion}, r_d = {range} r_c"
 
 
 def _bond(scenes):

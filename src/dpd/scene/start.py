@@ -55,8 +55,7 @@ def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
     forces = {"repulsion": scene.repulsions}
-    if "walls" in data:
-        forces["walls"] = data["walls"]
+    forces |= {key: data[key] for key in ("walls", "many_body") if key in data}
     if "core" in data or "core" in changed:
         forces["core"] = data.get("core", {}) | changed.get("core", {})
     if "bond" in data or "bond" in changed:

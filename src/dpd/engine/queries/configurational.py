@@ -17,13 +17,14 @@ from dpd.engine.bonded import (
     find_slots,
 )
 from dpd.engine.external import add_wall_curvature
-from dpd.engine.pair import CLOSEST, of_pair
+from dpd.engine.pair import CLOSEST, gather_crowds, of_pair
+from dpd.engine.queries.pairs import densities
 from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.rows import push_apart
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.common.forces import curvature, force
+from dpd.physics.common.forces import curvature, force, slope
 
 if TYPE_CHECKING:
     from dpd.engine.state import State, System
@@ -50,17 +51,22 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
     angles = angles_of(system, bonds)
     arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
     slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
+    slopes = None if system.many_body is None else np.zeros_like(beads.x)
     laplacian = _laplacian(
-        total, beads, state.identity, state.species, system.forces.pair, bonds, angles, slot,
-        *arms, system.walls, np.zeros((2, d, d)), np.zeros(2),
+        total, slopes, beads, state.identity, state.species, system.forces.pair, system.many_body,
+        densities(beads, system.many_body), bonds, angles, slot, *arms, system.walls,
+        np.zeros((2, d, d)), np.zeros(2),
     )  # fmt: skip
+    if slopes is not None:  # of each bead's density, by its own place
+        laplacian += (slopes * slopes).sum()
     return np.array([(total * total).sum(), laplacian])
 
 
 @kernel()
 def _laplacian(
-    total, beads, identity, species, pair, bonds, angles, slot, arms, others, walls, virial, sums
-):
+    total, slopes, beads, identity, species, pair, many_body, density, bonds, angles, slot, arms,
+    others, walls, virial, sums,
+):  # fmt: skip
     """Add up all forces, by the number of the bead; return the Laplacian of the potential."""
     search = beads.search
     pairs, edges, n_beads = search.pairs, search.edges, np.uint64(len(beads.bead))
@@ -68,6 +74,7 @@ def _laplacian(
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
+        gather_crowds(pairs, n, density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             r2 = CLOSEST
@@ -76,15 +83,34 @@ def _laplacian(
             r = np.sqrt(r2)
             w = max(0.0, 1.0 - r)
             a = of_pair(pair.repulsion, species, i, j)
-            over_r = force(pair, a, r, w) / r
+            over_r = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) / r
+            bent = curvature(pair, a, r, w) + curvature(many_body, pairs.crowd[p], r)
             # u'' + (d - 1) u' / r, for both beads of the pair
-            laplacian += 2.0 * (curvature(pair, a, r, w) - (len(edges) - 1) * over_r)
+            laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
             push_apart(total, i, j, over_r, pairs.separation, p, edges)
+            laplacian += add_slopes(slopes, many_body, i, j, r, pairs.separation, p, edges)
     find_slots(slot, identity, Share(np.uint64(0), n_beads))
     add_bonded(total, beads.x, slot, bonds, angles, arms, others, virial, sums, edges)
     laplacian += bond_curvature(beads.x, slot, bonds, arms, edges)
     laplacian += angle_curvature(beads.x, slot, angles, arms, others, edges)
     return laplacian + add_wall_curvature(total, beads.x, species, walls)
+
+
+@inlined()
+def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
+    """Add a pair's slopes of both densities by each bead's own place.
+
+    Returns
+    -------
+    float
+        Squares of those by the other bead's place, which the Laplacian has; 0 without many-body
+        forces.
+    """
+    if slopes is None:
+        return 0.0
+    steep = slope(many_body, r)
+    push_apart(slopes, i, j, steep / r, separation, p, edges)
+    return 2.0 * steep * steep
 
 
 @inlined()

@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.pair import add_densities
+from dpd.engine.queries.sorting import Sorted, sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from dpd.physics.many_body import ManyBody
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 CUTOFF = 1.0
@@ -113,6 +116,24 @@ def soft_energies(
     sums = np.zeros((2, *repulsion.shape))
     _by_species(sums, sorted_beads(position, box, CUTOFF), species, CUTOFF)
     return 0.5 * repulsion * _symmetric(sums[1])
+
+
+def densities(beads: Sorted, law: ManyBody | None) -> np.ndarray | None:
+    """Local density of the bead in each slot, (n,); None without many-body forces."""
+    if law is None:
+        return None
+    density = np.zeros(len(beads.bead))
+    _add_densities(density, beads, law)
+    return density
+
+
+@kernel()
+def _add_densities(density, beads, law):
+    search = beads.search
+    at = first_place()
+    while at.slot < len(beads.bead):
+        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, law.range)
+        add_densities(density, search.pairs, n, law, search.edges)
 
 
 def _symmetric(sums):

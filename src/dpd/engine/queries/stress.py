@@ -8,7 +8,8 @@ import numpy as np
 
 from dpd.engine.bonded import angles_of, bonds_of, buffers_of, find_slots, gather, length, opening
 from dpd.engine.integrate import of_bead
-from dpd.engine.pair import CLOSEST, of_pair
+from dpd.engine.pair import CLOSEST, gather_crowds, of_pair
+from dpd.engine.queries.pairs import densities
 from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.rows import rows_of
 from dpd.engine.search import first_place, next_pairs
@@ -68,20 +69,24 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
     arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
     slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
     _add_virial(
-        virial, beads, state.identity, state.species, system.forces.pair, bonds, angles, slot,
-        *arms, slices,
+        virial, beads, state.identity, state.species, system.forces.pair, system.many_body,
+        densities(beads, system.many_body), bonds, angles, slot, *arms, slices,
     )  # fmt: skip
     virial[TANGENTIAL] /= d - 1
     return virial
 
 
 @kernel()
-def _add_virial(virial, beads, identity, species, pair, bonds, angles, slot, arms, others, slices):
+def _add_virial(
+    virial, beads, identity, species, pair, many_body, density, bonds, angles, slot, arms, others,
+    slices,
+):  # fmt: skip
     search = beads.search
     pairs, edges, n_beads = search.pairs, search.edges, len(beads.bead)
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
+        gather_crowds(pairs, n, density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             r2 = CLOSEST
@@ -89,7 +94,8 @@ def _add_virial(virial, beads, identity, species, pair, bonds, angles, slot, arm
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
             w = max(0.0, 1.0 - r)
-            over_r = force(pair, of_pair(pair.repulsion, species, i, j), r, w) / r
+            push = force(pair, of_pair(pair.repulsion, species, i, j), r, w)
+            over_r = (push + force(many_body, pairs.crowd[p], r)) / r
             along = pairs.separation[slices.axis, p]
             normal = over_r * along * along
             begin = beads.x[i, slices.axis]

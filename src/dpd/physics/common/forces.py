@@ -17,6 +17,7 @@ from dpd.physics.bond import Bond
 from dpd.physics.common.exchange import Exchange
 from dpd.physics.common.langevin import Langevin
 from dpd.physics.core import Core
+from dpd.physics.many_body import ManyBody
 from dpd.physics.repulsion import Soft
 from dpd.physics.thermostat import Friction
 from dpd.physics.walls import Walls
@@ -29,6 +30,7 @@ class Forces(NamedTuple):
     ----------
     pair : Soft or Core
         The conservative force between pairs.
+    many_body : ManyBody or None
     bond : Bond or None
     angle : Angle or None
     friction : Friction or None
@@ -40,6 +42,7 @@ class Forces(NamedTuple):
     """
 
     pair: Soft | Core
+    many_body: ManyBody | None = None
     bond: Bond | None = None
     angle: Angle | None = None
     friction: Friction | None = None
@@ -69,7 +72,7 @@ def _law_of(laws, place):
     return made["one_of"]
 
 
-# What a kernel calls with a term as the first argument.
+# What a kernel calls with a term as the first argument; 0 for one that is absent.
 force = method("force")
 force_over_r = method("force_over_r")
 energy = method("energy")
@@ -78,3 +81,4 @@ drag = method("drag")
 random = method("random")
 change = method("change")
 weight = method("weight")
+slope = method("slope")

@@ -58,6 +58,7 @@ def system_of(scene: Scene) -> System:
         seed=data["seed"],
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
+        many_body=_record(scene, "many_body"),
         masses=scene.masses,
         walls=_record(scene, "walls"),
         wall_friction=float(data.get("walls", {}).get("gamma", 0)),

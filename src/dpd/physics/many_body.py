@@ -1,0 +1,97 @@
+"""Many-body forces: beads are pushed apart the more, the more crowded they are (Warren 2003).
+
+Beside the force of pairs, which may then attract, there is an energy of each bead that goes with
+its local density (Phys. Rev. E 68, 066702; here x = 1 - r / r_d):
+
+    rho_i   =  sum over j of w(r_ij),     w(r) = N x^2 for r < r_d, whose integral is 1
+    U       =  c sum over i of rho_i^2,   c = B r_d / (4 N), in 3D pi r_d^4 B / 30
+    F(r)    =  B (rho_i + rho_j) x        force of a pair, -dU/dr
+
+The sum of rho_i^2 is that of w (rho_i + rho_j) over pairs, so the energy is one of pairs as well.
+B is one number: were it another one for each pair of species, there would be no such energy
+(Warren, Phys. Rev. E 87, 045303, 2013).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from dpd.page import Positive, Refusals, Term, setting
+
+NORM = {2: 6 / math.pi, 3: 15 / (2 * math.pi)}  # N r_d^d
+
+
+class ManyBodyForces(Term, key="many_body"):
+    """Forces that grow with the density around beads, beside a repulsion that may be negative.
+
+    An attraction, a repulsion of pairs below 0, then makes a liquid with a free surface and a
+    vapour (Warren 2003): A = -40 and B = 25 one of density 6. Take a dt of 0.01.
+    """
+
+    keeps_apart = True
+    repulsion: Positive = setting(
+        "B, the same for all pairs of species, whose force is B (rho_i + rho_j) (1 - r / range), "
+        "with the local densities rho of the two beads.", unit="kT r_c^(dimension - 1)",
+    )  # fmt: skip
+    range: float = setting(
+        "r_d, within which beads count in the local density.", 0.75, unit="r_c", gt=0, le=1
+    )
+
+    def refuses(self, scene: Any) -> Refusals:
+        """Repulsions by a relation that was measured without it."""
+        if "chi" in scene.data:
+            yield "", "changes what comes of chi; give a 'repulsion' instead of 'chi'"
+
+    def untried(self) -> str:
+        """Without it is how schemes were measured."""
+        return "schemes were measured without many-body forces; take gw-vv and dt 0.01"
+
+    def record(self, scene: Any) -> ManyBody:
+        """The law in as many dimensions as the scene has."""
+        return many_body(self.repulsion, self.range, scene.dimension)
+
+
+class ManyBody(NamedTuple):
+    """Many-body forces. What its methods give for a pair, they give at a rho_i + rho_j, the crowd.
+
+    Attributes
+    ----------
+    repulsion, range, norm : float
+        B, r_d and N.
+    """
+
+    repulsion: float
+    range: float
+    norm: float
+
+    def weight(self, r: float) -> float:
+        """What beads at distance r add to each other's density."""
+        x = max(0.0, 1.0 - r / self.range)
+        return self.norm * x * x
+
+    def energy(self, crowd: float, r: float) -> float:
+        """The part of a pair in the energy."""
+        x = max(0.0, 1.0 - r / self.range)
+        return 0.25 * self.repulsion * self.range * crowd * x * x
+
+    def force(self, crowd: float, r: float) -> float:
+        """Force of a pair."""
+        return self.repulsion * crowd * max(0.0, 1.0 - r / self.range)
+
+    def curvature(self, crowd: float, r: float) -> float:
+        """Minus the slope of the force at a constant crowd."""
+        return self.repulsion * crowd / self.range if r < self.range else 0.0
+
+    def slope(self, r: float) -> float:
+        """The root of 2 c times the slope of the weight, of whose squares the curvature has more.
+
+        The Laplacian of U has the square of the gradient of each rho_i, by each bead, times 2 c.
+        """
+        steep = 2.0 * self.norm * self.repulsion / self.range
+        return math.sqrt(steep) * max(0.0, 1.0 - r / self.range)
+
+
+def many_body(repulsion: float, range: float, dimension: int) -> ManyBody:
+    """The law with a normalised weight."""
+    return ManyBody(float(repulsion), float(range), NORM[dimension] / range**dimension)
