@@ -277,7 +277,13 @@ GROWN = {key: value for key, value in WHOLE.items() if key != "chi"} | {
     },
     "observe": [{"thermo": {"every": 5}}],
 }  # fmt: skip
-WHOLES = WHOLE, WALLED, SHEARED, PRESSED, GROWN
+# An attraction, with which chi was not measured.
+CROWDED = {key: value for key, value in WHOLE.items() if key != "chi"} | {
+    "repulsion": WHOLE["repulsion"] | {"A C": -40},
+    "many_body": {"repulsion": 25, "range": 0.75},
+    "observe": [{"thermo": {"every": 5}}],
+}
+WHOLES = WHOLE, WALLED, SHEARED, PRESSED, GROWN, CROWDED
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],

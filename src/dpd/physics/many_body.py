@@ -25,8 +25,8 @@ NORM = {2: 6 / math.pi, 3: 15 / (2 * math.pi)}  # N r_d^d
 class ManyBodyForces(Term, key="many_body"):
     """Forces that grow with the density around beads, beside a repulsion that may be negative.
 
-    An attraction, a repulsion of pairs below 0, then makes a liquid with a free surface and a
-    vapour (Warren 2003): A = -40 and B = 25 one of density 6. Take a dt of 0.01.
+    An attraction, a repulsion of pairs below 0, then makes a liquid with a free surface (Warren
+    2003): -40 and 25 one of density 6.07 and surface tension 7.6. Take a dt of 0.01 or less.
     """
 
     keeps_apart = True
