@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from dpd.errors import UserError
-from dpd.page import PairTable, Term, setting
+from dpd.page import PairTable, Refusals, Term, setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,6 +74,12 @@ class Chi(Term, key="chi"):
             return unlike_repulsion(self.pairs[pair], scene.density, lengths[0], scene.kT, like[0])
         except ValueError as problem:
             refuse(f"{problem}. Or give a 'repulsion' instead")
+
+    def refuses(self, scene: Any) -> Refusals:
+        """Forces with which it was not measured."""
+        for term in scene.terms.values():
+            if term.keeps_apart:
+                yield "", f"was measured without {term.key!r}; give a 'repulsion' instead"
 
     def notes(self, scene: Any) -> Iterator[str]:
         """What came of each chi, and what the relation was not measured for."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from dpd.page import Positive, Refusals, Term, setting
+from dpd.page import Positive, Term, setting
 
 NORM = {2: 6 / math.pi, 3: 15 / (2 * math.pi)}  # N r_d^d
 
@@ -37,11 +37,6 @@ class ManyBodyForces(Term, key="many_body"):
     range: float = setting(
         "r_d, within which beads count in the local density.", 0.75, unit="r_c", gt=0, le=1
     )
-
-    def refuses(self, scene: Any) -> Refusals:
-        """Repulsions by a relation that was measured without it."""
-        if "chi" in scene.data:
-            yield "", "changes what comes of chi; give a 'repulsion' instead of 'chi'"
 
     def untried(self) -> str:
         """Without it is how schemes were measured."""
