@@ -283,7 +283,7 @@ CROWDED = {key: value for key, value in WHOLE.items() if key != "chi"} | {
     "many_body": {"repulsion": 25, "range": 0.75},
     "observe": [{"thermo": {"every": 5}}],
 }
-WHOLES = WHOLE, WALLED, SHEARED, PRESSED, GROWN, CROWDED
+WHOLES = WHOLE, WALLED, SHEARED, PRESSED, CROWDED, GROWN
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],
