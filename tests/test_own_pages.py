@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import linecache
 import os
 import re
 import subprocess
@@ -60,6 +61,19 @@ class Share(Observable, key="share"):
         return {"share": [low[now.of(name)].mean() for name in now.scene.species],
                 "height": z.mean()}
 '''
+MORSE = """
+from math import exp
+from dpd.page import NotNegative, PairForce, PerPair, setting
+
+class Morse(PairForce, key="morse"):
+    depth: PerPair[NotNegative] = setting("Depth of the well.", unit="kT")
+
+    def energy(self, r, w):
+        return -self.depth * w * w
+
+    def force(self, r, w):
+        return -2 * self.depth * w
+"""
 SCENE = {
     "dimension": 3,
     "box": 4,
@@ -212,16 +226,19 @@ def test_the_page_of_the_documentation(folder):
     text = (ROOT / "config" / "README.md").read_text()
     code = re.search("`gyration.py`.*?```python\n(.*?)```", text, re.S)[1]
     (folder / "gyration.py").write_text(code)
+    short = re.search("```python\n(import dpd\n+def span.*?)\nrun =", text, re.S)[1]
+    (folder / "span.py").write_text(short)
     chains = {
         "molecules": [{"architecture": "A 5", "count": 30}],
         "bond": {"stiffness": 50, "length": 0.7},
         "repulsion": {"A A": 25},
-        "observe": [{"gyration": {"every": 5}}, {"chains": {"every": 5}}],
-        "pages": ["gyration.py"],
+        "observe": [{name: {"every": 5}} for name in ("gyration", "chains", "span", "end_to_end")],
+        "pages": ["gyration.py", "span.py"],
     }
     run = dpd.run(SCENE | chains, progress=False)
     found = run.gyration_square.squeeze().values
     np.testing.assert_allclose(run.gyration, found, rtol=1e-9)
+    assert float(run.span.mean()) == pytest.approx(float(run.end_square.mean()), rel=1e-9)
 
 
 def test_an_object_of_a_class(folder, monkeypatch):
@@ -244,6 +261,111 @@ def test_an_object_of_a_class(folder, monkeypatch):
         with pytest.raises(UserError, match=said):
             dpd.run(plain, observe=[wrong], progress=False)
     sys.modules.pop("mine")
+
+
+FUNCTIONS = '''
+"""Two functions; others are no observables."""
+import numpy as np
+
+LENGTH = 2
+
+
+def size(snapshot):
+    """Mean square of the positions along each axis."""
+    return powers(snapshot.positions).mean(axis=0)
+
+
+def height(snapshot):
+    return snapshot.positions[:, 2].mean()
+
+
+def powers(x):
+    return np.abs(x) ** LENGTH
+
+
+def _hidden(snapshot):
+    return 1
+'''
+
+
+def test_a_function_is_an_observable(folder, monkeypatch):
+    """Of the same file by name and as an object, in runs that go on, and in a sweep."""
+    (folder / "short.py").write_text(FUNCTIONS)
+    named = SCENE | {"pages": ["short.py"], "observe": [{"size": {"every": 20}}, "height"]}
+    (folder / "scene.yaml").write_text(yaml.safe_dump({**named, "pages": []}))
+    assert command("run", "scene.yaml", "-o", "run.nc", "--page", "short.py").returncode == 0
+    run = dpd.load("run.nc")
+    last = (read("run.nc")[0]["last_position"] ** 2).mean(axis=1)
+    assert run["size"].dims == ("size_sample", "size_index") and run.height.shape == (3,)
+    np.testing.assert_allclose(run["size"][-1], last, rtol=1e-12)
+    assert run["size"].long_name == "Mean square of the positions along each axis"
+    assert run.height.attrs["mean"] == pytest.approx(run.height.values.mean())
+    assert command("extend", "run.nc", "--sample", 40).returncode == 0
+    longer = dpd.run(named | {"steps": {"equilibrate": 4, "sample": 100}}, progress=False)
+    assert longer["size"].identical(dpd.load("run.nc")["size"])
+    monkeypatch.syspath_prepend(folder)
+    short = importlib.import_module("short")
+    plain = SCENE | {"observe": ["thermo"]}
+    asked = [short.height, {"size": {"every": 20}}, "configuration"]
+    given = dpd.run(plain, observe=asked, pages=["short.py"], progress=False)
+    np.testing.assert_array_equal(given.height, run.height)
+    swept = dpd.sweep(plain, {"box": [4]}, observe=[short.height], progress=False)
+    assert swept.height.dims == ("box", "replica", "height_sample")
+    for wrong in (short.powers, short._hidden, lambda snapshot: 1, short):
+        with pytest.raises(UserError, match="is no observable; allowed: names, functions of a"):
+            dpd.run(plain, observe=[wrong], progress=False)
+    (folder / "short.py").write_text(FUNCTIONS.replace("[:, 2]", "[:, 3]"))
+    with pytest.raises(UserError, match=r"observe\.height: line 14: IndexError: "):
+        dpd.run(named, progress=False)  # before anything has run
+    sys.modules.pop("short")
+
+
+def cell(text, number, **names):
+    """What a cell of a notebook defines, as IPython keeps it."""
+    place = f"<ipython-input-{number}-0>"
+    linecache.cache[place] = (len(text), None, text.splitlines(keepends=True), place)
+    names |= {"__name__": "__main__"}
+    exec(compile(text, place, "exec"), names)
+    return names
+
+
+def test_a_cell_of_a_notebook(folder, monkeypatch):
+    """Its functions and classes go on in fresh processes; what else it does is done once."""
+    monkeypatch.delattr(sys.modules["__main__"], "__file__", raising=False)
+    text = FUNCTIONS + "done.append(dpd.run(scene, observe=[height], output='run.nc'))\n"
+    done = []
+    names = cell(text, 1, done=done, dpd=dpd, scene=SCENE | {"observe": []})
+    assert len(done) == 1 and done[0].height.shape == (3,)
+    assert command("extend", "run.nc", "--sample", 20).returncode == 0
+    again = dpd.run(SCENE | {"observe": []}, observe=[names["height"]], progress=False)
+    np.testing.assert_array_equal(again.height, done[0].height)
+    page = cell(PAGE, 2)["Neighbours"]
+    force = cell(MORSE, 3)["Morse"]
+    asked = SCENE | {"morse": {"depth": {"A A": 1, "A B": 0, "B B": 3}}}
+    scene = Scene(asked, pages=[page, force])
+    assert Scene.of_result(json.dumps(scene.data), "run.nc").own_forces[0].depth["B B"] == 3
+    with pytest.raises(UserError, match="'Morse' stands in no file"):
+        exec(MORSE, names := {"__name__": "__main__"})
+        Scene(asked, pages=[names["Morse"]])
+    for wrong, said in (("np.abs", "np.abs"), ("def size(snapshot)", "def size(snapshot=np.pi)")):
+        broken = cell(FUNCTIONS.replace("import numpy as np", "").replace(wrong, said), 4, np=np)
+        with pytest.raises(UserError, match=r"line \d+: NameError.*; a cell of a notebook that"):
+            dpd.run(SCENE | {"observe": []}, observe=[broken["size"]], progress=False)
+
+
+def test_a_script_that_would_run_itself(folder):
+    """Wherever its function is needed; and one that does so only when it is called."""
+    run = "dpd.run('scene.yaml', observe=[mine], progress=False)"
+    script = "import dpd\ndef mine(snapshot):\n    return snapshot.time\n"
+    for text, code in ((run, 1), (f"if __name__ == '__main__':\n    {run}", 0)):
+        (folder / "script.py").write_text(f"{script}{text}\n")
+        (folder / "scene.yaml").write_text(yaml.safe_dump(SCENE | {"observe": ["configuration"]}))
+        done = subprocess.run(
+            [sys.executable, "script.py"], capture_output=True, text=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+        )  # fmt: skip
+        assert done.returncode == code, done.stderr
+        assert ("script.py: line 4: this file is imported wherever" in done.stderr) == code
 
 
 def test_helpers_of_two_folders_with_one_name(folder):

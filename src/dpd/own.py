@@ -7,22 +7,30 @@ file is the same module in every process.
 from __future__ import annotations
 
 import ast
+import linecache
+import os
 import sys
+from functools import cache
 from importlib import invalidate_caches
 from importlib.util import module_from_spec, spec_from_file_location
+from inspect import signature
 from pathlib import Path
+from types import FunctionType, new_class
 from typing import TYPE_CHECKING, Any
 
-from dpd.digest import text_digest
+from dpd.digest import cache_folder, text_digest
 from dpd.errors import OtherPage, UserError, reason, shown
-from dpd.page import Observable, Page, PairForce, Start, Term, names
+from dpd.page import Change, Observable, Page, PairForce, Start, Term, names
 from dpd.sources import DOCUMENTED, sources_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from types import ModuleType
+    from typing import Self
 
 PREFIX = "own_"  # of the names of modules
+CELL = "cell_"  # of the names of files with what notebooks define
+_importing: list[Path] = []  # files of pages that are imported just now
 
 
 def files_of(path: Path) -> list[Path]:
@@ -114,7 +122,7 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     if not pages:
         raise UserError(
             f"{where}: {path}: there is no page in it; a page is a class with a key, as 'class "
-            'Mine(Observable, key="mine")\''
+            "Mine(Observable, key=\"mine\")', or a function that measures, as 'def mine(snapshot)'"
         )
     for key, page in pages.items():
         wrong = _wrong(key, page)
@@ -154,6 +162,7 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
     module = sys.modules[name] = module_from_spec(spec)
     folder = str(path.parent)
     sys.path.insert(0, folder)
+    _importing.append(path)
     try:
         invalidate_caches()
         spec.loader.exec_module(module)
@@ -161,6 +170,7 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
         del sys.modules[name]
         raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
     finally:
+        _importing.pop()
         sys.path.remove(folder)
         for stem in beside:
             if (own := sys.modules.pop(stem, None)) is not None:
@@ -169,12 +179,136 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
     return module
 
 
+def refuse_to_run() -> None:
+    """Refuse what a file of pages, such as a script, would run whenever it is imported.
+
+    Raises
+    ------
+    UserError
+    """
+    if _importing:
+        raise UserError(
+            "this file is imported wherever its pages are needed, and would run something then; "
+            "put that below a line 'if __name__ == \"__main__\":'"
+        )
+
+
 def _pages(module: ModuleType) -> Iterator[tuple[str, type[Page]]]:
-    for page in vars(module).values():
-        if isinstance(page, type) and issubclass(page, Page) and page.__module__ == module.__name__:
+    for name, page in vars(module).items():
+        if getattr(page, "__module__", "") != module.__name__:
+            continue
+        if isinstance(page, type) and issubclass(page, Page):
             page.model_rebuild()  # a wrong setting fails here, not at its first use
             if page.key:
                 yield page.key, page
+        elif isinstance(page, FunctionType) and name == page.__name__ and measures(page):
+            yield name, _page_of(page)
+
+
+class Function(Observable):
+    """A plain function that measures; every sample is kept, under its name."""
+
+    stands = frozenset(Change)  # who writes one has a scene in mind
+    is_series = True
+
+    def begun(self, now: Any) -> Self:
+        """Itself, with the shape of what it gives."""
+        import numpy as np
+
+        try:
+            shape = np.shape(self.measure(now))
+        except UserError:
+            raise
+        except (Exception, SystemExit) as problem:  # whatever a function may raise
+            raise UserError(f"observe.{self.key}: {told_of(problem, type(self))}") from None
+        axes = [f"{self.key}_index{k if len(shape) > 1 else ''}" for k in range(len(shape))]
+        begun: Any = self.model_copy()
+        (dimensions, *rest) = self.gives[self.key]
+        begun.gives = {self.key: ((*dimensions, *axes), *rest)}
+        begun._axes = {axis: (np.arange(n), "1", "index") for axis, n in zip(axes, shape)}
+        return begun
+
+    def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
+        """Numbers of the elements of an array."""
+        return getattr(self, "_axes", {})
+
+
+def measures(function: Callable) -> bool:
+    """Whether a function is an observable."""
+    name = function.__qualname__  # a name with points, as of a method, is that of no page
+    own = name.isidentifier() and not name.startswith("_")
+    return own and list(signature(function).parameters) == ["snapshot"]
+
+
+@cache
+def _page_of(function):
+    """A function as a page."""
+    name, text = function.__name__, (function.__doc__ or function.__name__).split("\n\n")[0]
+    inside = {
+        "__module__": function.__module__,
+        "__doc__": text,
+        "gives": {name: (("sample",), "reduced", " ".join(text.split()).rstrip("."))},
+        "measure": lambda self, now: function(now),
+    }
+    return new_class(name, (Function,), {"key": name}, lambda body: body.update(inside))
+
+
+def file_of(page: Any) -> str:
+    """The file of a page: a path as it is, or that in which a class or a function stands.
+
+    What a cell of a notebook defines gets a file in the user's cache, with all in that cell that it
+    uses, under a name by its digest.
+
+    Raises
+    ------
+    UserError
+        If it stands in no file, where no other process could find it.
+    """
+    if isinstance(page, str | os.PathLike):
+        return os.path.abspath(page)
+    name, module = getattr(page, "__name__", shown(page)), getattr(page, "__module__", "")
+    path = getattr(sys.modules.get(module), "__file__", None)
+    for part in vars(page).values() if isinstance(page, type) else [page]:
+        if isinstance(part, FunctionType) and part.__module__ == module:
+            place = part.__code__.co_filename
+            if os.path.isfile(place):
+                path = path or place
+            elif lines := linecache.getlines(place):
+                return _file_of_cell(lines, name)
+    if path is None:
+        raise UserError(
+            f"{name!r} stands in no file, where a run that goes on in another process could find "
+            "it; write it into one, and import it"
+        )
+    return os.path.abspath(path)
+
+
+def _file_of_cell(lines: Sequence[str], name: str) -> str:
+    """A file with what a cell defines by a name, and what that uses, each line in its place."""
+    from dpd.files import replace_whole
+
+    body, needed, kept = ast.parse("".join(lines)).body, {name, "*"}, set[int]()
+    while found := [node for node in body if not {node.lineno} <= kept and needed & _defined(node)]:
+        for node in found:
+            needed |= {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}
+            first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
+            kept |= set(range(first, (node.end_lineno or first) + 1))
+    text = "".join(line if n in kept else "\n" for n, line in enumerate(lines, 1))
+    path = cache_folder("pages") / f"{CELL}{text_digest(text)}.py"
+    if not path.is_file():
+        replace_whole(path, lambda draft: draft.write_text(text))
+    return str(path)
+
+
+def _defined(node: ast.stmt) -> set[str]:
+    """Names that a statement defines."""
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        return {(name.asname or name.name).split(".")[0] for name in node.names}
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return {node.name}
+    targets = node.targets if isinstance(node, ast.Assign) else []
+    targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
+    return {each.id for one in targets for each in ast.walk(one) if isinstance(each, ast.Name)}
 
 
 def check_slope(page: PairForce, scene: Any) -> None:
@@ -249,4 +383,9 @@ def _told(problem: BaseException, path: Path) -> str:
         if at.tb_frame.f_code.co_filename == str(path):
             line = f"line {at.tb_lineno}: "
         at = at.tb_next
-    return f"{line}{type(problem).__name__}: {shown(problem, str)}"
+    if isinstance(problem, UserError):
+        return f"{line}{problem}"
+    hint = ""
+    if isinstance(problem, NameError) and path.name.startswith(CELL):
+        hint = "; a cell of a notebook that has a page must import and define what that uses"
+    return f"{line}{type(problem).__name__}: {shown(problem, str)}{hint}"

@@ -339,6 +339,10 @@ class Observable(Page):
         measuring._start(scene, system, **files)
         return measuring
 
+    def begun(self, now: Any) -> Self:
+        """Itself, with what follows from the configuration in which a run begins."""
+        return self
+
     def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
         """Coordinates of what it gives, by dimension: values, units, long_name."""
         return {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import warnings
 from argparse import ArgumentTypeError
 from collections.abc import Mapping
@@ -11,15 +10,17 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dpd.api.datasets import load
 from dpd.arguments import count, steps
-from dpd.errors import Stopped, UserError
+from dpd.errors import Stopped, UserError, shown
 from dpd.files import check_output
 from dpd.interrupts import ctrl_c
+from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
 from dpd.pipeline.extend import Extension
 from dpd.pipeline.extend import extend as make_longer
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
 def run(
     scene: str | os.PathLike | Mapping[str, Any] | Scene,
     *,
-    observe: Sequence[Observable] = (),
+    observe: Sequence[Any] = (),
+    pages: Sequence[Any] = (),
     start: str | os.PathLike | None = None,
     output: str | os.PathLike | None = None,
     threads: int = 1,
@@ -54,9 +56,13 @@ def run(
     ----------
     scene : path, dict or dpd.Scene
         What to simulate; a path is that of a YAML file.
-    observe : list of dpd.page.Observable, optional
-        What to measure beside what the scene names: observables of one's own, made of a class in a
-        file, as ``Gyration(of="A")``.
+    observe : list, optional
+        What to measure beside what the scene names: functions as ``def gyration(snapshot)``, which
+        return a number or an array of a `dpd.observe.common.snapshot.Snapshot`; objects of classes
+        of one's own, as ``Gyration(of="A")``; names, as a scene has them. Functions and classes
+        stand in a file or a cell of a notebook, with all that they use.
+    pages : list, optional
+        Files with pages of one's own, or classes such as pair forces, that the scene may then name.
     start : path, optional
         First configuration, as ``dpd run --start`` takes it: read if the file is there, otherwise
         made and kept in it. Without it, it is made as the scene says.
@@ -103,7 +109,7 @@ def run(
     >>> bool(hotter.kT.mean() > 1.8)
     True
     """
-    scene = observing(as_scene(scene), observe)
+    scene = as_scene(scene, observe, pages)
     if output is None:
         refuse_files_beside(scene, "dpd.run(..., output='run.nc')")
     with _output(output) as path:
@@ -185,54 +191,51 @@ def _stopping():
             raise KeyboardInterrupt(str(stopped)) from None
 
 
-def as_scene(given: str | os.PathLike | Mapping[str, Any] | Scene) -> Scene:
-    """A scene from what a person gives for one.
+def as_scene(
+    given: str | os.PathLike | Mapping[str, Any] | Scene,
+    observe: Sequence[Any] = (),
+    pages: Sequence[Any] = (),
+) -> Scene:
+    """A scene from what a person gives for one, with more pages and observables.
 
     Raises
     ------
     dpd.UserError
-        If it is not allowed.
+        If it is not allowed, or a page stands in no file, where no other process could find it.
     """
-    if isinstance(given, Scene):
-        return given
+    refuse_to_run()
+    asked = [_asked(page) for page in observe]
+    pages = [*pages, *(page for _, page in asked if page is not None)]
     if isinstance(given, str | os.PathLike):
-        return Scene.read(Path(given))
-    if isinstance(given, Mapping):
-        return Scene(plain(given))
-    raise UserError(
-        f"scene: {type(given).__name__} is none; allowed: a path of a YAML file, a dict, or a "
-        "dpd.Scene"
-    )
-
-
-def observing(scene: Scene, pages: Sequence[Observable]) -> Scene:
-    """A scene that has some more observables, with the files in which their classes stand.
-
-    Raises
-    ------
-    dpd.UserError
-        If one is no observable, or stands in no file, where no other process could find it.
-    """
-    if not pages:
+        scene = Scene.read(Path(given), pages)
+    elif isinstance(given, Scene):
+        scene = Scene(given.data, given.where, pages=pages) if pages else given
+    elif isinstance(given, Mapping):
+        scene = Scene(plain(given), pages=pages)
+    else:
+        raise UserError(
+            f"scene: {type(given).__name__} is none; allowed: a path of a YAML file, a dict, or a "
+            "dpd.Scene"
+        )
+    if not asked:
         return scene
-    asked, files = list(scene.data["observe"]), list(scene.data["pages"])
-    for page in pages:
-        if not isinstance(page, Observable):
-            raise UserError(
-                f"observe: {page!r} is no observable; allowed: objects of classes as 'class "
-                'Mine(Observable, key="mine")\''
-            )
-        module = type(page).__module__
-        path = getattr(sys.modules.get(module), "__file__", None)
-        if path is None:
-            raise UserError(
-                f"observe: {page.key!r} stands in no file, where a run that goes on in another "
-                "process could find it; write its class into one, and import it"
-            )
-        if not module.startswith("dpd."):
-            files.append(os.path.abspath(path))
-        asked.append({page.key: page.model_dump(exclude_unset=True, by_alias=True)})
-    return Scene(scene.data | {"observe": asked, "pages": files}, scene.where)
+    observe = [*scene.data["observe"], *(item for item, _ in asked)]
+    return Scene(scene.data | {"observe": observe}, scene.where)
+
+
+def _asked(page):
+    """An observable as a scene names it; and itself, if it is one's own."""
+    if isinstance(page, str | Mapping):
+        return plain(page), None
+    if isinstance(page, Observable):
+        own = None if type(page).__module__.startswith("dpd.") else type(page)
+        return {page.key: page.model_dump(exclude_unset=True, by_alias=True)}, own
+    if isinstance(page, FunctionType) and measures(page):
+        return page.__name__, page
+    raise UserError(
+        f"observe: {shown(page)} is no observable; allowed: names, functions of a file as 'def "
+        "mine(snapshot)', and objects of classes as 'class Mine(Observable, key=\"mine\")'"
+    )
 
 
 def plain(value: Any) -> Any:

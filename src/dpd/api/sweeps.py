@@ -45,6 +45,8 @@ def sweep(
     scene: str | os.PathLike | Mapping[str, Any] | Scene,
     axes: Mapping[str, Sequence | Mapping],
     *,
+    observe: Sequence[Any] = (),
+    pages: Sequence[Any] = (),
     replicas: int = 1,
     processes: int | None = None,
     threads: int = 1,
@@ -66,6 +68,8 @@ def sweep(
         with a list of its values, which are numbers or words. Several keys, or text such as
         ``"A 10"``, need a name and what the axis of a paper has (see config/README.md), as
         ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
+    observe, pages : list, optional
+        See `dpd.run`.
     replicas : int, optional
         Runs of each combination, with seeds of their own.
     processes : int, optional
@@ -110,7 +114,7 @@ def sweep(
     >>> bool(soft < hard), bool((found.pressure_error > 0).all())
     (True, True)
     """
-    planned = _planned(as_scene(scene), axes, plain(replicas))
+    planned = _planned(as_scene(scene, observe, pages), axes, plain(replicas))
     threads = checked_threads(threads)
     workers = _workers(plain(processes), threads)
     if output is None:

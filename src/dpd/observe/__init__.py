@@ -15,8 +15,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from dpd.engine.simulation import Snapshot as Configuration
 from dpd.errors import UserError
 from dpd.observe.common.measured import Measured
+from dpd.observe.common.snapshot import Snapshot
 from dpd.observe.common.stretch import Stretch
 from dpd.scene.beside import files_beside
 
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from dpd.engine.state import System
+    from dpd.engine.state import State, System
     from dpd.scene.scene import Scene
 
     # Name to (dimensions, array, units, long_name).
@@ -37,7 +39,9 @@ if TYPE_CHECKING:
         members: np.ndarray
 
 
-def observables(scene: Scene, system: System, path: str | Path | None = None) -> list[Any]:
+def observables(
+    scene: Scene, system: System, path: str | Path | None = None, state: State | None = None
+) -> list[Any]:
     """The observables that a scene asks for, and the watch over its bonds.
 
     Parameters
@@ -46,14 +50,19 @@ def observables(scene: Scene, system: System, path: str | Path | None = None) ->
     system : System
     path : path or None
         Of the result, beside which some write files of their own; without it they do not.
+    state : State or None
+        Of the run, for a look at it: a function of one's own says so the shape of what it gives,
+        which is a number otherwise.
 
     Returns
     -------
     list of Observable or Measured
     """
     beside = {} if path is None else files_beside(scene, path)
+    now = None if state is None else Snapshot(scene, Configuration(system, state))
     asked: list[Any] = []
     for name, page in scene.observe.items():
+        page = page if now is None else page.begun(now)
         own = {"path": beside[name]} if name in beside else {}
         asked.append(Measured(page, scene) if page.gives else page.begin(scene, system, **own))
     _refuse_names_taken_twice(asked)

@@ -50,7 +50,7 @@ def compile_observables(scene: Scene, simulation: Simulation) -> None:
     simulation : Simulation
         Of that scene. It stays where it is.
     """
-    for observer in observables(scene, simulation.system):
+    for observer in observables(scene, simulation.system, None, simulation.state):
         if not hasattr(observer, "sample"):  # takes sums, which the loop adds up
             continue
         observer.sample(simulation)

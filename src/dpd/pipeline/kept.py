@@ -18,6 +18,7 @@ that the last configuration lacks:
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -166,8 +167,11 @@ def read_former(path: str | Path) -> Former:
         )
         raise UserError(f"{path}: {why}")
     last = particles_of(variables, attributes, path)
-    observers: list[Any] = list(observables(scene, system_of(scene), path))
     blank = _blank_state(scene)
+    if last.position.shape == blank.position.shape:
+        velocity = blank.velocity if last.velocity is None else last.velocity
+        blank = replace(blank, position=last.position, velocity=velocity, image=last.image)
+    observers: list[Any] = list(observables(scene, system_of(scene), path, blank))
     arrays = _as_checkpoint(stored, last, blank)
     whole = attributes.get(CHECKSUM) == checksum_of(arrays)
     wrong = "" if whole else "its checksum does not fit"

@@ -170,7 +170,7 @@ def measured_speed(scene: Scene, seconds: float) -> Speed:
     simulation = Simulation(system_of(scene), make_start(random_start(scene)))
     system, most = system_of(scene), scene.steps.sample
     compile_observables(scene, simulation)
-    observers = observables(scene, system)
+    observers = observables(scene, system, None, simulation.state)
 
     def watched(steps):
         run(simulation, (begun, min(simulation.state.step - begun + steps, most)), observers)

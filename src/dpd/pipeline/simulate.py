@@ -108,7 +108,7 @@ def simulate(
         )
     system = system_of(scene)
     simulation = Simulation(system, state, settings.threads)
-    observers = observables(scene, system, path)
+    observers = observables(scene, system, path, state)
     keeps = scene.data.get("keep_state", settings.keep)
     for observer, former in zip(observers, settings.former or ()):
         looked = state.step - counts_from(observer, scene.steps.equilibrate)

@@ -117,8 +117,27 @@ stay as the start has left them, and kT of few beads shows it.
 
 ## An observable of your own
 
-A file beside the scene, here `gyration.py`, with a class that says its settings, what it `gives`
-(dimensions, units, a name for plots) and how to `measure` that in a snapshot:
+A function of a snapshot is enough:
+
+```python
+import dpd
+
+
+def span(snapshot):
+    "Squared distance between the ends of chains of five beads, in r_c^2."
+    chains = snapshot.unwrapped.reshape(-1, 5, snapshot.dimension)
+    return ((chains[:, -1] - chains[:, 0]) ** 2).sum(axis=1).mean()
+
+
+run = dpd.run("chains.yaml", observe=[span])  # run.span, a series with its mean and error
+```
+
+It returns a number or an array. It is called every 0.8 tau, or as a scene says that names its file,
+`pages: [mine.py]` and `observe: [{span: {every: 20}}]`. It may also stand in a script, which then
+runs below `if __name__ == "__main__":`, or in a cell of a notebook that imports what it uses.
+
+A class can say more: its settings, what it `gives` (dimensions, units, a name for plots) and how to
+`measure` that in a snapshot. Here it stands in `gyration.py`, beside the scene:
 
 ```python
 import numpy as np
@@ -175,12 +194,13 @@ class Attraction(PairForce, key="attraction"):
         return -2.0 * pi * self.depth * sin(pi * w) * cos(pi * w)
 ```
 
-A scene with `pages: [attraction.py]` then has the key `attraction: {depth: 2}`, or `{depth: {A A:
-2, A B: 0, B B: 2}}`. It acts beside the repulsion. In the formulas a setting is the number of the
-pair at hand, r the distance and w = 1 - r; they use `math`, and functions of the file that are
-marked with `part` of `dpd.page`. Before anything is compiled, the force is held to the slope of the
-energy at 49 distances. Pressure, energy, stress profiles and the configurational temperature have
-it. Steps that the repulsion allows may be too long for it: look at `kT` and at half of `dt`.
+A scene with `pages: [attraction.py]` (in Python also `dpd.run(..., pages=[Attraction])`) has the
+key `attraction: {depth: 2}`, or `{depth: {A A: 2, A B: 0, B B: 2}}`. It acts beside the repulsion.
+In the formulas a setting is the number of the pair at hand, r the distance and w = 1 - r; they use
+`math`, and functions of the file that are marked with `part` of `dpd.page`. Before anything is
+compiled, the force is held to the slope of the energy at 49 distances. Pressure, energy, stress
+profiles and the configurational temperature have it. Steps that the repulsion allows may be too
+long for it: look at `kT` and at half of `dt`.
 
 ## A start of your own
 

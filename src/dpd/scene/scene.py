@@ -13,7 +13,7 @@ import numpy as np
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import blame, check_slope, load
+from dpd.own import blame, check_slope, file_of, load
 from dpd.page import Change, Observable, Page, PairForce, Refusals, Start, Term, find, names
 from dpd.scene.architecture import tree_of
 from dpd.scene.bonding import Joined, all_species, joined
@@ -53,6 +53,9 @@ class Scene:
         File to name in messages.
     folder : path
         From which the path of a file to start from counts; the working folder if not given.
+    pages : list
+        Of one's own, beside those that it names: files, or classes and functions of a file or of a
+        notebook's cell.
 
     Attributes
     ----------
@@ -70,9 +73,17 @@ class Scene:
         If anything in it is not allowed, or does not fit together: a line for each mistake.
     """
 
-    def __init__(self, data: dict[str, Any], where: str = "scene", folder: str | Path = "") -> None:
+    def __init__(
+        self,
+        data: dict[str, Any],
+        where: str = "scene",
+        folder: str | Path = "",
+        pages: Iterable[Any] = (),
+    ) -> None:
         if not isinstance(data, dict):
             raise UserError(f"{where}: {shown(data)} is no scene; allowed: keys and values")
+        if isinstance(given := data.get("pages", []), list):
+            data = data | {"pages": [*given, *map(file_of, pages)]}
         self.where = where
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen = None  # type: dict[str, Any] | None
@@ -132,7 +143,7 @@ class Scene:
 
     @classmethod
     def read(
-        cls, path: str | Path, pages: Iterable[str | Path] = (), settings: Iterable[str] = ()
+        cls, path: str | Path, pages: Iterable[Any] = (), settings: Iterable[str] = ()
     ) -> Scene:
         """Read a scene from a YAML file; with more files of pages, and with some other values.
 
@@ -145,10 +156,7 @@ class Scene:
                 raise UserError(f"--set {setting}: write KEY=VALUE, as --set integrator.dt=0.02")
             where += f", --set {setting}"
             data = changed(data, {key: value_of(text, f"--set {setting}")}, where)
-        given = data.get("pages", [])
-        if isinstance(given, list):
-            data["pages"] = [*given, *(os.path.abspath(page) for page in pages)]
-        return cls(data, where, Path(path).parent)
+        return cls(data, where, Path(path).parent, pages)
 
     def __repr__(self):
         edges = " x ".join(f"{edge:g}" for edge in self.box)
@@ -206,7 +214,7 @@ class Scene:
             self._add_observable(item, wrong)
         if wrong:
             raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
-        self.data = basics.model_dump(exclude_none=True, by_alias=True)
+        self.data = basics.model_dump(exclude_none=True, by_alias=True, exclude={"pages"})
         self.data |= {key: _plain(term) for key, term in self.terms.items()}
         self.data["start"] = _plain(self.start)
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]

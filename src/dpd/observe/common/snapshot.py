@@ -11,6 +11,7 @@ from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
+    from dpd.engine.simulation import Snapshot as Configuration
     from dpd.scene.scene import Scene
 
 
@@ -43,7 +44,7 @@ class Snapshot:
     Parameters
     ----------
     scene : Scene
-    simulation : Simulation
+    simulation : dpd.engine.simulation.Snapshot
         As it is now; nothing of it is kept.
 
     Attributes
@@ -59,7 +60,7 @@ class Snapshot:
         In r_c^dimension; between walls that of the fluid.
     """
 
-    def __init__(self, scene: Scene, simulation: Simulation) -> None:
+    def __init__(self, scene: Scene, simulation: Configuration) -> None:
         self.scene, self._state, self._shear = scene, simulation.state, simulation.system.shear
         self.step, self.time = self._state.step, self._state.step * scene.dt
         self.box, self.volume = fixed(np.array(simulation.box)), simulation.volume
