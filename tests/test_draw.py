@@ -4,6 +4,7 @@ import os
 import random
 import re
 import stat
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import rgb_to_hsv, to_rgb
 from PIL import Image
@@ -344,6 +346,14 @@ def test_a_picture_of_a_run(files, dpd):
     arguments = "--size 12 --dpi 100 --caption --dark --view -30 20 --slab z -1 2 --species A"
     assert dpd("draw", "run.nc", "-o", "other.png", *arguments.split())[0] == 0
     assert abs(size_of("other.png")[0] - 12 / 2.54 * 100) <= 1
+
+
+def test_a_notebook_shows_a_picture_once(files):
+    """What IPython asks a figure for is an image; pyplot, which shows its own, has none of it."""
+    figure = draw("run.nc")
+    image, about = figure._repr_png_()
+    assert abs(size_of(BytesIO(image))[0] - 8.6 / 2.54 * 300) <= 1 and about == {"width": 325}
+    assert figure._repr_html_() is None and not pyplot.get_fignums()
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dpd.errors import UserError
@@ -18,6 +17,7 @@ from dpd.report.pictures.frame import (
     SMALL,
     TEXT,
     Margins,
+    Picture,
     draw_edges,
     draw_legend,
     ink_of,
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from dpd.particles.fields import Fields
     from dpd.report.pictures.look import Look
@@ -137,7 +138,7 @@ def draw_fields(fields: Fields, frames: Sequence[int], look: Look, path: object)
 def _blank(look):
     """A figure without panels."""
     paper, _ = ink_of(look)
-    return Figure(dpi=look.dpi, layout="none", facecolor=paper)
+    return Picture(dpi=look.dpi, layout="none", facecolor=paper)
 
 
 def _check(fields, look, path):

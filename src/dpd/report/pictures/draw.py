@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 
 from dpd.errors import UserError
 from dpd.files import check_output, replace_whole
@@ -21,6 +20,7 @@ from dpd.report.pictures.colouring import BRIGHTER, coloured_by, colours_of, mix
 from dpd.report.pictures.densities import draw_fields
 from dpd.report.pictures.frame import (
     BEFORE,
+    Picture,
     axes_of,
     draw_caption,
     draw_edges,
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from dpd.particles.fields import Fields
 
@@ -67,6 +68,7 @@ def draw(
     Returns
     -------
     matplotlib.figure.Figure
+        A notebook shows it where it is the last line of a cell.
 
     Raises
     ------
@@ -158,7 +160,7 @@ def _single(frame):
 
 def _figure(particles, look, path):
     check_beads(look, particles, path)
-    figure = Figure(dpi=look.dpi, layout="none")
+    figure = Picture(dpi=look.dpi, layout="none")
     draw_into(figure, particles, look, fixed_of(particles, look))
     return figure
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from dpd.report.pictures.camera import corners, seen
@@ -16,13 +18,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from dpd.particles.particles import Particles
     from dpd.report.pictures.camera import Camera
     from dpd.report.pictures.look import Look
 
 TEXT, SMALL = 8, 7  # points
+SCREEN = 96  # pixels of a browser per inch
 LINE = 0.17  # inches that a line of text takes
 PER_ROW = 4  # species in a row of the legend
 WIDE = 0.55  # inches of a label
@@ -31,6 +33,16 @@ TALLEST = 2.0  # height of what is drawn, in widths of the picture
 UPRIGHT, LEVEL = 2.0, 0.1  # slopes of edges
 FORESHORTENED = 0.35  # edges that are seen shorter than this share of their length have no label
 BEHIND, BEFORE = 0.5, 1e6  # zorder of edges; layers of beads have 1, 2, ...
+
+
+class Picture(Figure):
+    """A figure that a notebook shows, once, whether or not it has imported pyplot."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        """What IPython asks for: an image, and its width on the screen."""
+        with BytesIO() as image:
+            self.savefig(image, format="png")
+            return image.getvalue(), {"width": round(SCREEN * self.get_figwidth())}
 
 
 class Label(NamedTuple):
