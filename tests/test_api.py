@@ -30,7 +30,7 @@ from dpd.progress import Progress
 from tests.conftest import SCENE
 from tests.test_interrupted import Command, wait_for
 
-MODULES = ("dpd", "dpd.api.datasets", "dpd.api.runs", "dpd.api.sweeps")
+MODULES = ("dpd", "dpd.api.datasets", "dpd.api.live", "dpd.api.runs", "dpd.api.sweeps")
 FLUID = SCENE | {"observe": ["thermo"], "steps": {"equilibrate": 200, "sample": 800}}
 CHAINS = {
     "dimension": 3,

@@ -17,6 +17,7 @@ True
 - `dpd.Scene`: a scene that was checked and knows its beads, density and bonds.
 - `dpd.draw`: a picture of beads and bonds, or of density fields, as a matplotlib figure.
 - `dpd.load`: the result of an earlier run or sweep.
+- `dpd.Simulation`: a scene that runs step by step, and is looked at and changed in between.
 - `dpd.sweep`: all combinations of some values of a scene, on several cores.
 - `dpd.UserError`: what they raise over anything that the user can mend, with a sentence on it.
 """
@@ -26,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dpd.api.datasets import load as load
+    from dpd.api.live import Simulation as Simulation
     from dpd.api.runs import extend as extend
     from dpd.api.runs import run as run
     from dpd.api.sweeps import sweep as sweep
@@ -38,6 +40,7 @@ __version__ = "0.2.0"  # the one place: pyproject.toml reads it
 # Imported at their first use: to import what compiles and what plots takes two seconds.
 _MODULES = {
     "Scene": "dpd.scene.scene",
+    "Simulation": "dpd.api.live",
     "UserError": "dpd.errors",
     "draw": "dpd.report.pictures.draw",
     "extend": "dpd.api.runs",
@@ -45,7 +48,7 @@ _MODULES = {
     "run": "dpd.api.runs",
     "sweep": "dpd.api.sweeps",
 }
-__all__ = ["Scene", "UserError", "draw", "extend", "load", "run", "sweep"]
+__all__ = ["Scene", "Simulation", "UserError", "draw", "extend", "load", "run", "sweep"]
 
 
 def __getattr__(name: str) -> Any:

@@ -19,6 +19,7 @@ from types import FunctionType, new_class
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import cache_folder, text_digest
+from dpd.drafts import draft_of
 from dpd.errors import OtherPage, UserError, reason, shown
 from dpd.page import Change, Observable, Page, PairForce, Start, Term, names
 from dpd.sources import DOCUMENTED, sources_digest
@@ -211,7 +212,7 @@ class Function(Observable):
     stands = frozenset(Change)  # who writes one has a scene in mind
     is_series = True
 
-    def begun(self, now: Any) -> Self:
+    def shaped(self, now: Any) -> Self:
         """Itself, with the shape of what it gives."""
         import numpy as np
 
@@ -222,11 +223,11 @@ class Function(Observable):
         except (Exception, SystemExit) as problem:  # whatever a function may raise
             raise UserError(f"observe.{self.key}: {told_of(problem, type(self))}") from None
         axes = [f"{self.key}_index{k if len(shape) > 1 else ''}" for k in range(len(shape))]
-        begun: Any = self.model_copy()
+        shaped: Any = self.model_copy()
         (dimensions, *rest) = self.gives[self.key]
-        begun.gives = {self.key: ((*dimensions, *axes), *rest)}
-        begun._axes = {axis: (np.arange(n), "1", "index") for axis, n in zip(axes, shape)}
-        return begun
+        shaped.gives = {self.key: ((*dimensions, *axes), *rest)}
+        shaped._axes = {axis: (np.arange(n), "1", "index") for axis, n in zip(axes, shape)}
+        return shaped
 
     def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
         """Numbers of the elements of an array."""
@@ -285,8 +286,6 @@ def file_of(page: Any) -> str:
 
 def _file_of_cell(lines: Sequence[str], name: str) -> str:
     """A file with what a cell defines by a name, and what that uses, each line in its place."""
-    from dpd.files import replace_whole
-
     body, needed, kept = ast.parse("".join(lines)).body, {name, "*"}, set[int]()
     while found := [node for node in body if not {node.lineno} <= kept and needed & _defined(node)]:
         for node in found:
@@ -296,7 +295,10 @@ def _file_of_cell(lines: Sequence[str], name: str) -> str:
     text = "".join(line if n in kept else "\n" for n, line in enumerate(lines, 1))
     path = cache_folder("pages") / f"{CELL}{text_digest(text)}.py"
     if not path.is_file():
-        replace_whole(path, lambda draft: draft.write_text(text))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(path) as draft:
+            Path(draft).write_text(text)
+            os.replace(draft, path)
     return str(path)
 
 

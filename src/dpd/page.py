@@ -41,6 +41,7 @@ class Change(Enum):
     ENDS = "takes the fluid to repeat along every axis"
     FLOWS = "holds in equilibrium only"
     JUMPS = "needs a force without jumps"
+    PACE = "needs steps of one length while it samples"
 
 
 # --- settings
@@ -327,6 +328,7 @@ class Observable(Page):
 
     if TYPE_CHECKING:
         arrays: dict[str, Any]
+        _scene: Any
 
         def variables(self) -> dict[str, tuple[tuple[str, ...], Any, str, str]]:
             """What it has measured: name to (dimensions, array, units, long_name)."""
@@ -336,12 +338,17 @@ class Observable(Page):
     def begin(self, scene: Any, system: Any, **files: Path) -> Self:
         """A copy that measures in a run, and keeps what it has seen; of one without ``gives``."""
         measuring = self.model_copy()
+        measuring._scene = scene
         measuring._start(scene, system, **files)
         return measuring
 
-    def begun(self, now: Any) -> Self:
+    def shaped(self, now: Any) -> Self:
         """Itself, with what follows from the configuration in which a run begins."""
         return self
+
+    def times(self, samples: Any) -> Any:
+        """When samples are taken, by their numbers from 1, in tau since the equilibration."""
+        return self._scene.tau(self.every * samples, self._scene.steps.equilibrate)
 
     def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
         """Coordinates of what it gives, by dimension: values, units, long_name."""

@@ -93,7 +93,8 @@ def run_sources(scene: Scene) -> str:
     used = (scene.start, *scene.observe.values(), *scene.terms.values())
     pages = (type(page).__module__ for page in used)
     ours = frozenset(page for page in pages if page.startswith("dpd."))
-    found = _run_sources(terms_of(scene), ours)
+    terms = frozenset().union(*(terms_of(stage.scene) for stage in scene.stages))
+    found = _run_sources(terms, ours)
     own = sorted(scene.page_files.values())
     return text_digest(" ".join([found, *own])) if own else found
 

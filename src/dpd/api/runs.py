@@ -30,7 +30,7 @@ from dpd.scene.beside import files_beside
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     import xarray as xr
 
@@ -115,7 +115,7 @@ def run(
     with _output(output) as path:
         inputs = _inputs(scene, start)
         check_output(path, ".nc", inputs)
-        with _stopping() as asked:
+        with stopping() as asked:
             run_alone(Order(
                 scene, path, "dpd.run", Path(start) if start else None, keep_start=True,
                 threads=checked_threads(threads), inputs=inputs, checkpoints=output is not None,
@@ -173,16 +173,16 @@ def extend(
     True
     """
     run, longer = Path(path), Path(path if output is None else output)
-    with _stopping() as asked:
+    with stopping() as asked:
         make_longer(Extension(
-            run, _checked("sample", steps, sample), longer, checked_threads(threads),
+            run, checked("sample", steps, sample), longer, checked_threads(threads),
             overwrite=overwrite, stopping=asked, say=warn, progress=partial(Progress, bar=progress),
         ))  # fmt: skip
     return load(longer)
 
 
 @contextmanager
-def _stopping():
+def stopping() -> Iterator[Callable[[], int]]:
     """Ctrl-C asks for a stop, which a script sees as `KeyboardInterrupt`."""
     with ctrl_c() as asked:
         try:
@@ -248,17 +248,17 @@ def plain(value: Any) -> Any:
 
 
 def checked_threads(threads: int) -> int:
-    """A number of threads that is one.
+    """A number of threads that is one; see `checked`."""
+    return checked("threads", count, threads)
+
+
+def checked(name: str, kind: Callable[[str], int], value: object) -> int:
+    """A number as an argument of a command has it.
 
     Raises
     ------
     dpd.UserError
     """
-    return _checked("threads", count, threads)
-
-
-def _checked(name, kind, value):
-    """A number as an argument of a command has it."""
     try:
         return kind(str(value))
     except ArgumentTypeError as problem:

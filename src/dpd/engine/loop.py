@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from dpd.engine.checkpoint import Checkpoint
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums
+    from dpd.engine.state import Sums, System
 
     class Observer(Protocol):
         """What `run` needs of an observer, see there."""
@@ -41,6 +41,7 @@ def run(
     checkpoint: Checkpoint | None = None, progress: Callable[[int], object] | None = None,
     every_seconds: float = 60.0, stopping: Callable[[], bool] | None = None,
     say: Callable[[str], object] | None = None,
+    systems: Sequence[tuple[int, System]] = (),
 ) -> int:  # fmt: skip
     """Equilibrate, then sample.
 
@@ -67,6 +68,8 @@ def run(
     say : callable or None
         Called with a sentence where a person should know: a checkpoint that is refused, or
         that cannot be written.
+    systems : list of (int, System)
+        Steps behind which the system is another one, the first of them 0; none if it stays.
 
     Returns
     -------
@@ -91,7 +94,9 @@ def run(
     while (now := simulation.state.step) < last:
         samples = [next_sample(observer, now, equilibrate) for observer in lookers]
         stop = min([next_look(now, lookers, equilibrate, beads), last, *samples])
-        advance_recording(simulation, stop, recorders, equilibrate)
+        while simulation.state.step < stop:
+            end = _entered(simulation, systems, stop)
+            advance_recording(simulation, end, recorders, equilibrate)
         for observer, at in zip(lookers, samples):
             if at == stop:
                 observer.sample(simulation)
@@ -105,6 +110,15 @@ def run(
         if stop_now:
             raise Stopped(f"stopped at step {stop} of {last}, as asked")
     return last - begun
+
+
+def _entered(simulation, systems, stop):
+    """Let a simulation go on with the system of its step; how far that goes, at most to a stop."""
+    now = simulation.state.step
+    for step, system in [each for each in systems if each[0] <= now][-1:]:
+        if system is not simulation.system:
+            simulation.go_on_with(system, anew=step == now)
+    return min([stop, *(step for step, _ in systems if step > now)])
 
 
 def advance_recording(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -116,11 +117,6 @@ class Simulation(Snapshot):
     def __init__(self, system: System, state: State, threads: int = 1) -> None:
         super().__init__(system, state)
         state.refuse_nowhere()
-        if system.scheme.exchange is not None and threads > 1:
-            raise UserError(
-                f"{threads} threads: in this scheme pairs exchange momentum one after the other, "
-                "so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
-            )
         if system.shear is not None and state.slid is None:
             state.slid = 0
         if system.shear is not None and state.peculiar is None:
@@ -136,12 +132,31 @@ class Simulation(Snapshot):
         self.snapshot: Any = None  # what pages see of this step, if one has looked
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
+        self.go_on_with(system)
+
+    def go_on_with(self, system: System, anew: bool = False) -> None:
+        """Go on with a system of the same beads in the same box.
+
+        Parameters
+        ----------
+        system : System
+        anew : bool
+            Whether it begins here: then forces are evaluated where the beads are.
+        """
+        if system.scheme.exchange is not None and self._threads > 1:
+            raise UserError(
+                f"{self._threads} threads: in this scheme pairs exchange momentum one after the "
+                "other, so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
+            )
+        self.system = system
+        if anew:
+            self.state = replace(self.state, force=None, reference=None)
         self._rows: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # of the state, as views of rows
         self._spare: Beads | None = None
         self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()
-        unlisted = system.skin > 0 and state.reference is None
-        if state.force is None or unlisted:
+        unlisted = system.skin > 0 and self.state.reference is None
+        if self.state.force is None or unlisted:
             self.call(0)
 
     def advance(self, steps: int) -> None:

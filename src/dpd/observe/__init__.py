@@ -62,7 +62,7 @@ def observables(
     now = None if state is None else Snapshot(scene, Configuration(system, state))
     asked: list[Any] = []
     for name, page in scene.observe.items():
-        page = page if now is None else page.begun(now)
+        page = page if now is None else page.shaped(now)
         own = {"path": beside[name]} if name in beside else {}
         asked.append(Measured(page, scene) if page.gives else page.begin(scene, system, **own))
     _refuse_names_taken_twice(asked)

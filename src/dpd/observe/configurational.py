@@ -30,7 +30,6 @@ class Configurational(Observable, key="configurational"):
     }
 
     def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
         self._beads = scene.beads
         self.averages = BlockSums((2,))
         self.arrays = self.averages.arrays
@@ -39,7 +38,7 @@ class Configurational(Observable, key="configurational"):
         """Take one sample."""
         from dpd.engine.queries.configurational import force_and_curvature
 
-        system = replace(self._system, box=simulation.box)
+        system = replace(simulation.system, box=simulation.box)
         self.averages.add(force_and_curvature(system, simulation.state))
 
     def variables(self) -> Variables:

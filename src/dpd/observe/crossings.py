@@ -61,7 +61,7 @@ class Crossings(Observable, key="crossings"):
 
     def variables(self) -> Variables:
         """Counts for the file."""
-        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["crossings"])))
+        time = self.times(1 + np.arange(len(self.arrays["crossings"])))
         along = ("crossing_sample",)
         return {
             "crossing_time": (along, time, "tau", "time since the end of equilibration"),

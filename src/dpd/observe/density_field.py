@@ -120,7 +120,7 @@ class DensityField(Observable, key="density_field"):
         }  # fmt: skip
         return middles | {
             "field_time": (
-                ("frame",), middle * self.every * self._system.dt, "tau",
+                ("frame",), self.times(middle), "tau",
                 "time since the end of equilibration, mean of the looks of a frame",
             ),
             "field_box": (("frame", "axis"), box, "r_c", "edges of the box, mean of a frame"),

@@ -26,7 +26,7 @@ class Diffusion(Observable, key="diffusion"):
     error, or for averages over many starts, see the observable ``displacement``.
     """
 
-    stands = frozenset(Change)
+    stands = frozenset(Change) - {Change.PACE}
     interval, is_series = 0.2, True
 
     def _start(self, scene: Scene, system: System) -> None:

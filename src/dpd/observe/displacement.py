@@ -26,7 +26,7 @@ class Displacement(Observable, key="displacement"):
     even number.
     """
 
-    stands = frozenset(Change)
+    stands = frozenset(Change) - {Change.PACE}
     interval = 0.1
 
     every: int = interval_setting("Steps between samples, the shortest time.")

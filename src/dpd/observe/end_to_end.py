@@ -23,7 +23,7 @@ class EndToEnd(Observable, key="end_to_end"):
     beads or more. Branched molecules have no such vector and are left out.
     """
 
-    stands = frozenset(Change)
+    stands = frozenset(Change) - {Change.PACE}
     needs_bonds = True
 
     every: int = interval_setting("Steps between samples, the shortest time.")

@@ -66,7 +66,7 @@ class Mixing(Observable, key="mixing"):
 
     def variables(self) -> Variables:
         """The order over time for the file."""
-        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["order"])))
+        time = self.times(1 + np.arange(len(self.arrays["order"])))
         names = [f"{self._names[a]} {self._names[b]}" for a, b in self._pairs]
         return {
             "mixing_time": (

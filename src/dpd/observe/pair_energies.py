@@ -28,7 +28,7 @@ class PairEnergies(Observable, key="pair_energies"):
     cannot = {Change.JUMPS: "knows the soft repulsion alone"}
 
     def _start(self, scene: Scene, system: System) -> None:
-        self._repulsion, self._kinds = np.asarray(scene.repulsion, dtype=float), scene.kinds
+        self._kinds = scene.kinds
         self._names = scene.species
         self._pairs = list(combinations_with_replacement(range(len(self._names)), 2))
         self.averages = BlockSums((len(self._pairs),))
@@ -40,7 +40,8 @@ class PairEnergies(Observable, key="pair_energies"):
 
         state = simulation.state
         position = state.by_identity(state.position)
-        found = soft_energies(position, self._kinds, simulation.box, self._repulsion)
+        repulsion = simulation.system.pair.repulsion
+        found = soft_energies(position, self._kinds, simulation.box, repulsion)
         self.averages.add([found[i, j] for i, j in self._pairs])
 
     def variables(self) -> Variables:

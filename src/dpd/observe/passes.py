@@ -56,7 +56,7 @@ class Passes(Observable, key="passes"):
 
     def variables(self) -> Variables:
         """Counts for the file."""
-        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["passes"])))
+        time = self.times(1 + np.arange(len(self.arrays["passes"])))
         along = ("pass_sample",)
         return {
             "pass_time": (along, time, "tau", "time since the end of equilibration"),

@@ -64,7 +64,7 @@ class StressProfile(Observable, key="stress_profile"):
         """Take one sample."""
         from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
 
-        system, state = replace(self._system, box=simulation.box), simulation.state
+        system, state = replace(simulation.system, box=simulation.box), simulation.state
         slices = Slices(self._layers.axis, self._layers.count, *self._layers.bounds(simulation))
         sample = virial_in_slices(system, state, slices) + self._kinetic(simulation)
         if self._walled:

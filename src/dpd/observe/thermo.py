@@ -96,7 +96,7 @@ class Thermo(Observable, key="thermo"):
 
     def variables(self) -> Variables:
         """Series for the file."""
-        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["kT"])))
+        time = self.times(1 + np.arange(len(self.arrays["kT"])))
         along = ("sample",)
         found = {
             "time": (along, time, "tau", "time since the end of equilibration"),

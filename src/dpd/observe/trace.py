@@ -69,7 +69,7 @@ class Trace(Observable, key="trace"):
 
     def variables(self) -> Variables:
         """Configurations for the file."""
-        time = self._system.dt * self.every * (1 + np.arange(len(self.arrays["trace"])))
+        time = self.times(1 + np.arange(len(self.arrays["trace"])))
         return {
             "trace_time": (("moment",), time, "tau", "time since the end of equilibration"),
             "trace": (

@@ -46,7 +46,7 @@ class Trajectory(Observable, key="trajectory"):
         # Imported here: the library of GSD takes a tenth of a second, which other runs do without.
         from dpd.particles.trajectory_file import DIGEST, TrajectoryFile, bytes_of
 
-        self._scene, self._system = scene, system
+        self._scene = scene
         written = np.isin(scene.species, scene.species if self.species is None else self.species)
         self._written = written[scene.kinds]
         molecule = np.repeat(np.arange(len(scene.lengths)), scene.lengths)
@@ -84,8 +84,8 @@ class Trajectory(Observable, key="trajectory"):
             all_beads = of_scene(self._scene, box, position, image, velocity, state.step)
             frame = frame_of(only(all_beads, self._written), np.float32)
             frame.particles.body = self._molecule.astype(np.int32)
-            dt, kT = self._system.dt, self._system.kT
-            said = {"time": state.step * dt, "dt": dt, "kT": kT}
+            dt, kT = simulation.system.dt, simulation.system.kT
+            said = {"time": self._scene.tau(state.step), "dt": dt, "kT": kT}
             frame.log = {name: np.array([value]) for name, value in said.items()}
             arrays["digests"][arrays["taken"][0]] = self.file.append(frame)
         arrays["taken"][0] += 1

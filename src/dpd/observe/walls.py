@@ -27,7 +27,6 @@ class WallForces(Observable, key="walls"):
     interval, is_series = 0.16, True
 
     def _start(self, scene: Scene, system: System) -> None:
-        self._dt = system.dt
         axes = system.walls.axis  # type: ignore[union-attr]  # the scene is refused without
         ends = ("lower", "upper") * (len(axes) // 2)
         self._names = [f"{'xyz'[axis]} {end}" for axis, end in zip(axes, ends)]
@@ -59,7 +58,7 @@ class WallForces(Observable, key="walls"):
 
     def variables(self) -> Variables:
         """Series for the file."""
-        time = self._dt * self.every * (1 + np.arange(len(self.arrays["pressure"])))
+        time = self.times(1 + np.arange(len(self.arrays["pressure"])))
         return {
             "wall_time": (("wall_sample",), time, "tau", "time since the end of equilibration"),
             "wall": (("wall",), np.array(self._names), "1", "axis and end of each wall"),

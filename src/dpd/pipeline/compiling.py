@@ -32,7 +32,7 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
         One line per variant.
     """
     smallest: dict[tuple[str, ...], Scene] = {}
-    for scene in scenes:
+    for scene in [stage.scene for each in scenes for stage in each.stages]:
         variant = (*_kernels(scene), *scene.observe)
         if scene.beads < smallest.setdefault(variant, scene).beads:
             smallest[variant] = scene

@@ -80,16 +80,16 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
     """Put an observable where that of a run that was planned as long would be at a step.
 
     Its arrays do not depend on how long a run is planned to be, but for series and levels of
-    correlations, for which a longer one has more room.
+    correlations, for which a longer one has more room, and a shorter one enough.
 
     Parameters
     ----------
     observer : observable
-        Of the longer run, before its first sample.
+        Before its first sample.
     former : observable
-        The same of the shorter run, at its end, with its own file.
+        The same of a run that was planned otherwise, with its own file.
     step : int
-        Steps that the shorter one has looked at.
+        Steps that this one has looked at.
 
     Raises
     ------
@@ -103,7 +103,8 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
     if (file := file_of(observer)) is not None:
         file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digests"])
     for name, array in observer.arrays.items():
-        array[: len(former.arrays[name])] = former.arrays[name]
+        room = min(len(array), len(former.arrays[name]))
+        array[:room] = former.arrays[name][:room]
 
 
 def last_configuration(scene: Scene, state: State) -> Particles:

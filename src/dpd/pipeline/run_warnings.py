@@ -22,8 +22,11 @@ TURNING = 20.0  # kT that what few beads keep may be off, but for a chance of 1 
 
 def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """All that a run of these values by name warns of; nothing if it is as asked."""
-    each = drift_warning, temperature_warning, pressure_warning
-    return "; ".join(filter(None, (warning(scene, values) for warning in each)))
+    found, end = [drift_warning(scene, values)], sum(scene.steps)
+    half = scene.during(end - scene.steps.sample // 2, end)  # of which the others tell
+    if len({(each.kT, str(each.data.get("pressure"))) for each in half}) == 1:
+        found += [temperature_warning(half[-1], values), pressure_warning(half[-1], values)]
+    return "; ".join(filter(None, found))
 
 
 def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -106,7 +106,8 @@ def simulate(
             f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
             "dpd.pipeline.probing.settle(scene, state) first, or name scheme and dt"
         )
-    system = system_of(scene)
+    systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
+    system = systems[0][1]
     simulation = Simulation(system, state, settings.threads)
     observers = observables(scene, system, path, state)
     keeps = scene.data.get("keep_state", settings.keep)
@@ -126,7 +127,7 @@ def simulate(
     try:
         done = run(
             simulation, scene.steps, observers, keeper, settings.progress, settings.every_seconds,
-            settings.stopping, settings.say,
+            settings.stopping, settings.say, systems,
         )  # fmt: skip
     except LostRun as problem:
         if scene.data["unstable"] != "record":
@@ -135,21 +136,15 @@ def simulate(
     except UserError as problem:
         raise _with_place(problem, scene, keeper) from None
     now, compiled = time.perf_counter(), COMPILING.seconds
-    variables: dict[str, files.Variable] = {}
-    for observer in observers:
-        variables |= observer.variables()
-    values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
-    attributes = _attributes(scene, sources) | {
-        "number_density": mean_density(scene, simulation.volume, values),
+    timed = {
         "lost_step": lost,
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - compiled - running, 1e-9),
     }
+    variables, values, attributes = gathered(scene, simulation, observers, timed)
     if settings.former:
         attributes["extended_from_step"] = state.step
-    sentences = [warning_of(scene, values)]
-    if sentences[0]:
-        attributes["warning"] = sentences[0]
+    sentences = [attributes.get("warning", "")]
     if keeper and own_files and lost < 0:
         # A kill before the result is there costs no trajectory.
         sentences.append(keeper.save(simulation, observers))
@@ -163,8 +158,7 @@ def simulate(
         kept = NOTHING
         if keeps and lost < 0:
             kept = kept_of(scene, simulation.state, observers, lost_frames)
-        variables = with_means(variables) | kept.variables
-        files.write(path, variables, attributes | kept.attributes, kept.groups)
+        files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
     except UserError as problem:
         if keeper and lost < 0 and (unsaved := keeper.save(simulation, observers)):
             problem = UserError(f"{problem}; {unsaved}")
@@ -175,6 +169,29 @@ def simulate(
         if settings.say:
             settings.say(sentence)  # now: where warnings are errors, it raises
     return summary(scene, values, attributes)
+
+
+class Gathered(NamedTuple):
+    """What a run has measured: variables for its file, their values by name, and attributes."""
+
+    variables: dict[str, files.Variable]
+    values: dict[str, np.ndarray]
+    attributes: dict[str, Any]
+
+
+def gathered(
+    scene: Scene, simulation: Simulation, observers: list[Any], timed: Mapping[str, Any]
+) -> Gathered:
+    """All that a run has measured in the end; ``timed`` attributes say how it went."""
+    variables: dict[str, files.Variable] = {}
+    for observer in observers:
+        variables |= observer.variables()
+    values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
+    density = {"number_density": mean_density(scene, simulation.volume, values)}
+    attributes = _attributes(scene, run_sources(scene)) | density | timed
+    if warning := warning_of(scene, values):
+        attributes["warning"] = warning
+    return Gathered(with_means(variables), values, attributes)
 
 
 def _check_room(path, checkpoint, simulation, observers):

@@ -196,7 +196,13 @@ def _sampled(scene, factor):
     steps, duration = scene.get("steps", {}), scene.get("duration", {})
     steps = {part: max(1, round(factor * n)) if n else 0 for part, n in steps.items()}
     duration = {part: factor * time for part, time in duration.items()}
-    return merge(scene, {"steps": steps, "duration": duration})
+    longer = merge(scene, {"steps": steps, "duration": duration})
+    if factor != 1 and isinstance(schedule := scene.get("schedule"), list):
+        longer["schedule"] = [
+            each | {"step": round(factor * each["step"])} if "step" in each else each
+            for each in schedule
+        ]
+    return longer
 
 
 def _with_seeds(scene, sweep, at, replica):

@@ -169,9 +169,9 @@ has](../src/dpd/observe/common/snapshot.py)) has `positions`, `unwrapped`, `velo
 `molecules`, `bonds`, `box`, `time`, and `pairs(within)`.
 
 `stands` names what an observable was made for: `SLIDES` (a shear), `STRETCHES` (constant pressure),
-`ENDS` (walls), `FLOWS` (a body force) and `JUMPS` (a rigid core). It is refused where a scene does
-what it has not named. An edited file makes its runs run again. A result names the file with its
-digest, and only the same file is used to make that result longer.
+`ENDS` (walls), `FLOWS` (a body force), `JUMPS` (a rigid core) and `PACE` (a `dt` that changes). It
+is refused where a scene does what it has not named. An edited file makes its runs run again. A
+result names the file with its digest, and only the same file is used to make that result longer.
 
 ## A pair force of your own
 
@@ -234,6 +234,37 @@ face that repeats is put back into the box. Velocities are thermal, unless the c
 `velocities` with the same arguments and rows. `rng` follows from the seed of the start. A class
 with `work = 10_000`, about the number of steps that take as long, is made by a job of its own for
 all runs of a study that share it.
+
+## Values that change while a system runs
+
+`schedule` lists them, each with the step of the run behind which it holds, equilibration included:
+
+```yaml
+schedule:
+- {step: 2000, set: {thermostat.kT: 1.2, repulsion.A A: 30}}
+- {step: 4000, set: {integrator.dt: 0.02}}
+```
+
+Keys are those of forces, walls, thermostat and integrator, joined by dots. A new value acts at
+once: forces are evaluated anew where the beads are. What is measured goes on; times are those of
+the steps that were taken, and what compares samples over time (`diffusion`, `displacement`,
+`end_to_end`) is refused if `dt` changes while it samples. From Python the same is done step by
+step:
+
+```python
+import dpd
+
+sim = dpd.Simulation("fluid.yaml")  # what it observes is measured as in dpd.run
+sim.run(2000)
+sim.set({"repulsion.A A": 30}, kT=1.2)  # a name is enough where it is there once
+sim.run(2000)
+print(sim.step, sim.time, sim.kT, sim.positions.shape, sim.velocities.shape)
+snapshot = sim.snapshot()  # what an observable of your own sees
+run = sim.result()  # a dataset, as that of dpd.run
+sim.save("run.nc")  # for dpd.load, dpd.extend, dpd.draw
+```
+
+The scene in `run.nc` has the schedule, and `dpd run` comes to the same bits with it.
 
 ## Surface tension
 

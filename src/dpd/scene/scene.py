@@ -6,6 +6,7 @@ import json
 import math
 import os
 from functools import cached_property, partial
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,6 +21,7 @@ from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.changes import changed
 from dpd.scene.limits import check_beads, densities, limits
 from dpd.scene.molecules import MissedDensity, Molecule
+from dpd.scene.schedule import Stage, enter
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml, value_of
 from dpd.sentences import attempt
@@ -66,6 +68,8 @@ class Scene:
     start : Start
     page_files : dict of str to str
         Digests of the files of one's own pages, by their whole paths.
+    stages : list of Stage
+        Itself, and with the values that change while it runs.
 
     Raises
     ------
@@ -91,6 +95,7 @@ class Scene:
         self.start: Any = None
         self.observe: dict[str, Any] = {}
         self.page_files: dict[str, str] = {}
+        self.stages: list[Stage] = []
         try:
             self._build(data, folder)
         except UserError:
@@ -106,16 +111,22 @@ class Scene:
         check_beads(self.data, self.where)
         self.start = self.start.found(folder, self.where)
         self.data["start"] = _plain(self.start)
-        self._refuse(densities(self))
-        self._refuse(self._names())
+        self.refuse(densities(self))
+        self.refuse(self._names())
         for term in self.own_forces:
             check_slope(term, self)
         for key, term in self.terms.items():
             self.terms[key] = term.completed(self)
             self.data[key] = _plain(self.terms[key])
-        self._refuse(self._refusals())
+        self.refuse(self._refusals())
         self.observe = {key: self._with_interval(page) for key, page in self.observe.items()}
-        self._refuse(self._unobserved())
+        self.refuse(self.unobserved(self.made))
+        self.stages = [Stage(0, self)]
+        for place, each in enumerate(self.data.get("schedule", [])):
+            where = f"{self.where}: schedule.{place}"
+            if each["step"] > (end := sum(self.steps)):
+                raise UserError(f"{where}.step: {each['step']} is behind the end of the run, {end}")
+            enter(self, each["step"], each["set"], where)
 
     @classmethod
     def of_result(cls, text: Any, where: str) -> Scene:
@@ -160,6 +171,8 @@ class Scene:
 
     def __repr__(self):
         edges = " x ".join(f"{edge:g}" for edge in self.box)
+        equilibrate, sample = self.steps
+        times = f"{self.tau(equilibrate):g} + {self.tau(sample, equilibrate):g} tau"
         given = zip(self.molecules, self.data["molecules"])
         lines = {
             "box": f"{edges} r_c",
@@ -167,10 +180,11 @@ class Scene:
             "molecules": "; ".join(f"{k.count} of {each['architecture']}" for k, each in given),
             "bonds": str(len(self.bonded)) if self.has_bonds else "",
             **{
-                key: _in_a_line(self.data[key]) for key in ("mass", *self.terms) if key in self.data
+                key: _in_a_line(self.data[key])
+                for key in ("mass", *self.terms, "schedule")
+                if key in self.data
             },
-            "steps": f"{self.steps.equilibrate} to equilibrate, {self.steps.sample} to sample "
-            f"({' + '.join(f'{self.dt * number:g}' for number in self.steps)} tau)",
+            "steps": f"{equilibrate} to equilibrate, {sample} to sample ({times})",
             "observe": ", ".join(self.observe),
         }
         text = [f"  {name:12s}{value}" for name, value in lines.items() if value]
@@ -270,7 +284,8 @@ class Scene:
 
     # --- refusing
 
-    def _refuse(self, problems: Iterable[tuple[str, str]]) -> None:
+    def refuse(self, problems: Iterable[tuple[str, str]]) -> None:
+        """Raise all problems, if there are any, each a key and a sentence."""
         found = dict.fromkeys(f"{self.where}: {key}: {text}" for key, text in problems)
         if found:
             raise UserError("\n".join(found))
@@ -322,10 +337,10 @@ class Scene:
                     text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
                     yield key, f"{text}, remove one of them"
 
-    def _unobserved(self) -> Refusals:
-        """What observables have against the scene."""
+    def unobserved(self, made: Mapping[Change, str]) -> Refusals:
+        """What observables have against the scene, and the changes that it makes."""
         for key, page in self.observe.items():
-            for inside, problem in page.refusals(self, self.made):
+            for inside, problem in page.refusals(self, made):
                 yield f"observe.{key}.{inside}" if inside else "observe", problem
 
     def no_species(self, name: str) -> str:
@@ -565,6 +580,23 @@ class Scene:
             max(steps.get(part, 0), round(duration.get(part, 0) / dt)) for part in Steps._fields
         )
         return Steps(*longer)
+
+    def tau(self, steps: Any, since: int = 0) -> Any:
+        """Time in tau that steps take behind a step of the run; of a number or an array."""
+        time = steps * self.dt
+        for former, stage in pairwise(self.stages):
+            longer = np.clip(since + steps - max(since, stage.step), 0, None)
+            time = time + (stage.scene.dt - former.scene.dt) * longer
+        return time
+
+    def during(self, first: int, last: int) -> list[Scene]:
+        """The scenes of the stages that steps behind the first, up to the last, belong to."""
+        ends = [stage.step for stage in self.stages[1:]] + [math.inf]
+        return [
+            stage.scene
+            for stage, end in zip(self.stages, ends)
+            if stage.step < last and end > first
+        ]
 
     @property
     def work(self) -> int:

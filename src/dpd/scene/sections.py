@@ -69,6 +69,17 @@ class Duration(Section):
     sample: float | None = setting("Time with sampling.", None, gt=0, le=1e9)
 
 
+class Scheduled(Section):
+    """Values that hold from a step on."""
+
+    step: int = setting(
+        "Step of the run, equilibration included, behind which they hold.", ge=0, le=MOST_STEPS
+    )
+    set: dict[str, Any] = setting(
+        "Values by their keys, which are joined by dots, as {integrator.dt: 0.02}.", min_length=1
+    )
+
+
 class Basics(Section):
     """One system and how long it is simulated.
 
@@ -92,6 +103,10 @@ class Basics(Section):
     duration: Duration = setting(
         "Length of the run in tau. If both steps and duration are given, the longer one counts.",
         Duration,
+    )  # fmt: skip
+    schedule: list[Scheduled] | None = setting(
+        "Values of forces, thermostat, integrator and the like that change while the system runs, "
+        "in the order of their steps; `dpd.Simulation` writes down here what it was told.", None,
     )  # fmt: skip
     pages: list[
         Annotated[

@@ -115,7 +115,8 @@ class Measured:
             yield name, ((name,), np.asarray(values), units, text)
         series, key = f"{self._page.key}_sample", self._page.key
         if len(self._blocks) < len(self._page.gives):
-            time = np.arange(1, self._samples + 1) * (self._page.every * self._scene.dt)
+            steps = np.arange(1, self._samples + 1) * self._page.every
+            time = self._scene.tau(steps, self._scene.steps.equilibrate)
             yield f"{key}_time", ((series,), time, "tau", f"time of the samples of {key}")
         for name, (dimensions, units, text) in self._page.gives.items():
             if name in self._blocks:

@@ -50,6 +50,7 @@ class Snapshot:
     Attributes
     ----------
     scene : Scene
+        With the values that hold now.
     step : int
         Since the run began, equilibration included.
     time : float
@@ -61,8 +62,9 @@ class Snapshot:
     """
 
     def __init__(self, scene: Scene, simulation: Configuration) -> None:
-        self.scene, self._state, self._shear = scene, simulation.state, simulation.system.shear
-        self.step, self.time = self._state.step, self._state.step * scene.dt
+        self._state, self._shear = simulation.state, simulation.system.shear
+        self.step, self.time = self._state.step, scene.tau(self._state.step)
+        self.scene = scene.during(self.step - 1, max(self.step, 1))[-1]
         self.box, self.volume = fixed(np.array(simulation.box)), simulation.volume
         self._near = -1.0
         # Images repeat along an axis that does not end.

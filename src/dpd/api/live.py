@@ -1,0 +1,308 @@
+"""A system that runs step by step, and is changed and looked at in between."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dpd import files
+from dpd.api.datasets import load
+from dpd.api.runs import (
+    as_scene,
+    checked,
+    checked_threads,
+    plain,
+    refuse_files_beside,
+    stopping,
+    warn,
+)
+from dpd.arguments import steps as number_of_steps
+from dpd.engine import simulation as engine
+from dpd.engine.checkpoint import counts_from
+from dpd.engine.loop import run
+from dpd.errors import LostRun, UserError, suggestion
+from dpd.observe import observables
+from dpd.observe.common.snapshot import snapshot_of
+from dpd.observe.common.stretch import EVERY
+from dpd.observe.common.thermal import ThermalMotion
+from dpd.pipeline.beginning import begun
+from dpd.pipeline.kept import go_on_from, kept_of
+from dpd.pipeline.probing import settle
+from dpd.pipeline.simulate import gathered
+from dpd.progress import Progress
+from dpd.scene.scene import Scene
+from dpd.scene.schedule import enter
+from dpd.start.common.make import system_of
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
+    import xarray as xr
+
+    from dpd.observe.common.snapshot import Snapshot
+
+ROOM = 10**6  # steps of sampling of a scene that does not say how many: intervals are shorter
+
+
+class Simulation:
+    """A scene in motion, which is run, looked at, changed, and run on.
+
+    What the scene observes is measured as in `dpd.run`: nothing within ``steps.equilibrate``, and
+    then every so many steps. How long it runs, calls of `run` say, and not the scene.
+
+    Parameters
+    ----------
+    scene : path, dict or dpd.Scene
+        See `dpd.run`; a dict needs no ``steps.sample``.
+    observe, pages : list, optional
+        See `dpd.run`.
+    start : path, optional
+        First configuration, as in `dpd.run`.
+    threads : int, optional
+        Threads that share the work.
+    progress : bool, optional
+        See `dpd.run`.
+
+    Raises
+    ------
+    dpd.UserError
+        If the scene is not allowed, or a file cannot be read.
+
+    Examples
+    --------
+    >>> import dpd
+    >>> fluid = {
+    ...     "dimension": 3, "box": 4, "molecules": [{"architecture": "A", "density": 3}],
+    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    ... }
+    >>> sim = dpd.Simulation(fluid, progress=False)
+    >>> sim.run(200)
+    >>> sim.positions.shape, sim.step, round(sim.time, 6)
+    ((192, 3), 200, 8.0)
+    >>> sim.set({"repulsion.A A": 30}, dt=0.02, kT=1.5)
+    >>> sim.run(200)
+    >>> bool(1.2 < sim.kT < 1.8), round(sim.time, 6)
+    (True, 12.0)
+    >>> run = sim.result()
+    >>> run.kT.size, float(run.time[-1].round(6))
+    (100, 12.0)
+    >>> sim.save("hotter.nc")  # for dpd.load, dpd.extend and dpd.draw
+    """
+
+    def __init__(
+        self,
+        scene: str | os.PathLike | Mapping[str, Any] | Scene,
+        *,
+        observe: Sequence[Any] = (),
+        pages: Sequence[Any] = (),
+        start: str | os.PathLike | None = None,
+        threads: int = 1,
+        progress: bool | None = None,
+    ) -> None:
+        if isinstance(scene, Mapping) and isinstance(length := scene.get("steps", {}), Mapping):
+            scene = {**scene, "steps": {"sample": ROOM, **length}}
+        given = as_scene(scene, observe, pages)
+        refuse_files_beside(given, "dpd.run(..., output='run.nc')")
+        given, state = begun(given, Path(start) if start else None, None, warn)
+        given = settle(given, state)
+        self._progress, self._seconds = partial(Progress, bar=progress), 0.0
+        self._equilibrate, self._chosen = given.steps.equilibrate, given.chosen
+        self._data = {key: value for key, value in given.data.items() if key != "schedule"}
+        self._scene = self._planned(given.where, ROOM)
+        self._room = max([EVERY, *(page.every for page in self._scene.observe.values())])
+        self._scene = self._planned(given.where, self._room)
+        self._systems = [(0, system_of(self._scene))]
+        self._schedule: list[dict[str, Any]] = []
+        for each in given.data.get("schedule", []):
+            self._enter(each["step"], each["set"])
+        self._engine = engine.Simulation(self._systems[0][1], state, checked_threads(threads))
+        self._observers = self._watching(self._scene)
+
+    def __repr__(self) -> str:
+        beads, step = self._scene.beads, self.step
+        return f"<dpd.Simulation of {beads} beads at step {step}, {self.time:g} tau>"
+
+    @property
+    def step(self) -> int:
+        """Steps since the beginning."""
+        return int(self._engine.state.step)
+
+    @property
+    def time(self) -> float:
+        """The same in tau."""
+        return float(self._scene.tau(self.step))
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(beads, dimension) array in r_c, within the box, molecule after molecule."""
+        return self.snapshot().positions
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """(beads, dimension) array in r_c / tau."""
+        return self.snapshot().velocities
+
+    @property
+    def kT(self) -> float:
+        """Kinetic temperature now, as ``thermo`` has it."""
+        sums, dimension = self._engine.measure(), self._scene.dimension
+        one = sums._replace(moments=sums.moments[None], beads=sums.beads[None])
+        kinetic = ThermalMotion(self._scene, self._engine.system).kinetic(one)[0]
+        return float(np.trace(kinetic)) / (dimension * self._scene.beads)
+
+    def snapshot(self) -> Snapshot:
+        """Beads as they are now, as observables of one's own see them."""
+        return snapshot_of(self._scene, self._engine)
+
+    def run(self, steps: int) -> None:
+        """Go on for some steps; Ctrl-C stops it, and it can go on from there.
+
+        Raises
+        ------
+        dpd.UserError
+            If the system blows up.
+        """
+        last = self.step + checked("steps", number_of_steps, steps)
+        if (sample := last - self._equilibrate) > self._room:
+            self._room = max(sample, 2 * self._room)
+            former, self._scene = self._scene, self._planned(self._scene.where, self._room)
+            self._scene.stages += former.stages[1:]
+            self._observers = self._watching(self._scene, self._observers)
+        since, first = time.perf_counter(), self.step
+        with self._progress(steps, "dpd.Simulation") as shown, stopping() as asked:
+            try:
+                run(
+                    self._engine, (self._equilibrate, sample), self._observers,
+                    progress=lambda done: shown(done - first), stopping=lambda: bool(asked()),
+                    systems=self._systems,
+                )  # fmt: skip
+            except LostRun as problem:
+                raise UserError(f"{self._scene.where}: {problem}") from None
+            finally:
+                self._seconds += time.perf_counter() - since
+
+    def set(self, settings: Mapping[str, Any] | None = None, /, **named: Any) -> None:
+        """Go on with other values.
+
+        Parameters
+        ----------
+        settings : dict, optional
+            Values by keys of the scene, joined by dots, as ``{"repulsion.A A": 30}``.
+        **named
+            The same by the last part of a key that is there once, as ``dt=0.02, kT=1.2``.
+
+        Raises
+        ------
+        dpd.UserError
+            If a value is not allowed or cannot change while the system runs, as the box, molecules,
+            start and seed; then nothing has changed.
+        """
+        keys = {self._key(name): value for name, value in named.items()}
+        self._enter(self.step, plain({**(settings or {}), **keys}))
+
+    def result(self) -> xr.Dataset:
+        """What was measured so far, as `dpd.run` gives it.
+
+        Observables that have not looked yet are left out.
+
+        Raises
+        ------
+        dpd.UserError
+            If the system has not run for longer than its equilibration.
+        """
+        with TemporaryDirectory(prefix="dpd-") as folder:
+            self.save(path := Path(folder) / "run.nc")
+            return load(path)
+
+    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
+        """Write the result as ``dpd run`` does, with all that was set as its ``schedule``.
+
+        Its scene, run by `dpd.run`, comes to the same bits; so does the result made longer by
+        `dpd.extend` and this simulation run for longer.
+
+        Raises
+        ------
+        dpd.UserError
+            If there is nothing to write yet, or it cannot be written, or something would be
+            replaced unasked.
+        """
+        path, state = Path(path), self._engine.state
+        files.check_output(path, ".nc")
+        if not overwrite:
+            files.refuse_to_replace(path)
+        scene = self._so_far()
+        observers = self._watching(scene, self._observers)
+        timed = {
+            "lost_step": -1,
+            "seconds": self._seconds,
+            "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
+        }
+        variables, _, attributes = gathered(scene, self._engine, observers, timed)
+        kept = kept_of(scene, state, observers)
+        files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
+        warn(attributes.get("warning", ""))
+
+    def _so_far(self):
+        """The scene that is as long as this has run."""
+        sample = self.step - self._equilibrate
+        if sample < 1:
+            raise UserError(
+                f"{self._scene.where}: nothing is measured yet: step {self.step} of "
+                f"{self._equilibrate} to equilibrate; run it for longer"
+            )
+        pages = self._scene.observe
+        looked = [
+            item for item in self._data["observe"]
+            if pages[item if isinstance(item, str) else next(iter(item))].every <= sample
+        ]  # fmt: skip
+        schedule = [each for each in self._schedule if each["step"] <= self.step]
+        more = {"observe": looked, **({"schedule": schedule} if schedule else {})}
+        return self._planned(self._scene.where, sample, **more)
+
+    def _planned(self, where, sample, **changes):
+        """The scene with so many steps of sampling."""
+        length = {"steps": {"equilibrate": self._equilibrate, "sample": sample}, "duration": {}}
+        scene = Scene(self._data | length | changes, where)
+        scene.chosen = self._chosen
+        return scene
+
+    def _watching(self, scene, former=()):
+        """The observables of a scene, where others have got to."""
+        found = observables(scene, self._systems[0][1], None, self._engine.state)
+        before = {getattr(each, "key", ""): each for each in former}
+        for each in found if former else ():
+            looked = self.step - counts_from(each, self._equilibrate)
+            was = before[getattr(each, "key", "")]
+            if each.every == looked != was.every:  # the watch over bonds, which looks in the end
+                each.sample(self._engine)
+            else:
+                go_on_from(each, was, looked)
+        return found
+
+    def _enter(self, step, settings):
+        """Other values from a step on."""
+        enter(self._scene, step, settings, f"{self._scene.where}: set")
+        self._systems.append((step, system_of(self._scene.stages[-1].scene)))
+        self._schedule.append({"step": step, "set": settings})
+
+    def _key(self, name):
+        """The key of a setting by its name alone."""
+        scene = self._scene.stages[-1].scene
+        if name in scene.terms:
+            return name
+        every = {key: scene.data[key] for key in scene.terms if isinstance(scene.data[key], dict)}
+        found = [f"{key}.{name}" for key, names in every.items() if name in names]
+        if len(found) != 1:
+            near = suggestion(name, sorted({each for names in every.values() for each in names}))
+            what = (
+                f"is one of {', '.join(found)}; give it by its key" if found else f"no such; {near}"
+            )
+            raise UserError(f"set: {name!r} {what}")
+        return found[0]

@@ -1,0 +1,237 @@
+"""A simulation that is run, changed and looked at step by step is the run of its schedule."""
+
+import json
+import os
+import re
+
+import numpy as np
+import pytest
+
+import dpd
+from dpd.files import read, read_group
+from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.scene.scene import Scene
+from dpd.start.common.make import make_start
+
+CHAINS = {
+    "dimension": 3,
+    "box": 5,
+    "molecules": [{"architecture": "A 3", "density": 2}, {"architecture": "B", "density": 1}],
+    "bond": {"stiffness": 20, "length": 0.5},
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 40, "sample": 160},
+    "observe": ["thermo", {"configuration": {"every": 50}}, {"rdf": {"range": 2}}],
+}
+SCHEDULE = [
+    {"step": 0, "set": {"thermostat.kT": 1.2}},
+    {"step": 90, "set": {"integrator.dt": 0.02, "repulsion.A B": 50}},
+    {"step": 170, "set": {"integrator.scheme": "dpd-vv", "bond.stiffness": 30}},
+]
+
+
+def assert_same(one, other):
+    """Two results with the same variables, state included."""
+    for of in (lambda path: read(path)[0], lambda path: read_group(path, "state")):
+        first, second = of(one), of(other)
+        assert first.keys() == second.keys()
+        for name, array in first.items():
+            assert np.array_equal(array, second[name], equal_nan=array.dtype.kind == "f"), name
+
+
+def test_what_was_set_is_the_schedule(tmp_path, monkeypatch):
+    """Its scene comes to the same bits, and so does the result made longer."""
+    monkeypatch.chdir(tmp_path)
+    long = {"rdf": {"range": 2, "every": 300}}  # looks once, later
+    observe = [*CHAINS["observe"][:2], long, {"displacement": {"every": 7}}]
+    scene = CHAINS | {"observe": observe, "steps": {"equilibrate": 40}}
+    sim = dpd.Simulation(scene, progress=False)
+    sim.set(kT=1.2)
+    with pytest.raises(dpd.UserError, match="nothing is measured yet: step 40 of 40"):
+        sim.run(40)
+        sim.result()
+    for steps in (1, 19, 30):
+        sim.run(steps)
+    before = sim.positions
+    sim.set({"repulsion.A B": 50}, stiffness=30)
+    assert np.array_equal(before, sim.positions) and sim.step == 90
+    sim.run(60)
+    sim.save("run.nc")
+    made = json.loads(dpd.load("run.nc").scene)
+    assert made["schedule"] == [
+        {"step": 0, "set": {"thermostat.kT": 1.2}},
+        {"step": 90, "set": {"repulsion.A B": 50, "bond.stiffness": 30}},
+    ]
+    assert made["steps"] == {"equilibrate": 40, "sample": 110} and "rdf" not in sim.result()
+    dpd.run(made, output="again.nc", progress=False)
+    assert_same("run.nc", "again.nc")
+    np.testing.assert_array_equal(sim.positions.T, read("run.nc")[0]["last_position"])
+    with pytest.raises(dpd.UserError, match="is there already; overwrite=True replaces it"):
+        sim.save("run.nc")
+    sim.set(gamma=9)  # behind the end of what is made longer now
+    sim.run(33)
+    sim.save("longer.nc")
+    sim.save("run.nc", overwrite=True)
+    more = json.loads(dpd.load("run.nc").scene)
+    dpd.run(more | {"steps": made["steps"]}, output="short.nc", progress=False)
+    dpd.extend("short.nc", sample=33, threads=2, progress=False)
+    assert_same("short.nc", "longer.nc")
+
+
+@pytest.mark.parametrize("stop", [90, 140])
+def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, stop):
+    """Where values change, and in between."""
+    scene = Scene(CHAINS | {"schedule": SCHEDULE})
+    simulate(scene, tmp_path / "whole.nc", make_start(scene), RunSettings(keep=True))
+    at = []
+    half = RunSettings(
+        checkpoint_path(tmp_path / "run.nc"), keep=True, progress=at.append,
+        stopping=lambda: at[-1] >= stop,
+    )  # fmt: skip
+    with pytest.raises(dpd.UserError, match=f"stopped at step {stop}"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), half)
+    rest = RunSettings(checkpoint_path(tmp_path / "run.nc"), keep=True, threads=2)
+    simulate(scene, tmp_path / "run.nc", make_start(scene), rest)
+    assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
+
+
+def test_times_are_those_of_steps_that_were_taken():
+    """Of series, of functions, and of the simulation."""
+
+    sim = dpd.Simulation(CHAINS, progress=False)
+    sim.run(80)
+    sim.set(dt=0.01)
+    sim.run(80)
+    assert sim.time == pytest.approx(80 * 0.04 + 80 * 0.01) and sim.snapshot().time == sim.time
+    run = sim.result()
+    steps = 4 * np.arange(1, 31)
+    expected = 0.04 * np.minimum(steps, 40) + 0.01 * np.maximum(steps - 40, 0)
+    np.testing.assert_allclose(run.time, expected, rtol=1e-12)
+    assert sim.snapshot().scene.dt == 0.01
+
+
+def test_what_is_set_acts():
+    """kT follows; and what is set to what it is changes no more than last bits."""
+    scene = CHAINS | {"integrator": {"scheme": "dpd-vv", "dt": 0.04}}
+    plain, same, hot = (dpd.Simulation(scene, progress=False) for _ in range(3))
+    for sim in (plain, same, hot):
+        sim.run(30)
+    same.set(kT=1)
+    hot.set(kT=4)
+    for sim in (plain, same, hot):
+        sim.run(20)
+    np.testing.assert_allclose(same.velocities, plain.velocities, atol=1e-9)
+    assert not np.array_equal(same.velocities, hot.velocities)
+    hot.run(500)
+    assert hot.result().kT[-80:].mean() == pytest.approx(4, rel=0.1)
+    assert hot.kT == pytest.approx((hot.velocities**2).sum() / (3 * 373), rel=1e-6)
+
+
+WRONG = {
+    "no key": (
+        {"boxx": 4},
+        "'boxx' cannot change while the system runs; allowed: bond, integrator",
+    ),
+    "the box": ({"box": 6}, "'box' cannot change while the system runs"),
+    "a value": ({"thermostat.kT": "hot"}, "thermostat.kT: 'hot' is not a number"),
+    "a setting": ({"integrator.dtt": 1}, "unknown key 'dtt'; allowed: .* did you mean 'dt'"),
+    "a pair": ({"repulsion.A C": 1}, "no molecule has the species 'C'"),
+    "what slides": ({"shear.rate": 0.2}, "neither that nor dt can change while the system runs"),
+    "what begins": ({"body_force.strength": 1}, "'body_force' would begin or cease to act"),
+    "the pace": ({"integrator.dt": 0.02}, "'displacement' needs steps of one length while it"),
+}
+SYSTEMS = {
+    "what slides": {"shear": {"rate": 0.1}, "observe": []},
+    "what begins": {"body_force": {"axis": "x", "strength": 0, "opposite": "z"}},
+    "the pace": {"observe": [{"displacement": {"every": 20}}]},
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_refused(what):
+    """Before anything is changed, and by a scene as well."""
+    scene, (settings, said) = CHAINS | SYSTEMS.get(what, {}), WRONG[what]
+    with pytest.raises(dpd.UserError, match=said):
+        Scene(scene | {"schedule": [{"step": 60, "set": settings}]})
+
+
+def test_steps_of_a_schedule():
+    """In order, within the run; counted in steps."""
+    late, early = (
+        {"step": 100, "set": {"thermostat.kT": 2}},
+        {"step": 9, "set": {"thermostat.kT": 2}},
+    )
+    for changes, said in (
+        ({"schedule": [late, early]}, "schedule.1: step 9 is before 100"),
+        ({"schedule": [late | {"step": 201}]}, "schedule.0.step: 201 is behind the end of the run"),
+        ({"schedule": [late], "integrator": {"scheme": "auto"}}, "name scheme and dt"),
+        ({"schedule": [late], "duration": {"sample": 3}}, "and 'steps', no duration"),
+    ):
+        with pytest.raises(dpd.UserError, match=re.escape(said)):
+            Scene(CHAINS | changes)
+
+
+def test_calls_that_are_refused(tmp_path, monkeypatch):
+    """In one sentence; then the simulation is as it was."""
+    monkeypatch.chdir(tmp_path)
+    sim = dpd.Simulation({key: CHAINS[key] for key in CHAINS if key != "steps"}, progress=False)
+    for call, said in (
+        (lambda: sim.set(dd=1), "set: 'dd' no such; allowed: "),
+        (lambda: sim.set(kT=1, gamm=2), "did you mean 'gamma'"),
+        (lambda: sim.set({"seed": 2}), "'seed' cannot change"),
+        (lambda: sim.run(0), "steps: '0' is out of range"),
+        (lambda: sim.save("run.txt"), "ends in .nc"),
+        (lambda: dpd.Simulation(CHAINS | {"observe": ["trajectory"]}), "writes a file beside"),
+    ):
+        with pytest.raises(dpd.UserError, match=said):
+            call()
+    sim.run(30)
+    assert sim.result().kT.size == 7 and "schedule" not in json.loads(sim.result().scene)
+    assert not os.listdir()
+    sim.set(dt=10, scheme="euler")
+    with pytest.raises(dpd.UserError, match="the run blew up"):
+        sim.run(10)
+    assert sim.step < 40
+
+
+# The force at the end of a step is that of the velocity then, with which a stage begins as well.
+EXACT = {"integrator": {"scheme": "dpd-vv", "dt": 0.02}}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("change", [
+    {"integrator": {"scheme": "lowe-andersen", "dt": 0.02}},
+    {"integrator": {"scheme": "aboba", "dt": 0.02}},
+    {"integrator": {"scheme": "shardlow", "dt": 0.02}},
+    {"pairs": {"search": "list"}, **EXACT},
+    {"pressure": {"target": 30, "time": 0.3}, "pairs": {"search": "list"}, **EXACT},
+    {"walls": {"axis": "z", "repulsion": 25, "gamma": 4}, **EXACT},
+    {"shear": {"rate": 0.1}, "observe": ["thermo"], **EXACT},
+], ids=str)  # fmt: skip
+def test_all_kinds_of_systems(tmp_path, change):
+    """Stopped, or not; and what is set to what it is changes no more than last bits."""
+    schedule = [
+        {"step": 90, "set": {"thermostat.kT": 1.0}},
+        {"step": 120, "set": {"thermostat.kT": 2}},
+    ]
+    whole = CHAINS | change | {"schedule": schedule}
+    scene = Scene(whole)
+    simulate(scene, tmp_path / "whole.nc", make_start(scene), RunSettings(keep=True))
+    at = []
+    half = RunSettings(
+        checkpoint_path(tmp_path / "run.nc"), keep=True, progress=at.append, stopping=lambda: True
+    )
+    with pytest.raises(dpd.UserError, match="stopped at step"):
+        simulate(scene, tmp_path / "run.nc", make_start(scene), half)
+    simulate(
+        scene, tmp_path / "run.nc", make_start(scene),
+        RunSettings(checkpoint_path(tmp_path / "run.nc"), keep=True),
+    )  # fmt: skip
+    assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
+    plain, same = (dpd.Simulation(CHAINS | change, progress=False) for _ in range(2))
+    for sim in (plain, same):
+        sim.run(30)
+    same.set(kT=1)
+    for sim in (plain, same):
+        sim.run(10)
+    np.testing.assert_allclose(same.velocities, plain.velocities, atol=1e-8)
