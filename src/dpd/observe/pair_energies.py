@@ -21,7 +21,7 @@ class PairEnergies(Observable, key="pair_energies"):
     """Energy of the soft repulsion between the beads of each two species.
 
     Where the repulsion of two species is a, the derivative of the free energy by a is this energy
-    over a. Their sum is the pair energy of `thermo`.
+    over a. Their sum is the pair energy of `thermo`, unless other forces act between beads.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
