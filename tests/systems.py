@@ -7,7 +7,8 @@ import numpy as np
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State, System
 from dpd.jit import COMPILES
-from dpd.physics.bond import Bond
+from dpd.physics.bond import BondLaw
+from dpd.physics.common.records import bond_record
 from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
@@ -56,8 +57,14 @@ def make_system(box, scheme="gw-vv", prediction=0.5, *, bonds=None, core=None, *
     } | changes
     if bonds is not None:
         members, stiffness, length = bonds
-        values |= {"members": members, "bond": Bond(stiffness, length)}
+        values |= {"members": members, "bond": harmonic(stiffness, length)}
     return System(box=box, scheme=scheme_named(scheme, prediction), **values)
+
+
+def harmonic(stiffness, length, number=None):
+    """Harmonic bonds as kernels have them; of tables, ``number`` is the place of each bond's."""
+    laws = np.stack(np.broadcast_arrays(stiffness, length), axis=-1).reshape(-1, 2).tolist()
+    return bond_record([BondLaw(stiffness=c, length=rest) for c, rest in laws], number)
 
 
 def make_simulation(system, position, velocity, species=None, identity=None, threads=1):

@@ -156,7 +156,7 @@ SCENES = [
     ({"start": {"forces": {"core": {}}, "relax": {"steps": 9, "dt": 0.01}}},
      ["start.forces.core", "'radius' is missing"]),
     ({"start": {"forces": {"bond": {"length": 1}}, "relax": {"steps": 9, "dt": 0.01}}},
-     ["start.forces.bond", "single bead"]),
+     ["start.forces", "'bond'", "core, gamma"]),
     (CHAINS | {"start": {"forces": {"core": {"radius": 0.4, "force": 9, "smooth": 0.5}},
                          "relax": {"steps": 9, "dt": 0.01}}}, ["start.forces.core", "cutoff"]),
     (CHAINS | {"bond": {"stiffness": 5e-324}}, ["bond", "box of 4 x 4 x 4"]),
@@ -263,6 +263,18 @@ PRESSED = WHOLE | {
     "pressure": {"target": 24, "axes": "z", "time": 1, "compressibility": 0.02, "every": 5},
     "observe": [{"thermo": {"every": 5}}],
 }
+# The same with other bonds.
+STIFF = {"A A": 30, "B A": 20, "B C": 10}
+LINKED, TORN = (
+    {name: value for name, value in WHOLE.items() if name != "bond"} | {
+        key: settings, "observe": ["thermo"],
+        "start": {"relax": {"steps": 10, "dt": 0.01}, "forces": {key: {"length": 0.9}}},
+    }
+    for key, settings in (
+        ("fene", {"stiffness": STIFF, "length": 1.2}),
+        ("morse_bond", {"depth": 100, "alpha": STIFF, "length": 0.7}),
+    )
+)  # fmt: skip
 # The same in two dimensions, with chains that grow.
 GROWN = {key: value for key, value in WHOLE.items() if key != "chi"} | {
     "dimension": 2,
@@ -283,7 +295,7 @@ CROWDED = {key: value for key, value in WHOLE.items() if key != "chi"} | {
     "many_body": {"repulsion": 25, "range": 0.75},
     "observe": [{"thermo": {"every": 5}}],
 }
-WHOLES = WHOLE, WALLED, SHEARED, PRESSED, CROWDED, GROWN
+WHOLES = WHOLE, WALLED, SHEARED, PRESSED, LINKED, TORN, CROWDED, GROWN
 WRONG = [
     None, True, "", "x", "3", "2e1", " ", -1, 0, 2, 2.5, 3.0, 1e300, -1e300, 5e-324, math.nan,
     math.inf, -math.inf, 10**30, -(10**30), [], {}, [1], ["x", None], {"a": 1}, {1: {}}, [[]],

@@ -27,6 +27,7 @@ ORDER = (
     ("numba_settings",),
     ("files", "interrupts", "sources"),
     ("arguments", "digest", "drafts", "errors", "page", "progress", "streams", "theory"),
+    ("laws",),
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
 # What a figure of a paper is made of; a picture of chains measures them as runs do.

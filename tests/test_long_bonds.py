@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from dpd import laws
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, UserError
 from dpd.files import read
+from dpd.laws import stretched_share
 from dpd.observe import observables
 from dpd.observe.common.stretch import stretched
-from dpd.physics import bond as bonds_page
-from dpd.physics.bond import BondLaw, stretched_share
+from dpd.physics.bond import BondLaw
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -65,7 +66,7 @@ def test_the_share_is_that_of_drawn_bonds(dimension):
 @pytest.fixture
 def unchecked(monkeypatch):
     """Scenes are not refused for what their bonds are expected to do."""
-    monkeypatch.setattr(bonds_page, "stretched_share", lambda *given: 0.0)
+    monkeypatch.setattr(laws, "stretched_share", lambda *given: 0.0)
 
 
 @pytest.mark.few(1)

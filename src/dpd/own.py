@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any
 from dpd.digest import cache_folder, text_digest
 from dpd.drafts import draft_of
 from dpd.errors import OtherPage, UserError, reason, shown
-from dpd.page import Change, Observable, Page, PairForce, Start, Term, names
+from dpd.laws import law_between, usual_lengths
+from dpd.page import BondForce, Change, Observable, Page, PairForce, Start, Term, names
 from dpd.sources import DOCUMENTED, sources_digest
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from typing import Self
 
 PREFIX = "own_"  # of the names of modules
+STEP = 1e-6  # r_c, for the slope of an energy
 CELL = "cell_"  # of the names of files with what notebooks define
 _importing: list[Path] = []  # files of pages that are imported just now
 
@@ -134,9 +136,11 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
 
 def _wrong(key, page):
     """Why a class cannot be a page of one's own, or nothing."""
-    if not issubclass(page, Observable | PairForce | Start):
-        kind = page.__mro__[1].__name__
-        return f"{key!r} is a {kind}; allowed in a file of one's own: Observable, PairForce, Start"
+    if not issubclass(page, Observable | PairForce | BondForce | Start):
+        kind, allowed = page.__mro__[1].__name__, "Observable, PairForce, BondForce, Start"
+        return f"{key!r} is a {kind}; allowed in a file of one's own: {allowed}"
+    if issubclass(page, Term) and "number" in page.model_fields:
+        return f"{key!r} has a setting 'number', which kernels use; take another name"
     if any(key in names(kind) for kind in (Observable, Start, Term) if issubclass(page, kind)):
         return f"{key!r} is a page of the package; take another key"
     for name, given in getattr(page, "gives", {}).items():
@@ -313,52 +317,48 @@ def _defined(node: ast.stmt) -> set[str]:
     return {each.id for one in targets for each in ast.walk(one) if isinstance(each, ast.Name)}
 
 
-def check_slope(page: PairForce, scene: Any) -> None:
+def check_slope(page: PairForce | BondForce, scene: Any) -> None:
     """Hold a force to the slope of its energy, in plain Python, before anything is compiled.
 
-    At 49 distances for each pair of species.
+    At some 50 distances for each pair of species, or at as many usual lengths of each bond.
 
     Raises
     ------
     UserError
         If a formula fails, or the force is not minus the slope.
     """
+    try:
+        for of, force, energy, distances in _tried(page, scene):
+            for r in distances:
+                found, slope = force(r), (energy(r + STEP) - energy(r - STEP)) / (2 * STEP)
+                if not abs(found + slope) <= 1e-5 * (1 + abs(slope)):
+                    raise UserError(
+                        f"{scene.where}: {page.key}: its force is not minus the slope of its "
+                        f"energy: {of} at r = {r:.3f} it is {found:.6g}, and should be {-slope:.6g}"
+                    )
+    except UserError:
+        raise
+    except Exception as problem:  # whatever a formula may raise
+        raise UserError(f"{scene.where}: {page.key}: {told_of(problem, type(page))}") from None
+
+
+def _tried(page, scene):
+    """Laws of a page: what each is for, its force and energy over r, and where to try them."""
+    if isinstance(page, BondForce):
+        for name, law in page.laws(scene).items():
+            of = f"of bonds {name}" if name else "of a bond"
+            yield of, law.force, law.energy, usual_lengths(law, scene.kT)
+        return
     for i, one in enumerate(scene.species):
         for other in scene.species[i:]:
-            law = _law(page, one, other)
-            try:
-                wrong = [r for k in range(1, 50) if not _agrees(law, r := k / 50 - 0.003)]
-            except Exception as problem:  # whatever a formula may raise
-                raise UserError(
-                    f"{scene.where}: {page.key}: {told_of(problem, type(page))}"
-                ) from None
-            if wrong:
-                r = wrong[0]
-                raise UserError(
-                    f"{scene.where}: {page.key}: its force is not minus the slope of its energy: "
-                    f"between {one} and {other} at r = {r:.3f} it is {law.force(r, 1 - r):.6g}, "
-                    f"and should be {-_slope(law, r):.6g}"
-                )
+            law = law_between(page, one, other)
+            distances = [k / 50 - 0.003 for k in range(1, 50)]
+            yield f"between {one} and {other}", _of_r(law.force), _of_r(law.energy), distances
 
 
-def _law(page, one, other):
-    """A page whose settings are the numbers of a pair of species."""
-    numbers = {}
-    for name in type(page).model_fields:
-        if isinstance(value := getattr(page, name), dict):
-            numbers[name] = value.get(f"{one} {other}", value.get(f"{other} {one}"))
-    return page.model_copy(update=numbers)
-
-
-def _slope(law, r):
-    """Of the energy, as a difference."""
-    h = 1e-5
-    return (law.energy(r + h, 1 - r - h) - law.energy(r - h, 1 - r + h)) / (2 * h)
-
-
-def _agrees(law, r):
-    slope = _slope(law, r)
-    return abs(law.force(r, 1 - r) + slope) <= 1e-5 * (1 + abs(slope))
+def _of_r(formula):
+    """A formula of r and w."""
+    return lambda r: formula(r, 1 - r)
 
 
 def blame(problem: BaseException, files: Iterable[str]) -> str:

@@ -162,6 +162,11 @@ class Page(Section):
         """Whether a setting has no default."""
         return any(field.is_required() for field in cls.model_fields.values())
 
+    def plain(self) -> Any:
+        """Its settings as plain data, as they stand in a file."""
+        data = self.model_dump(exclude_none=True, by_alias=True)
+        return data[self.bare] if self.bare else data
+
     @classmethod
     def summary(cls) -> str:
         """Its description in one sentence."""
@@ -184,8 +189,6 @@ class Term(Page):
 
     Attributes
     ----------
-    acts_on : str
-        What it is for, where a scene must have one: ``bonds``; or nothing.
     mainly : Change or None
         What it is there for, by which the axes come first that the fluid changes across.
     makes : frozenset of Change
@@ -198,7 +201,6 @@ class Term(Page):
     package = "dpd.physics"
     _pages: ClassVar[dict[str, type[Page]]] = {}
     stands = frozenset(Change)
-    acts_on: ClassVar[str] = ""
     mainly: ClassVar[Change | None] = None
     makes: ClassVar[frozenset[Change]] = frozenset()
     keeps_apart: ClassVar[bool] = False
@@ -269,8 +271,6 @@ class PairForce(Term):
     with `part`.
     """
 
-    acts_on = "pairs"
-
     def force(self, r: float, w: float) -> float:
         """Minus the slope of the energy, in kT / r_c; positive where beads are pushed apart."""
         raise NotImplementedError
@@ -288,6 +288,75 @@ class PairForce(Term):
     def untried(self) -> str:
         """Without it is how schemes were measured."""
         return f"schemes were measured without {self.key!r}; take gw-vv and try dt"
+
+
+class BondForce(Term):
+    """A law of bonds; a scene names one of those that there are.
+
+    As in a `PairForce` a setting is the number of the bond at hand, whether a scene gives one for
+    all or a table by pairs of species that are bonded, and formulas are plain Python with `math`; r
+    is the length in r_c. A page may have a ``curvature(r)``, the slope of the slope of the energy,
+    instead of a difference of forces.
+
+    Attributes
+    ----------
+    caption : str
+        The law in captions, with its settings in braces; if not given, its settings by name.
+    """
+
+    caption: ClassVar[str] = ""
+
+    def force(self, r: float) -> float:
+        """Minus the slope of the energy, in kT / r_c; positive where the ends are pushed apart."""
+        raise NotImplementedError
+
+    def energy(self, r: float) -> float:
+        """Energy in kT."""
+        raise NotImplementedError
+
+    def at_rest(self) -> float:
+        """Length of bonds in a random start, in r_c, of a law of numbers; 0 if any may do.
+
+        If not given, it is that of least energy.
+        """
+        from dpd.laws import least_energy
+
+        return least_energy(self)
+
+    def laws(self, scene: Any) -> dict[str, Any]:
+        """What acts along bonds, by pairs of species: pages of numbers; one for all by no name."""
+        from dpd.laws import laws_of_page
+
+        return laws_of_page(self, scene)
+
+    def changed(self, given: dict[str, Any]) -> Any:
+        """Its settings as plain data, with some others in the place of its own."""
+        return self.plain() | given
+
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """Its tables by pairs of bonded species, by settings."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: value for name, value in fields.items() if isinstance(value, dict)}
+
+    def unknown(self, scene: Any) -> Refusals:
+        """Pairs that are not bonded, and bonded ones without a value."""
+        if not scene.has_bonds:
+            text = "every molecule is a single bead; remove the key, or give an architecture of"
+            yield "", f"{text} several beads, as 'A 10'"
+            return
+        for name, table in self.tables().items():
+            for pair, problem in check_bonded(table, scene.bonded_species):
+                yield ".".join(filter(None, (name, pair))), problem
+
+    def refuses(self, scene: Any) -> Refusals:
+        """Bonds that are too long for the box."""
+        from dpd.laws import too_long
+
+        yield from too_long(self.laws(scene), scene)
+
+    def untried(self) -> str:
+        """With harmonic bonds is how schemes were measured."""
+        return f"schemes were measured with 'bond', not {self.key!r}; take gw-vv and try dt"
 
 
 class Observable(Page):
@@ -421,18 +490,14 @@ class StartCore(Section):
     smooth: float | None = setting("Width of its edge.", None, unit="r_c", ge=0, le=1)
 
 
-class StartBond(Section):
-    """Bonds, as above."""
-
-    stiffness: float | None = setting("Spring constant C.", None, unit="kT / r_c^2", ge=0, le=1e7)
-    length: float | None = setting("Rest length.", None, unit="r_c", ge=0, le=1000)
-
-
 class StartForces(Section):
-    """Forces of growth and relaxation, where they are not those of the run."""
+    """Forces of growth and relaxation, where they are not those of the run.
 
+    A scene's bonds have their key here as well, with the settings that are others.
+    """
+
+    model_config = ConfigDict(extra="allow")
     core: StartCore | None = setting("Rigid core, as above.", None)
-    bond: StartBond | None = setting("Bonds, as above.", None)
     gamma: float | None = setting("Friction.", None, ge=0, le=1e6)
 
 
@@ -475,8 +540,9 @@ class Start(Page):
         "Seed of the start, if not that of the run.", None, ge=0, le=LARGEST_SEED
     )
     forces: StartForces = setting(
-        "Forces of growth and relaxation, where they are not those of the run.", StartForces
-    )
+        "Forces of growth and relaxation, where they are not those of the run: core, gamma, and "
+        "under their key settings of the scene's bonds, as {bond: {stiffness: 100}}.", StartForces,
+    )  # fmt: skip
     relax: Relax | None = setting(
         "Steps with gw-vv before the run, shared by all runs from the same start.", None
     )
@@ -567,6 +633,16 @@ def check_laws(table: Mapping[str, Any], there: list[tuple[str, ...]]) -> Refusa
         if min(along, along[::-1]) not in there:
             allowed = ", ".join(repr(" ".join(each)) for each in there[:20])
             yield name, f"no molecule has these beads bonded; allowed: {allowed}"
+
+
+def check_bonded(table: Mapping[str, Any], bonded: list[tuple[str, ...]]) -> Refusals:
+    """A table by pairs of bonded species: as `check_laws`, and bonded pairs that are not in it."""
+    unfit = list(check_laws(table, bonded))
+    yield from unfit
+    for pair in bonded if not unfit else ():
+        if not {" ".join(pair), " ".join(pair[::-1])}.intersection(table):
+            named = " ".join(pair)
+            yield "", f"no law for the pair {named!r}, which is bonded; add '{named}: ...'"
 
 
 PARTS: list[Callable[..., Any]] = []

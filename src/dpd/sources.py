@@ -114,6 +114,7 @@ def kernel_digest() -> str:
             for path in sorted(PACKAGE.rglob("*.py"))
             if OWN_KERNELS not in path.parents and file_of(COMPILER) in source_of(path).imports
         ]
+        kernels += sorted((PACKAGE / "physics").glob("*.py"))  # whose formulas they get in records
         return sources_digest(*kernels)
 
     return kept("kernels", find)

@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from dpd.digest import text_digest
-from dpd.page import Observable, Start, module_of, names
+from dpd.page import Observable, Start, Term, module_of, names
 from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, reachable, sources_digest
 
@@ -39,18 +39,13 @@ STAGES = {
 }
 # A run uses statistics only to sum up its series, which are in its file, and to warn in words.
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
+# Pages that every run needs, and those of which no kernel gets anything.
+EVERYWHERE = ("chi", "integrator", "repulsion", "shear", "thermostat")
 # Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
-TERMS = {
-    "body_force": "dpd.physics.body_force",
-    "angle": "dpd.physics.angle",
-    "bond": "dpd.physics.bond",
-    "core": "dpd.physics.core",
+TERMS = {key: module_of(Term, key) for key in names(Term) if key not in EVERYWHERE} | {
     "exchange": "dpd.physics.common.exchange",
     "langevin": "dpd.physics.common.langevin",
-    "many_body": "dpd.physics.many_body",
-    "pressure": "dpd.physics.pressure",
     "barostat": "dpd.engine.barostat",
-    "walls": "dpd.physics.walls",
 }
 # It lists what there is: who imports it does not need all that it names.
 LISTS = frozenset({"dpd.engine.state"})
@@ -71,7 +66,7 @@ def stage_digest(stage: str) -> str:
         Twelve hexadecimal digits.
     """
     pages = [module_of(kind, name) for kind in (Observable, Start) for name in names(kind)]
-    running = pages if stage in ("simulate", "measure") else []
+    running = [*pages, *TERMS.values()] if stage in ("simulate", "measure") else []
     without = NOT_IN_RUNS if stage == "simulate" else ()
     return sources_digest(*STAGES[stage], *running, without=without)
 
@@ -122,7 +117,7 @@ def start_sources(scene: Scene) -> str:
     """
     start = _begins(scene)
     found = _sources_with("start", start_terms(scene), start)
-    own = sorted(scene.page_files.values()) if scene.own_forces or not start else []
+    own = sorted(scene.page_files.values()) if scene.has_own_forces or not start else []
     return text_digest(" ".join([found, *own])) if own else found
 
 
@@ -143,7 +138,12 @@ def kernels_name(terms: frozenset[str]) -> str:
 def _sources_with(stage, terms, pages):
     return kept(
         f"{stage} {sorted(terms)} {pages}",
-        lambda: sources_digest(*STAGES[stage], *pages, without=unused_modules(terms)),
+        lambda: sources_digest(
+            *STAGES[stage],
+            *pages,
+            *(TERMS[name] for name in sorted(terms)),
+            without=unused_modules(terms),
+        ),
     )
 
 
@@ -170,7 +170,9 @@ def terms_of(scene: Scene) -> frozenset[str]:
 
 def start_terms(scene: Scene) -> frozenset[str]:
     """The same of what acts while its first configuration grows and relaxes."""
-    return frozenset(start_description(scene).get("forces", {})).intersection(TERMS)
+    description = start_description(scene)
+    forces = {*description.get("forces", {}), *description.get("own", {})}
+    return frozenset(forces).intersection(TERMS)
 
 
 def unused_modules(terms: frozenset[str]) -> frozenset[str]:

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from dpd.digest import ROOT
-from dpd.physics.bond import Bond
+from dpd.physics.bond import BondLaw
+from dpd.physics.common.records import bond_record, curvature_of_bond
 from dpd.physics.core import Core
+from dpd.physics.fene import Fene
+from dpd.physics.morse_bond import MorseBonds
 from dpd.physics.repulsion import Soft
 
 NUDGE = 1e-5
@@ -44,13 +47,26 @@ def test_the_curvature_of_the_soft_repulsion_is_the_slope_of_its_force(r):
     assert at(page.curvature, r) == pytest.approx(-slope, rel=1e-6)
 
 
+BONDS = {
+    "harmonic": BondLaw(stiffness=60, length=0.7),
+    "fene": Fene(stiffness=30, length=1.3),
+    "beyond": Fene(stiffness=30, length=0.04),
+    "morse": MorseBonds(depth=20, alpha=4, length=0.6),
+}
+
+
+@pytest.mark.parametrize("name", BONDS)
 @pytest.mark.parametrize("r", DISTANCES)
-def test_force_and_curvature_of_a_bond_are_slopes(r):
-    page = Bond(60.0, 0.7)
+def test_force_and_curvature_of_a_bond_are_slopes(name, r):
+    """Of the page, and of the record that kernels get."""
+    page, record = BONDS[name], bond_record([BONDS[name]], None)
     slope = (page.energy(r + NUDGE) - page.energy(r - NUDGE)) / (2 * NUDGE)
-    assert r * page.force_over_r(r) == pytest.approx(-slope, rel=1e-6)
-    forces = [(r + step) * page.force_over_r(r + step) for step in (-NUDGE, NUDGE)]
-    assert page.curvature(r) == pytest.approx((forces[0] - forces[1]) / (2 * NUDGE), rel=1e-6)
+    assert page.force(r) == pytest.approx(-slope, rel=1e-6)
+    assert r * record.force_over_r(r) == pytest.approx(page.force(r), rel=1e-12)
+    if name != "beyond":  # where the force is the same all over
+        slope = (page.force(r + NUDGE) - page.force(r - NUDGE)) / (2 * NUDGE)
+        assert record.curvature(r) == pytest.approx(-slope, rel=1e-6)
+        assert curvature_of_bond(record, r) == pytest.approx(-slope, rel=1e-6)
 
 
 OWN_PAGE = """

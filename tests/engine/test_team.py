@@ -10,10 +10,10 @@ from dpd.engine.bonded import in_batches
 from dpd.engine.cells import PHASES, make_blocks
 from dpd.engine.threads import BLOCKS, LINE
 from dpd.errors import UserError
-from dpd.physics.bond import Bond
 from tests.systems import (
     assert_same_state,
     chains,
+    harmonic,
     make_simulation,
     make_system,
     random_beads,
@@ -156,7 +156,7 @@ def test_blocks_of_a_large_system_are_deep_and_even(layers):
 
 
 def test_batches_of_bonds_share_no_bead():
-    bonds = in_batches(Bond(1.0, 0.5), np.concatenate([chains(300, 7), [[2100, 2101]]]))
+    bonds = in_batches(harmonic(1.0, 0.5), np.concatenate([chains(300, 7), [[2100, 2101]]]))
     assert len(bonds.batch) > 3
     assert bonds.batch[0] == 0 and bonds.batch[-1] == len(bonds.members)
     parts = [set(bonds.members[a:b].ravel()) for a, b in zip(bonds.batch[:-1], bonds.batch[1:])]
@@ -165,7 +165,7 @@ def test_batches_of_bonds_share_no_bead():
 
 def test_bonds_of_one_molecule_are_one_batch():
     ring = np.stack([np.arange(2000), (np.arange(2000) + 1) % 2000], axis=1)
-    assert len(in_batches(Bond(1.0, 0.5), ring).batch) == 2
+    assert len(in_batches(harmonic(1.0, 0.5), ring).batch) == 2
 
 
 def test_blown_up_run_ends_for_all_threads():

@@ -166,7 +166,7 @@ def seen(
     dict of str to array
         ``r``, ``rdf`` (snapshot, r), ``kT``, ``pressure``, ``bond`` (snapshot).
     """
-    watch = ["bonds"] if "bond" in scene.data else []
+    watch = ["bonds"] if scene.has_bonds else []
     changes = {
         "steps": {"sample": snapshots},
         "observe": [

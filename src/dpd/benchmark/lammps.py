@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dpd.errors import UserError
 from dpd.scene.bonding import laws_of
 
 if TYPE_CHECKING:
@@ -92,6 +93,8 @@ class Lammps:
 def _commands(scene, state, skin, seed, folder):
     """What sets LAMMPS up and gets it ready to run."""
     data = scene.data
+    if scene.own_forces or (scene.bond_force and "bond" not in data):
+        raise UserError(f"{scene.where}: the comparison knows repulsion, core, bond and angle only")
     kT, gamma = data["thermostat"]["kT"], data["thermostat"]["gamma"]
     _write_beads(folder / "beads", scene, state)
     commands = ["units lj", f"dimension {scene.dimension}", "comm_modify vel yes", "newton on"]

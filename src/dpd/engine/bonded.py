@@ -6,7 +6,7 @@ goes on with its angles, and no other thread pushes these beads meanwhile.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import uint32, uint64
@@ -17,7 +17,6 @@ from dpd.engine.rows import push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.jit import inlined
 from dpd.physics.angle import Angle
-from dpd.physics.bond import Bond
 from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ class Bonds(NamedTuple):
 
     Attributes
     ----------
-    law : Bond
+    law : record
         What acts along each.
     members : (n, 2) uint32 array
         Identities of the two ends.
@@ -58,7 +57,7 @@ class Bonds(NamedTuple):
         threads may work on them at the same time.
     """
 
-    law: Bond
+    law: Any
     members: np.ndarray
     batch: np.ndarray
 
@@ -107,7 +106,7 @@ def bonds_of(system: System) -> Bonds | None:
     return in_batches(system.bond, system.members)
 
 
-def in_batches(bond: Bond | None, members: np.ndarray | None) -> Bonds | None:
+def in_batches(bond: Any, members: np.ndarray | None) -> Bonds | None:
     """`Bonds`, cut into batches between molecules that are numbered one after the other.
 
     None for a system without bonds.
@@ -146,7 +145,7 @@ def _as_compiled(law):
     """A law or a table with the types that kernels are compiled for."""
     *values, number = law
     if number is None:
-        return type(law)(*map(float, values))
+        return type(law)(*map(float, values), None)
     columns = (np.ascontiguousarray(value, dtype=np.float64) for value in values)
     return type(law)(*columns, np.ascontiguousarray(number, dtype=np.uint16))
 

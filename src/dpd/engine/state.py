@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.errors import UserError
 from dpd.physics.angle import Angle
 from dpd.physics.body_force import BodyForce
-from dpd.physics.bond import Bond
 from dpd.physics.common.exchange import Exchange
 from dpd.physics.common.forces import Forces
 from dpd.physics.common.langevin import Langevin
@@ -125,7 +124,8 @@ class System:
         Seed of the noise.
     members : (n, 2) uint32 array or None
         Identities of the two ends of each bond.
-    bond : Bond or None
+    bond : record or None
+        See `dpd.physics.common.records.bond_record`.
         The law of all bonds, or of each.
     angle_members : (n, 3) uint32 array or None
         Identities of the three beads of each angle, the middle one in between.
@@ -163,7 +163,7 @@ class System:
     scheme: Scheme
     seed: int
     members: np.ndarray | None = None
-    bond: Bond | None = None
+    bond: Any = None
     angle_members: np.ndarray | None = None
     angle: Angle | None = None
     skin: float = 0.0

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from dpd.errors import UserError
+from dpd.laws import numbers_of
 from dpd.page import PairTable, Refusals, Term, setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MEASURED_WITH = (2, 0)  # stiffness and length of the bonds of the chains
+MEASURED_WITH = {"stiffness": 2, "length": 0}  # the bonds of the chains
 
 
 class Chi(Term, key="chi"):
@@ -90,11 +91,8 @@ class Chi(Term, key="chi"):
             relation = relation_at(scene.density, shortest[pair])
             found = scene.repulsions[pair]
             yield f"chi.{pair}: {chi:g} makes a_ij {found:.4f}, by {relation}"
-        laws = [
-            law for term in scene.terms.values() if term.acts_on == "bonds"
-            for law in term.laws().values()
-        ]  # fmt: skip
-        alike = all((law.stiffness, law.length) == MEASURED_WITH for law in laws)
+        bonds = scene.bond_force.laws(scene).values() if scene.bond_force else ()
+        alike = all(numbers_of(law) == MEASURED_WITH for law in bonds)
         if max(shortest.values()) > 1 and not alike:
             yield (
                 "chi was measured with bonds of stiffness 2 and length 0; with stiffness 4 we find "

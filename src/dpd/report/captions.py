@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from dpd.laws import numbers_of
 from dpd.report.notation import typeset
 from dpd.scene.bonding import laws_of
 from dpd.scene.scene import Scene
@@ -322,11 +323,19 @@ def _many_body(scenes):
 
 
 def _bond(scenes):
-    laws = [law for scene in scenes for law in laws_of(scene.data.get("bond", {}))]
-    if not laws:
-        return ""
-    stiffness, length = (span([law[key] for law in laws]) for key in ("stiffness", "length"))
-    return f"bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
+    """Bonds of a kind with their numbers, kind after kind."""
+    found: dict[str, list] = {}
+    pages = {}
+    for scene in scenes:
+        if (page := scene.bond_force) is not None:
+            pages[page.key] = page
+            found.setdefault(page.key, []).extend(map(numbers_of, page.laws(scene).values()))
+    said = []
+    for key, laws in found.items():
+        numbers = {name: span([law[name] for law in laws]) for name in laws[0]}
+        plain = f"{key} bonds: " + ", ".join(f"{name} {{{name}}}" for name in numbers)
+        said.append((pages[key].caption or plain).format(**numbers))
+    return "; ".join(said)
 
 
 def _angle(scenes):

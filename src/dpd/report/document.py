@@ -202,6 +202,33 @@ compiled, the force is held to the slope of the energy at 49 distances. Pressure
 profiles and the configurational temperature have it. Steps that the repulsion allows may be too
 long for it: look at `kT` and at half of `dt`.
 
+## Bonds of your own
+
+`fene: {stiffness: 30, length: 1.5}` and `morse_bond: {depth: 100, alpha: 4, length: 0.5}` stand in
+the place of `bond`; a setting may be a table by pairs of species. So does a page of your own:
+
+```python
+from dpd.page import BondForce, PerPair, Positive, setting
+
+
+class Quartic(BondForce, key="quartic"):
+    "Bonds that hardly pull near rest."
+
+    strength: PerPair[Positive] = setting("Strength.", unit="kT / r_c^4")
+    length: float = setting("Rest length.", 0.5, unit="r_c", gt=0)
+
+    def energy(self, r):
+        return self.strength * (r - self.length) ** 4
+
+    def force(self, r):
+        return -4.0 * self.strength * (r - self.length) ** 3
+```
+
+A scene with `pages: [quartic.py]` has `quartic: {strength: 100}`. What is said of pair forces
+holds, with the length r alone. Random starts take the length of least energy, or that of a method
+`at_rest(self)`; `start.forces` changes settings under the same key. Bonds that would often reach
+across half of the box are refused, by the Boltzmann weight of their energy.
+
 ## A start of your own
 
 A file with a class that places beads, here chains whose last beads meet in the middle of the box:

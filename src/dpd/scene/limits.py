@@ -124,8 +124,6 @@ def _of_length(scene):
 def _of_start(scene):
     """Forces of growth and relaxation, which act there as whole forces."""
     own = scene.data["start"]["forces"]
-    if "bond" in own and not scene.has_bonds:
-        yield "start.forces.bond", "every molecule is a single bead; remove the key"
     by_species = scene.friction.ndim == 1 if isinstance(scene.friction, np.ndarray) else False
     if by_species and "gamma" not in own and scene.start.acts:
         yield (

@@ -15,7 +15,18 @@ import numpy as np
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import blame, check_slope, file_of, load
-from dpd.page import Change, Observable, Page, PairForce, Refusals, Start, Term, find, names
+from dpd.page import (
+    BondForce,
+    Change,
+    Observable,
+    Page,
+    PairForce,
+    Refusals,
+    Start,
+    Term,
+    find,
+    names,
+)
 from dpd.scene.architecture import tree_of
 from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.changes import changed
@@ -110,14 +121,14 @@ class Scene:
         self._read(data)
         check_beads(self.data, self.where)
         self.start = self.start.found(folder, self.where)
-        self.data["start"] = _plain(self.start)
+        self.data["start"] = self.start.plain()
         self.refuse(densities(self))
         self.refuse(self._names())
-        for term in self.own_forces:
-            check_slope(term, self)
+        for key in self._own.keys() & self.terms.keys():
+            check_slope(self.terms[key], self)
         for key, term in self.terms.items():
             self.terms[key] = term.completed(self)
-            self.data[key] = _plain(self.terms[key])
+            self.data[key] = self.terms[key].plain()
         self.refuse(self._refusals())
         self.observe = {key: self._with_interval(page) for key, page in self.observe.items()}
         self.refuse(self.unobserved(self.made))
@@ -226,11 +237,13 @@ class Scene:
         self.start = self._start(data.get("start", {}), wrong)
         for item in basics.observe if basics else ():
             self._add_observable(item, wrong)
+        if not wrong:
+            self._check_start_forces(self.start.forces, wrong)
         if wrong:
             raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
         self.data = basics.model_dump(exclude_none=True, by_alias=True, exclude={"pages"})
-        self.data |= {key: _plain(term) for key, term in self.terms.items()}
-        self.data["start"] = _plain(self.start)
+        self.data |= {key: term.plain() for key, term in self.terms.items()}
+        self.data["start"] = self.start.plain()
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
 
     def _page(self, page, data, key, wrong):
@@ -256,6 +269,17 @@ class Scene:
         found, problems = attempt(page, given, "start")
         wrong += problems
         return found
+
+    def _check_start_forces(self, forces, wrong):
+        """Settings of the bonds that are others while the start is made."""
+        for key, given in (forces.model_extra or {}).items():
+            bond = self.bond_force
+            if bond is None or key != bond.key:
+                known = [*type(forces).model_fields, *([bond.key] if bond else [])]
+                wrong.append(f"start.forces: unknown key {shown(key)}; {suggestion(key, known)}")
+                continue
+            changed = bond.changed(given) if isinstance(given, dict) else given
+            wrong += attempt(type(bond), changed, f"start.forces.{key}")[1]
 
     def _add_observable(self, item, wrong):
         """An observable by name, or by name with settings."""
@@ -326,8 +350,14 @@ class Scene:
     def _refusals(self) -> Refusals:
         """What sections and terms have against each other."""
         yield from limits(self)
-        if self.has_bonds and not any(term.acts_on == "bonds" for term in self.terms.values()):
-            yield "bond", "molecules of several beads need one, as {stiffness: 2, length: 0}"
+        bonds = [key for key, term in self.terms.items() if isinstance(term, BondForce)]
+        if len(bonds) > 1:
+            yield bonds[1], f"the scene has {bonds[0]!r} as well; keep one law of bonds"
+        if self.has_bonds and not bonds:
+            pages = {key: find(Term, key) for key in names(Term)} | self._own
+            known = [key for key, page in pages.items() if issubclass(page, BondForce)]
+            text = f"molecules of several beads need one of {', '.join(known)}"
+            yield "bond", f"{text}, as 'bond: {{stiffness: 2, length: 0}}'"
         for key, page in [*self.terms.items(), ("start", self.start)]:
             for inside, problem in page.refuses(self):
                 yield f"{key}.{inside}" if inside else key, problem
@@ -401,6 +431,17 @@ class Scene:
         """Pair forces of one's own, in the order of their files."""
         return [term for term in self.terms.values() if isinstance(term, PairForce)]
 
+    @property
+    def has_own_forces(self) -> bool:
+        """Whether a force of its own stands in a file of pages."""
+        return bool(self._own.keys() & self.terms.keys())
+
+    @property
+    def bond_force(self) -> BondForce | None:
+        """The law of its bonds."""
+        found = (term for term in self.terms.values() if isinstance(term, BondForce))
+        return next(found, None)
+
     @cached_property
     def made(self) -> dict[Change, str]:
         """What terms do to the world, each change by the key of the first that makes it."""
@@ -419,7 +460,7 @@ class Scene:
         """
         places, start = self.start.places, self.data["start"]
         start = {key: value for key, value in start.items() if key not in places}
-        observe = {key: _plain(page) for key, page in self.observe.items()}
+        observe = {key: page.plain() for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
         return value_digest(without | {"observe": observe, "start": start})
 
@@ -545,7 +586,11 @@ class Scene:
     @cached_property
     def bonds(self) -> Joined:
         """All bonds, molecule after molecule; empty where every molecule is a single bead."""
-        return joined(self, self.data.get("bond", {}), lambda kind: kind.bonds)
+        return self.bonds_with({} if self.bond_force is None else self.bond_force.laws(self))
+
+    def bonds_with(self, laws: Mapping[str, Any]) -> Joined:
+        """The same with other laws, by pairs of species, or by no name."""
+        return joined(self, laws, lambda kind: kind.bonds)
 
     @property
     def bonded(self) -> np.ndarray:
@@ -765,12 +810,6 @@ def _without_others(page, given, wrong):
                     f"{other.key}', or remove the key"
                 )
     return rest
-
-
-def _plain(page: Page) -> Any:
-    """The settings of a page as plain data, as they stand in a file."""
-    data = page.model_dump(exclude_none=True, by_alias=True)
-    return data[page.bare] if page.bare else data
 
 
 def _in_a_line(value: Any) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import value_digest
-from dpd.page import is_table
 
 if TYPE_CHECKING:
+    from dpd.page import BondForce
     from dpd.scene.scene import Scene
 
 SMALL = 0.1  # of a run's steps: a start that takes no more is made by the run itself
@@ -58,19 +58,21 @@ def start_forces(scene: Scene) -> dict[str, Any]:
     forces |= {key: data[key] for key in ("walls", "many_body") if key in data}
     if "core" in data or "core" in changed:
         forces["core"] = data.get("core", {}) | changed.get("core", {})
-    if "bond" in data or "bond" in changed:
-        forces["bond"] = _changed_bond(data.get("bond", {}), changed.get("bond", {}))
+    if (bond := start_bond(scene)) is not None:
+        forces[bond.key] = bond.plain()
     if "angle" in data and "angle" not in scene.start.without:
         forces["angle"] = data["angle"]
     forces["gamma"] = changed.get("gamma", data["thermostat"]["gamma"])
     return forces
 
 
-def _changed_bond(bond, changed):
-    """The law of bonds with changes; of a table, each law."""
-    if is_table(bond):
-        return {pair: law | changed for pair, law in bond.items()}
-    return bond | changed
+def start_bond(scene: Scene) -> BondForce | None:
+    """What acts along bonds while chains grow or relax: that of the scene, with its changes."""
+    bond = scene.bond_force
+    if bond is None or bond.key not in (changes := scene.data["start"]["forces"]):
+        return bond
+    changed = bond.changed(changes[bond.key])
+    return bond.model_validate({bond.bare: changed} if bond.bare else changed)
 
 
 def start_work(scene: Scene) -> int:

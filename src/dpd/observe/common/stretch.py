@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import LostRun
-from dpd.physics.bond import MOST_STRETCHED, STRETCHED
+from dpd.laws import MOST_STRETCHED, STRETCHED
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation

@@ -61,15 +61,15 @@ def choose(scene: Any, tolerance: float) -> dict[str, Any]:
     for term in scene.terms.values():
         if why := term.untried():
             raise UserError(f"{scene.where}: integrator.scheme: 'auto' cannot choose here: {why}")
-    bonds = [term for term in scene.terms.values() if term.acts_on == "bonds"]
-    system = "melt" if bonds else "fluid"
+    bond = scene.bond_force
+    system = "melt" if bond else "fluid"
     measured = table()[system]
     gamma = max(scene.terms["thermostat"].frictions()) / min(1.0, scene.lightest)
     choice = _row(measured["choices"], gamma, tolerance, scene.where)
     density, known = max(scene.density, DENSITY[system]), measured["stiffness"]
     ratios = [max(scene.repulsions.values()) * density / known["repulsion"]]
-    for term in bonds:
-        ratios.append(max(law.stiffness for law in term.laws().values()) / known["bond"])
+    if bond:
+        ratios.append(max(law.stiffness for law in bond.laws(scene).values()) / known["bond"])
     stiffest = max(scene.kT, *ratios)
     slower = max(1.0, stiffest / min(1.0, scene.lightest)) ** 0.5
     dt = float(f"{choice['dt'] / slower:.2g}")

@@ -7,13 +7,13 @@ becomes the method of that class and nothing else: terms that a scene does not n
 
 from typing import Any, NamedTuple
 
+import numpy as np
 from numba import types
 from numba.extending import overload
 
 from dpd.jit import INLINED, method
 from dpd.physics.angle import Angle
 from dpd.physics.body_force import BodyForce
-from dpd.physics.bond import Bond
 from dpd.physics.common.exchange import Exchange
 from dpd.physics.common.langevin import Langevin
 from dpd.physics.core import Core
@@ -31,7 +31,8 @@ class Forces(NamedTuple):
     pair : Soft or Core
         The conservative force between pairs.
     many_body : ManyBody or None
-    bond : Bond or None
+    bond : record or None
+        See `dpd.physics.common.records.bond_record`.
     angle : Angle or None
     friction : Friction or None
     langevin : Langevin or None
@@ -43,7 +44,7 @@ class Forces(NamedTuple):
 
     pair: Soft | Core
     many_body: ManyBody | None = None
-    bond: Bond | None = None
+    bond: Any = None
     angle: Angle | None = None
     friction: Friction | None = None
     langevin: Langevin | None = None
@@ -53,22 +54,34 @@ class Forces(NamedTuple):
 
 
 def law_of(laws: Any, place: int) -> Any:
-    """The law of a bond or an angle: its own where there are several."""
-    if laws.number is None:
+    """A record with one number in the place of each of its columns; itself if it has none.
+
+    The place is in the columns, or, if one of them is called ``number``, in that, which has the
+    place in the others.
+    """
+    columns = [isinstance(value, np.ndarray) and value.ndim == 1 for value in laws]
+    if not any(columns):
         return laws
-    number = laws.number[place]
-    return type(laws)(*(values[number] for values in laws[:-1]))
+    number = getattr(laws, "number", None)
+    n = place if number is None else number[place]
+    law = type(laws)(*(value[n] if many else value for value, many in zip(laws, columns)))
+    return law if number is None else law._replace(number=None)
 
 
 @overload(law_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
 def _law_of(laws, place):
     """Written out for the fields of a record."""
-    law, fields = laws.instance_class, laws.instance_class._fields[:-1]
-    if isinstance(laws.types[-1], types.NoneType):
+    law, fields = laws.instance_class, laws.instance_class._fields
+    columns = [isinstance(kind, types.Array) and kind.ndim == 1 for kind in laws.types]
+    if not any(columns):
         return lambda laws, place: laws
-    values = ", ".join(f"laws.{field}[laws.number[place]]" for field in fields)
+    given = {field: f"laws.{field}" for field in fields}
+    many = {field for field, column in zip(fields, columns) if column}
+    n = "laws.number[place]" if "number" in many else "place"
+    given |= {field: f"laws.{field}[{n}]" for field in many} | {"number": "None"}
     made = {"law": law}
-    exec(f"def one_of(laws, place):\n    return law({values}, None)", made)
+    values = ", ".join(given[field] for field in fields)
+    exec(f"def one_of(laws, place):\n    return law({values})", made)
     return made["one_of"]
 
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.page import is_table
-from dpd.scene.bonding import laws_of, numbers_of, species_along
+from dpd.scene.bonding import numbers_of, species_along
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -17,11 +16,11 @@ FLIGHT = 0.8  # r_c, a step of a random flight where bonds have no rest length
 
 def lengths_of(scene: Scene) -> dict[str, Any]:
     """The length of a step as ``flight``, one for each law of a table; nothing without bonds."""
-    bond = scene.data.get("bond")
-    if not bond:
+    if scene.bond_force is None:
         return {}
-    lengths = [float(law["length"]) or FLIGHT for law in laws_of(bond)]
-    return {"flight": dict(zip(bond, lengths)) if is_table(bond) else lengths[0]}
+    laws = scene.bond_force.laws(scene)
+    lengths = {name: float(law.at_rest()) or FLIGHT for name, law in laws.items()}
+    return {"flight": lengths.get("", lengths)}
 
 
 def flights(scene: Scene, rng: np.random.Generator, in_slabs: bool = False) -> np.ndarray:

@@ -17,13 +17,13 @@ from dpd.page import is_table
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at, shear_of
 from dpd.physics.angle import Angle
-from dpd.physics.bond import Bond
 from dpd.physics.common.own_pairs import with_own
+from dpd.physics.common.records import bond_record
 from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.bonding import laws_of
-from dpd.scene.start import start_description, start_forces, start_work
+from dpd.scene.start import start_bond, start_description, start_forces, start_work
 from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def system_of(scene: Scene) -> System:
         body_force=_record(scene, "body_force"),
         shear=shear_of(scene),
         pressure=_record(scene, "pressure"),
-        **_bonding(scene, data),
+        **_bonding(scene, scene.bond_force, data.get("angle")),
     )
     return replace(system, flow=scene.flow_layers(system.extent))
 
@@ -75,15 +75,15 @@ def _record(scene, key):
     return scene.terms[key].record(scene) if key in scene.terms else None
 
 
-def _bonding(scene, forces):
-    """Bonds and angles of a scene, as `System` has them, with the laws in ``forces``."""
+def _bonding(scene, bond, angle):
+    """Bonds and angles of a scene, as `System` has them, with these laws."""
     found = dict.fromkeys(("bond", "members", "angle", "angle_members"))
-    if "bond" in forces:
-        stiffness, length = _values(forces["bond"], "stiffness", "length")
-        found["members"], number = scene.bonds
-        found["bond"] = Bond(stiffness, length, number)
-    if "angle" in forces:
-        stiffness, angle = _values(forces["angle"], "stiffness", "angle")
+    if bond is not None:
+        laws = bond.laws(scene)
+        found["members"], number = scene.bonds_with(laws)
+        found["bond"] = bond_record(list(laws.values()), number)
+    if angle is not None:
+        stiffness, angle = _values(angle, "stiffness", "angle")
         found["angle_members"], number = scene.angles
         found["angle"] = Angle(stiffness, np.deg2rad(angle), number)
     return found
@@ -129,7 +129,7 @@ def start_system(scene: Scene, dt: float) -> System:
         body_force=None,
         shear=None,
         pressure=None,
-        **_bonding(scene, forces),
+        **_bonding(scene, start_bond(scene), forces.get("angle")),
     )
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,9 +21,8 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.page import is_table
 from dpd.scene.bonding import numbers_of
-from dpd.scene.start import start_description
+from dpd.scene.start import start_bond, start_description
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import relaxed, start_system
 from dpd.start.common.velocities import thermal_velocities
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.engine.state import System
-    from dpd.physics.bond import Bond
     from dpd.scene.scene import Scene
     from dpd.start.polymerize import Polymerize
 
@@ -108,7 +106,7 @@ class Growth:
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
         return Grown(members.astype(np.uint32), chain, place)
 
-    def with_laws(self, bond: Bond, members: np.ndarray) -> Bond:
+    def with_laws(self, bond: Any, members: np.ndarray) -> Any:
         """The law of bonds, or the table with the law of each of these."""
         if bond.number is None:
             return bond
@@ -169,10 +167,10 @@ class Growth:
 
 def _laws_of_pairs(scene):
     """(species, species) array of the numbers of the laws of bonds."""
-    if not is_table(scene.data["bond"]):
-        return np.zeros((len(scene.species),) * 2, np.uint16)
+    bond = start_bond(scene)
+    assert bond is not None  # something grows
     pairs = list(product(scene.species, repeat=2))
-    table = numbers_of(scene.data["bond"], pairs).reshape((len(scene.species),) * 2)
+    table = numbers_of(bond.laws(scene), pairs).reshape((len(scene.species),) * 2)
     return np.maximum(table, 0).astype(np.uint16)  # pairs without a law are never bonded
 
 

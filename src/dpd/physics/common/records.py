@@ -1,0 +1,99 @@
+"""Records of numbers with the formulas of a page: what kernels get of pair forces and bonds."""
+
+from __future__ import annotations
+
+import sys
+from collections import namedtuple
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dpd.laws import numbers_of
+from dpd.page import Section
+from dpd.physics.common.forces import force
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from dpd.page import PairForce
+
+STEP = 1e-5  # r_c, of the difference that stands for a curvature which a page does not give
+PER_STEP = 0.5 / STEP
+
+
+def curvature_of_pair(self: Any, r: float, w: float) -> float:
+    """Of the energy between two beads."""
+    return (force(self, r - STEP, w + STEP) - force(self, r + STEP, w - STEP)) * PER_STEP
+
+
+def curvature_of_bond(self: Any, r: float) -> float:
+    """Of the energy of a bond."""
+    return (force(self, r - STEP) - force(self, r + STEP)) * PER_STEP
+
+
+def force_over_r(self: Any, r: float) -> float:
+    """Of a bond."""
+    return force(self, r) / r
+
+
+def record_class(
+    page: type[Section], fields: Iterable[str], **others: Callable[..., Any]
+) -> type[Any]:
+    """A NamedTuple with the formulas of a page, and others that it does not give.
+
+    It is made once, in the module of the page: kernels on the disk find it there. Its name carries
+    that of the module, in which for a file of one's own is its digest: Numba tells the arguments of
+    a kernel apart by the names of their classes, and would run the code of an edited page's former
+    version.
+    """
+    module, fields = sys.modules[page.__module__], tuple(fields)
+    name = f"{page.__name__}_{page.__module__}".replace(".", "_")
+    known = getattr(module, name, None)
+    if known is None or known._fields != fields:
+        formulas = {
+            key: value
+            for base in reversed(page.__mro__)
+            if issubclass(base, Section) and base.__module__ != Section.__module__
+            for key, value in vars(base).items()
+            if isinstance(value, FunctionType) and not key.startswith("_")
+        }
+        known = type(name, (namedtuple(name, fields),), {"__slots__": (), **others, **formulas})
+        known.__module__ = page.__module__
+        setattr(module, name, known)
+    return known
+
+
+def pair_record(page: PairForce, scene: Any) -> Any:
+    """The numbers of a pair force: what its formulas see as ``self``.
+
+    A setting by pairs of species becomes a flat table; one that is no number is left out.
+    """
+    values: dict[str, Any] = {}
+    for name in type(page).model_fields:
+        value = getattr(page, name)
+        if isinstance(value, dict):
+            value = np.ascontiguousarray(scene.by_pair(value).ravel())
+        if isinstance(value, int | float | np.ndarray):
+            values[name] = value
+    return record_class(type(page), values, curvature=curvature_of_pair)(**values)
+
+
+def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
+    """The numbers of laws of bonds.
+
+    Parameters
+    ----------
+    laws : list
+        See `dpd.laws`.
+    number : None or (bonds,) uint16 array
+        The place of each bond's law, where there are several.
+    """
+    each = [numbers_of(law) for law in laws]
+    values: dict[str, Any] = each[0]
+    if number is not None:
+        values = {name: np.array([numbers[name] for numbers in each]) for name in values}
+    made = record_class(
+        type(laws[0]), (*values, "number"), force_over_r=force_over_r, curvature=curvature_of_bond
+    )
+    return made(**values, number=number)

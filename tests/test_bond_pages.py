@@ -1,0 +1,266 @@
+"""Laws of bonds beside the harmonic one: pages of the package, and of a user's own."""
+
+import re
+
+import numpy as np
+import pytest
+import yaml
+
+import dpd
+from dpd.digest import ROOT
+from dpd.engine.simulation import Simulation
+from dpd.errors import LostRun, UserError
+from dpd.files import read
+from dpd.jit import COMPILES
+from dpd.scene.scene import Scene
+from dpd.scene.start import start_bond, start_description, start_digest
+from dpd.stages import run_sources, start_sources
+from dpd.start.common.make import make_start, system_of
+from tests.test_own_pages import command
+
+QUARTIC = '''"""Bonds with a term of fourth order."""
+
+from dpd.page import BondForce, NotNegative, PerPair, part, setting
+
+
+@part
+def beyond(r, length):
+    return r - length
+
+
+class Quartic(BondForce, key="quartic"):
+    """Bonds that get stiffer as they get longer, or shorter."""
+
+    stiffness: PerPair[NotNegative] = setting("Of small changes.", unit="kT / r_c^2")
+    fourth: float = setting("Of large ones.", 0.0, unit="kT / r_c^4", ge=0)
+    length: float = setting("Rest length.", 0.5, unit="r_c", gt=0)
+
+    def energy(self, r):
+        x = beyond(r, self.length)
+        return 0.5 * self.stiffness * x * x + 0.25 * self.fourth * x**4
+
+    def force(self, r):
+        x = beyond(r, self.length)
+        return -self.stiffness * x - self.fourth * x**3
+'''
+PLAIN = {
+    "dimension": 3,
+    "box": 4,
+    "molecules": [{"architecture": "A 2 B 2", "count": 30}, {"architecture": "B", "count": 60}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 20},
+    "integrator": {"scheme": "gw-vv", "dt": 0.01},
+    "steps": {"equilibrate": 10, "sample": 40},
+    "observe": [{"thermo": {"every": 10}}, {"configuration": {"every": 10}}],
+}
+BOND = {"bond": {"stiffness": 50}}
+STIFF = {"A A": 50, "B A": 30, "B B": 80}
+OWN = PLAIN | {"pages": ["quartic.py"], "quartic": {"stiffness": STIFF, "fourth": 90}}
+RELAX = {"relax": {"steps": 5, "dt": 0.005}}
+FENE = {"stiffness": {"A A": 30, "A B": 20, "B B": 40}, "length": 1.5}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with the page."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "quartic.py").write_text(QUARTIC)
+    return tmp_path
+
+
+def quartic(r, stiffness):
+    """Energy and force."""
+    x = r - 0.5
+    return stiffness * x**2 / 2 + 90 * x**4 / 4, -stiffness * x - 90 * x**3
+
+
+def fene(r, stiffness):
+    """Energy and force; a table by pairs that has other numbers than `STIFF`."""
+    k = {50: 30, 30: 20, 80: 40}
+    stiffness = np.array([k[int(c)] for c in stiffness])
+    square = (r / 1.5) ** 2
+    return -stiffness * 2.25 / 2 * np.log(1 - square), -stiffness * r / (1 - square)
+
+
+def morse(r, stiffness):
+    """Energy and force, whatever the pair."""
+    e = np.exp(-4 * (r - 0.6))
+    return 100 * (1 - e) ** 2, -800 * (1 - e) * e
+
+
+LAWS = {
+    "quartic": (OWN, quartic),
+    "fene": (PLAIN | {"fene": FENE}, fene),
+    "morse": (PLAIN | {"morse_bond": {"depth": 100, "alpha": 4, "length": 0.6}}, morse),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_forces_energy_and_pressure_are_those_of_the_formulas(folder, name):
+    """Added up by NumPy, bond by bond; of tables each has its own numbers."""
+    data, law = LAWS[name]
+    quiet = {"repulsion": dict.fromkeys(PLAIN["repulsion"], 0), "thermostat": {"gamma": 0}}
+    scene = Scene(data | quiet)
+    simulation = Simulation(system_of(scene), make_start(scene))
+    state = simulation.state
+    i, j = scene.bonded.T
+    position = state.by_identity(state.position)
+    apart = position[:, i] - position[:, j]
+    apart -= 4 * np.round(apart / 4)
+    r = np.sqrt((apart**2).sum(axis=0))
+    names = np.array(scene.species)[scene.kinds]
+    pairs = [" ".join(sorted(pair)) for pair in zip(names[i], names[j])]
+    stiffness = np.array([STIFF.get(pair, STIFF["B A"]) for pair in pairs], float)
+    energy, push = law(r, stiffness)
+    force = np.zeros_like(position)
+    for k in range(3):
+        np.add.at(force[k], i, push / r * apart[k])
+        np.subtract.at(force[k], j, push / r * apart[k])
+    np.testing.assert_allclose(state.by_identity(state.force), force, rtol=1e-9, atol=1e-9)
+    sums = simulation.measure()
+    assert float(np.ravel(sums.energy)[1]) == pytest.approx(energy.sum(), rel=1e-10)
+    assert np.trace(sums.virial[0]) == pytest.approx((push * r).sum(), rel=1e-10)
+
+
+def test_without_a_fourth_order_it_is_the_harmonic_bond(folder):
+    """From the command line, from Python and in a sweep; the configurational kT takes it, too."""
+    watch = {"observe": [*PLAIN["observe"], {"configurational": {"every": 20}}]}
+    plain = PLAIN | watch | {
+        "bond": {pair: {"stiffness": c, "length": 0.5} for pair, c in STIFF.items()}
+    }  # fmt: skip
+    own = OWN | watch | {"quartic": {"stiffness": STIFF}}
+    expected = dpd.run(plain, progress=False)
+    found = dpd.run(own, progress=False)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-7)
+    np.testing.assert_allclose(found.pressure, expected.pressure, rtol=1e-6)
+    assert found.bond_energy.values == pytest.approx(expected.bond_energy.values)
+    assert float(found.curvature.mean()) == pytest.approx(float(expected.curvature.mean()), 1e-4)
+    (folder / "scene.yaml").write_text(yaml.safe_dump({**own, "pages": []}))
+    done = command("run", "scene.yaml", "-o", "run.nc", "--page", "quartic.py")
+    assert done.returncode == 0, done.stderr
+    assert read("run.nc")[0]["position"].tobytes() == found.position.values.tobytes()
+    swept = dpd.sweep(own, {"quartic.fourth": [0, 500]}, processes=2, progress=False)
+    soft, hard = swept.bond_energy.values.ravel()
+    assert soft == pytest.approx(float(found.bond_energy.mean()), 0.1) and hard < 0.9 * soft
+
+
+def test_an_edited_law_is_another_one(folder):
+    """Its runs and starts are made again, by kernels of its own; those of others are kept."""
+    relaxed, plain = OWN | {"start": RELAX}, Scene(PLAIN | BOND)
+    before, others = Scene(relaxed), (run_sources(plain), start_sources(plain))
+    made = run_sources(before), start_sources(before), type(system_of(before).bond).__name__
+    law = "0.5 * self.stiff", "-self.stiff"
+    (folder / "quartic.py").write_text(
+        QUARTIC.replace(law[0], "self.stiff").replace(law[1], "-2 * self.stiff")
+    )
+    after = Scene(relaxed)
+    found = run_sources(after), start_sources(after), type(system_of(after).bond).__name__
+    assert all(one != other for one, other in zip(found, made))
+    assert others == (run_sources(plain), start_sources(plain))
+
+
+WRONG = [
+    (OWN | BOND, "quartic: the scene has 'bond' as well; keep one law of bonds"),
+    (PLAIN, "bond: molecules of several beads need one of bond, fene, morse_bond, as 'bond: {sti"),
+    (OWN | {"quartic": {"stiffness": {"A A": 1, "B A": 2}}},
+     "quartic.stiffness: no law for the pair 'B B', which is bonded; add 'B B: ...'"),
+    (OWN | {"quartic": {"stiffness": STIFF | {"A C": 1}}}, "stiffness.A C: no molecule has"),
+    (OWN | {"quartic": {"stiffnes": 1}}, "quartic: unknown key 'stiffnes'; allowed: stiffness, fo"),
+    (OWN | {"quartic": {"stiffness": 0}}, "stiffness 0, fourth 0, length 0.5: at this"),
+    (PLAIN | {"morse_bond": {"depth": 5, "alpha": 4, "length": 0.6}}, "at this temperature 1 of"),
+    (OWN | {"molecules": [{"architecture": "B", "count": 9}], "quartic": {"stiffness": 1}},
+     "quartic: every molecule is a single bead; remove the key"),
+    (OWN | {"integrator": {"scheme": "auto"}}, "measured with 'bond', not 'quartic'"),
+    (PLAIN | {"fene": FENE, "start": RELAX | {"forces": BOND}},
+     "start.forces: unknown key 'bond'; allowed: core, gamma, fene"),
+    (PLAIN | {"fene": FENE, "start": RELAX | {"forces": {"fene": {"length": -1}}}},
+     "start.forces.fene.length: -1 is out of range; allowed: > 0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("data", "said"), WRONG, ids=range(len(WRONG)))
+def test_what_does_not_fit_is_refused(folder, data, said):
+    """With key, value and what is allowed."""
+    with pytest.raises(UserError) as caught:
+        Scene(data)
+    assert said in str(caught.value)
+
+
+BAD = [
+    (("0.25 * self.fourth", "0.3 * self.fourth"),
+     "quartic: its force is not minus the slope of its energy: of bonds "),
+    (("- self.fourth", "- self.forth"),
+     "quartic: line 24: AttributeError: 'Quartic' object has no attribute 'forth'"),
+    (("return r -", "return q -"), "quartic: line 8: NameError: name 'q' is not defined"),
+    (('key="quartic"', 'key="fene"'), "'fene' is a page of the package"),
+    (("fourth: float", "number: float"), "has a setting 'number', which kernels use"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "said"), BAD, ids=range(len(BAD)))
+def test_what_is_wrong_is_told_before_anything_compiles(folder, change, said):
+    """With the line, or with both numbers."""
+    (folder / "quartic.py").write_text(QUARTIC.replace(*change))
+    with pytest.raises(UserError) as caught:
+        Scene(OWN)
+    message = str(caught.value)
+    assert said in message and "\n" not in message
+
+
+def test_a_start_may_have_another_law():
+    """Under the page's key; it decides the start."""
+    scene = Scene(PLAIN | {"fene": FENE, "start": RELAX})
+    softer = Scene(PLAIN | {"fene": FENE, "start": RELAX | {"forces": {"fene": {"stiffness": 9}}}})
+    assert start_digest(scene) != start_digest(softer)
+    law = start_bond(softer)
+    assert (law.stiffness, law.length) == (9, 1.5) and start_bond(scene) is scene.bond_force
+
+
+def test_the_page_of_the_documentation(folder):
+    """As it stands there, its force is the slope of its energy."""
+    text = (ROOT / "config" / "README.md").read_text()
+    code = re.search("## Bonds of your own.*?```python\n(.*?)```", text, re.S)[1]
+    (folder / "quartic.py").write_text(code)
+    scene = Scene(OWN | {"quartic": {"strength": {"A A": 100, "A B": 50, "B B": 80}}})
+    assert start_description(scene)["flight"]["A B"] == 0.5
+
+
+DIMERS = {
+    "dimension": 3,
+    "box": 8,
+    "molecules": [{"architecture": "A 2", "count": 500}],
+    "repulsion": {"A A": 0},
+    "thermostat": {"kind": "langevin", "gamma": 4.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+    "steps": {"equilibrate": 500, "sample": 8000},
+    "observe": [
+        {"bond_lengths": {"every": 20, "range": 1.3, "bin": 0.1}},
+        {"bonds": {"every": 10}},
+    ],
+}
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(not COMPILES, reason="8000 steps")
+def test_lengths_of_dimers_have_their_boltzmann_weight():
+    """Mean square, and share in each bin, of bonds that no repulsion pushes."""
+    run = dpd.run(DIMERS | {"fene": {"stiffness": 12, "length": 1.2}}, progress=False)
+    r = np.linspace(0, 1.2, 100001)[1:-1]
+    weight = r**2 * (1 - (r / 1.2) ** 2) ** (0.5 * 12 * 1.44)
+    weight /= weight.sum()
+    blocks = run.bond_mean_square.values.reshape(50, -1).mean(axis=1)
+    error = blocks.std(ddof=1) / np.sqrt(50)
+    assert abs(blocks.mean() - weight @ r**2) < 4 * error and error < 0.005 * blocks.mean()
+    edges = np.linspace(0, 1.3, 14)
+    expected = np.histogram(r, edges, weights=weight)[0]
+    found = 0.1 * run.pair_bond_density.values[:, 0, :]
+    error = found.std(axis=0, ddof=1) / np.sqrt(len(found))
+    assert (np.abs(found.mean(axis=0) - expected) < 4.5 * error + 1e-4).all()
+
+
+def test_a_bond_beyond_its_longest_ends_the_run():
+    """In a sentence, and never with a number that is none."""
+    scene = Scene(PLAIN | {"fene": FENE})
+    start = make_start(scene)
+    start.position[:, 1] = start.position[:, 0] + np.array([1.6, 0, 0])
+    with pytest.raises(LostRun, match=r"bead \d+ moved .* bond stiffness"):
+        Simulation(system_of(scene), start).advance(2)
