@@ -25,7 +25,6 @@ def only_before(files):
 WITH_TRAJECTORY = trajectories()
 SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
 CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
-KERNELS = {name: made_from.kernels_for(paper) for name, paper in PAPERS.items()}
 PRIORITY = priorities(PAPERS, FIRST)
 WAITING = {name: made_from.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
@@ -42,20 +41,15 @@ def point_of(wildcards):
 
 def kernels_of_run(wildcards):
     """Compiled kernels of a run. It waits for them, but is not made again where they are newer."""
-    kernels = kernels_name(terms_of(point_of(wildcards).scene))
+    kernels = kernels_name(point_of(wildcards).scene)
     return ancient(OUT.compiled(wildcards.paper, kernels))
 
 
 def kernels_of_start(wildcards):
     """The same of a first configuration."""
     _, point = first_with_start(wildcards)
-    kernels = kernels_name(start_terms(point.scene))
+    kernels = kernels_name(point.scene, of_start=True)
     return ancient(OUT.compiled(wildcards.paper, kernels))
-
-
-def terms_to_compile(wildcards):
-    """Terms of the physics that kernels are for, as words of a command."""
-    return sorted(KERNELS[wildcards.paper][wildcards.kernels])
 
 
 def runs_of_sweep(wildcards):

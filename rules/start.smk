@@ -11,13 +11,12 @@ rule compile_kernels:
         OUT.log("{paper}", "compiled", "{kernels}"),
     params:
         study=STUDY,
-        terms=terms_to_compile,
     priority: priority_of_kernels
     resources:
         runtime=lambda wildcards, attempt: 20 * attempt,  # half a minute was measured
         mem_mb=lambda wildcards, attempt: 2000 * attempt,  # 537 were
     shell:
-        "python -m dpd compile {params.study:q} {wildcards.paper:q} --terms {params.terms:q}"
+        "python -m dpd compile {params.study:q} {wildcards.paper:q} --kernels {wildcards.kernels:q}"
         " -o {output:q} 2>&1 | tee -i {log:q}"
 
 

@@ -13,7 +13,7 @@ from dpd.page import Observable, find, module_of, names
 from dpd.pipeline.study import read_config, read_paper
 from dpd.scene.scene import Scene
 from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of
-from dpd.stages import STAGES, TERMS
+from dpd.stages import STAGES, unused
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository
 
@@ -75,11 +75,9 @@ def test_what_counts_of_a_file(tmp_path, change):
 
 
 def test_what_a_page_refuses_does_not_count(tmp_path):
-    """Nor what it stands, and why not the rest; nor its settings, whose values a scene has."""
+    """Nor what it stands, why not the rest, and how settings are worded; their defaults do."""
     found = set()
-    changes = [
-        ("", ""), ("{1}", "{1, 3}"), ("still", "up"), ("none", "1"), ("Bin w", "W"), ("0.02", "1")
-    ]  # fmt: skip
+    changes = [("", ""), ("{1}", "{1, 3}"), ("still", "up"), ("none", "1"), ("Bin w", "W")]
     for number, (old, new) in enumerate(changes):
         path = tmp_path / f"{number}.py"
         path.write_text(PAGE.replace(old, new) if old else PAGE)
@@ -90,6 +88,8 @@ def test_what_a_page_refuses_does_not_count(tmp_path):
         path.write_text(f"def half():\n    cannot = {number}\n    return cannot\n")
         found.add(source_of(path).digest)
     assert len(found) == 3
+    path.write_text(PAGE.replace("0.02", "1"))
+    assert source_of(path).digest not in found
 
 
 def test_data_files_and_files_that_are_no_python(tmp_path):
@@ -176,20 +176,21 @@ def test_every_page_is_found_by_the_name_of_its_file():
 def test_who_imports_what_a_scene_may_lack():
     """Observables alone each other, what computes forces their terms: others would forget them."""
 
-    def users(modules, paths):
+    def users(files, paths):
         for path in paths:
-            if {file_of(module) for module in modules} & (source_of(path).imports - {path}):
+            if files & (source_of(path).imports - {path}):
                 yield str(path.relative_to(PACKAGE))
 
     pages = [module_of(Observable, name) for name in names(Observable)]
-    assert not set(users(pages, reachable(STAGES["simulate"])))
-    assert set(users(pages, reachable(tuple(pages)))) == {
+    files = {file_of(page) for page in pages}
+    assert not set(users(files, reachable(STAGES["simulate"])))
+    assert set(users(files, reachable(tuple(pages)))) == {
         "observe/trace.py", "observe/end_points.py",
     }  # fmt: skip
-    users_of_terms = set(users(TERMS.values(), reachable(STAGES["simulate"])))
+    users_of_terms = set(users(unused(frozenset()), reachable(STAGES["simulate"])))
     users_of_terms -= {"observe/common/stretch.py"}  # which watches over bonds where there are some
     rooms = {user.split("/")[0] for user in users_of_terms}
-    assert rooms <= {"engine", "physics", "start", "scene"}
+    assert rooms <= {"engine", "particles", "physics", "start", "scene"}
 
 
 DIGESTS = """
@@ -198,7 +199,7 @@ from dpd.pipeline.study import read_paper
 from dpd.report.figure_file import figure_path
 from dpd.sources import kernel_digest
 from dpd.stages import STAGES, kernels_name, figure_sources, run_sources, stage_digest
-from dpd.stages import start_sources, terms_of
+from dpd.stages import start_sources
 found = {f"stage {stage}": stage_digest(stage) for stage in STAGES} | {"kernels": kernel_digest()}
 for name in sys.argv[1:]:
     paper = read_paper(name, "smoke")
@@ -208,9 +209,7 @@ for name in sys.argv[1:]:
         for point in sweep.points:
             found[f"run {name} {sweep.name} {point.name}"] = run_sources(point.scene)
             found[f"start {name} {sweep.name} {point.name}"] = start_sources(point.scene)
-            found[f"compile {name} {sweep.name} {point.name}"] = kernels_name(
-                terms_of(point.scene)
-            )
+            found[f"compile {name} {sweep.name} {point.name}"] = kernels_name(point.scene)
 print(json.dumps(found))
 """
 PAPERS = read_config()["papers"]

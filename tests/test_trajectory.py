@@ -35,7 +35,7 @@ from dpd.pipeline.plan import sizes_of
 from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.scene.scene import Scene
 from dpd.sources import file_of, reachable
-from dpd.stages import STAGES, unused_modules
+from dpd.stages import STAGES, unused
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
 
@@ -454,7 +454,7 @@ def test_without_a_path_nothing_is_written(tmp_path, monkeypatch):
 def test_other_runs_do_not_depend_on_it():
     """No module of it counts in the digest of a scene that does not name it."""
     modules = {file_of(f"dpd.{name}") for name in ("observe.trajectory", "particles.gsd_files")}
-    without = unused_modules(frozenset())
+    without = unused(frozenset())
     assert not reachable(STAGES["simulate"], without) & modules
     page = module_of(Observable, "trajectory")
     assert reachable((*STAGES["simulate"], page), without) & modules == modules

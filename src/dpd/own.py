@@ -23,7 +23,7 @@ from dpd.drafts import draft_of
 from dpd.errors import OtherPage, UserError, reason, shown
 from dpd.laws import law_between, usual_lengths
 from dpd.page import BondForce, Change, Observable, Page, PairForce, Start, Term, names
-from dpd.sources import DOCUMENTED, sources_digest
+from dpd.sources import files_of, page_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -33,62 +33,8 @@ if TYPE_CHECKING:
 PREFIX = "own_"  # of the names of modules
 STEP = 1e-6  # r_c, for the slope of an energy
 CELL = "cell_"  # of the names of files with what notebooks define
+TEXTS: dict[str, list[bytes]] = {}  # that modules were imported from
 _importing: list[Path] = []  # files of pages that are imported just now
-
-
-def files_of(path: Path) -> list[Path]:
-    """A file of pages, and the files of its folder that it imports, one through another.
-
-    Raises
-    ------
-    OSError, SyntaxError, ValueError
-        If one cannot be read, or is no Python, or a folder is imported.
-    """
-    return list(_trees(path))
-
-
-def _trees(path):
-    """Syntax trees of these files."""
-    waiting, found = [path], {}
-    while waiting:
-        file = waiting.pop()
-        if file not in found:
-            found[file] = ast.parse(file.read_bytes(), str(file))
-            waiting += [beside for name in _imports(found[file]) if (beside := _beside(file, name))]
-    return found
-
-
-def _imports(tree):
-    """Names of modules that a file imports."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
-        elif isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
-
-
-def _beside(file, module):
-    """The file of a module in the same folder."""
-    first = module.split(".")[0]
-    if (file.parent / first / "__init__.py").is_file():
-        raise ValueError(f"it imports the folder {first!r}; beside a page stand files alone")
-    path = file.parent / f"{first}.py"
-    return path if path.is_file() else None
-
-
-def source_digest(path: str | Path) -> str:
-    """Digest of a file of pages, of those of its folder that it imports, and of what they import.
-
-    Comments, docstrings and the form do not count, all else does.
-    """
-    trees = _trees(Path(path))
-    ours = {name for tree in trees.values() for name in _imports(tree) if name.startswith("dpd.")}
-    for tree in trees.values():
-        for node in ast.walk(tree):
-            if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
-                node.body[0] = ast.Pass()
-    texts = sorted(f"{file.name} {ast.dump(tree)}" for file, tree in trees.items())
-    return text_digest(" ".join([*texts, sources_digest(*sorted(ours))]))
 
 
 def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any], str]:
@@ -109,10 +55,10 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     """
     path = Path(path)
     try:
-        found = source_digest(path)
+        found = page_digest(path)
     except OSError as problem:
         raise UserError(f"{where}: {path}: cannot be read ({reason(problem)})") from None
-    except (SyntaxError, ValueError) as problem:
+    except ValueError as problem:
         raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
     if digest and digest != found:
         raise OtherPage(
@@ -156,13 +102,16 @@ def _wrong(key, page):
 def _module(path: Path, name: str, where: str) -> ModuleType:
     """The module of a file, imported once; those beside it are its own, as other folders have some.
 
-    So they stand under their bare names only while it is imported.
+    So they stand under their bare names only while it is imported. After an edit that does not
+    count, as of what a page refuses, it is imported anew, under the same name.
     """
-    if name in sys.modules:
+    files = files_of(path)
+    text = [file.read_bytes() for file in files]
+    if name in sys.modules and TEXTS[name] == text:
         return sys.modules[name]
     spec = spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None  # it is a .py file that can be read
-    beside = {file.stem for file in files_of(path)[1:]}
+    beside = {file.stem for file in files[1:]}
     others = {stem: sys.modules.pop(stem) for stem in beside if stem in sys.modules}
     module = sys.modules[name] = module_from_spec(spec)
     folder = str(path.parent)
@@ -181,6 +130,7 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
             if (own := sys.modules.pop(stem, None)) is not None:
                 sys.modules[f"{name}.{stem}"] = own
         sys.modules.update(others)
+    TEXTS[name] = text
     return module
 
 

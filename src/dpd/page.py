@@ -193,6 +193,8 @@ class Term(Page):
         What it is there for, by which the axes come first that the fluid changes across.
     makes : frozenset of Change
         What it does to the world; see `changes`.
+    in_kernels : bool
+        Whether kernels know it.
     keeps_apart : bool
         Whether it keeps beads apart that attract each other otherwise: repulsions may be negative.
     """
@@ -203,6 +205,7 @@ class Term(Page):
     stands = frozenset(Change)
     mainly: ClassVar[Change | None] = None
     makes: ClassVar[frozenset[Change]] = frozenset()
+    in_kernels: ClassVar[bool] = True
     keeps_apart: ClassVar[bool] = False
 
     def changes(self, scene: Any) -> frozenset[Change]:
@@ -240,6 +243,10 @@ class Term(Page):
     def is_no_pair(self, scene: Any) -> bool:
         """Whether it is a friction with what is no pair: then pairs exchange no momentum."""
         return self.brakes(scene)
+
+    def modules(self, scene: Any) -> tuple[str, ...]:
+        """Modules that act in a scene because of it, beside its own, and in no scene else."""
+        return ()
 
     def repulsions(self, scene: Any) -> Mapping[str, float]:
         """Largest repulsions a_ij that it gives, by pairs of species as "A B"."""
@@ -284,6 +291,10 @@ class PairForce(Term):
         for name in type(self).model_fields:
             if isinstance(value := getattr(self, name), dict):
                 yield from scene.check_pairs(name, value, 1)
+
+    def modules(self, scene: Any) -> tuple[str, ...]:
+        """What adds it to the repulsion."""
+        return ("dpd.physics.common.own_pairs",)
 
     def untried(self) -> str:
         """Without it is how schemes were measured."""

@@ -1,9 +1,9 @@
-"""Digests of source files: of some modules and of all that they import.
+"""Digests of source files: of some modules and of all that they import, and of a user's pages.
 
 Nothing is imported here to find that out: files are parsed. What counts of a file is its syntax
-tree without comments, docstrings, type hints of functions, what a page refuses and line numbers,
-so that a wording changes no digest. The folder of Numba's compiled kernels is named after such a
-digest as well: from the same tree it compiles the same code.
+tree without comments, docstrings, type hints of functions, descriptions of settings, what a page
+refuses and line numbers, so that a wording changes no digest. The folder of Numba's compiled
+kernels is named after such a digest as well: from the same tree it compiles the same code.
 """
 
 from __future__ import annotations
@@ -21,12 +21,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable
 
 # The packages that are followed: `dpd` itself, and the figures of papers.
 HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
-# What their files are called in digests, wherever they lie: installed sources have the same.
-PLACES = {"dpd": "src/dpd"}
 # Modules that decide no number and no picture, whoever imports them. They check input and word
 # messages, and what they fill in stands in a scene's own digest (defaults, a scheme chosen); or
 # they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
@@ -46,10 +44,10 @@ DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
 HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
-# Of a page: what it refuses, and settings, whose values stand in a scene's own digest.
-SAYS_WHAT_NOT = ("stands", "cannot")
-REFUSES = ("refuses", "conflicts", "unknown", "untried", "notes", "held")
+# Of a page: what it refuses, and what words its settings.
+REFUSES = ("stands", "cannot", "refuses", "conflicts", "unknown", "untried", "notes", "held")
 SETTINGS = ("setting", "interval_setting", "Field")
+WORDS = ("description", "unit", "of")
 MOST_KEPT = 40  # states of the sources for which digests are kept
 
 
@@ -61,47 +59,64 @@ class Source(NamedTuple):
     digest : str
         Of its code, and of the data files that it names in ``DATA_FILES``.
     imports : frozenset of Path
-        Files of ours that it imports, at its top or in a function, with those of their packages.
+        Files of ours that it imports, at its top or in a function, with those of their packages;
+        of a user's file also those of its folder.
+    named : frozenset of Path
+        Files of modules whose names stand in it as text: see `dpd.page.Term.modules`.
     """
 
     digest: str
-    imports: frozenset
+    imports: frozenset[Path]
+    named: frozenset[Path] = frozenset()
 
 
-def sources_digest(*modules: str | Path, without: Collection[str] = ()) -> str:
-    """Digest of the sources of some modules and of all that they import.
+@cache
+def sources_digest(*modules: str | Path, without: frozenset[str | Path] = frozenset()) -> str:
+    """Digest of the sources of some modules and of all that they import: twelve hex digits.
 
     Parameters
     ----------
     modules : str or Path
         Names, as ``dpd.pipeline.simulate``, or files.
-    without : collection of str
-        Names of modules that are left out, with what they alone import.
-
-    Returns
-    -------
-    str
-        Twelve hexadecimal digits.
+    without : frozenset of str or Path
+        Modules that are left out, with what they alone import.
     """
-    return _digest_of(modules, frozenset(without))
 
-
-@cache
-def _digest_of(modules, without):
     def find():
         found = reachable(modules, without.union(DECIDE_NOTHING))
         lines = sorted(f"{_place(path)} {source_of(path).digest}" for path in found)
         return text_digest("\n".join(lines))
 
-    return kept(f"{modules} {sorted(without)}", find)
+    return kept(f"{modules} {sorted(map(str, without))}", find)
+
+
+def page_digest(path: Path) -> str:
+    """Digest of a user's file, of those of its folder that it imports, and of what they import.
+
+    Raises
+    ------
+    OSError, ValueError
+        If one cannot be read, or a folder is imported.
+    """
+    own = files_of(path)
+    ours = {file for each in own for file in source_of(each).imports if _is_ours(file)}
+    lines = sorted(f"{each.name} {source_of(each).digest}" for each in own)
+    return text_digest(" ".join([*lines, sources_digest(*sorted(ours))]))
+
+
+def files_of(path: Path) -> list[Path]:
+    """A user's file, and the files of its folder that it imports, one through another."""
+    found = [path]
+    for each in found:  # which grows
+        imports = sorted(source_of(each).imports)
+        found += [file for file in imports if not _is_ours(file) and file not in found]
+    return found
 
 
 def _place(path):
-    """The name of a file in digests, such as ``src/dpd/jit.py``."""
-    for package, home in HOMES.items():
-        if path.is_relative_to(home):
-            return f"{PLACES.get(package, package)}/{path.relative_to(home)}"
-    return str(path)
+    """What a file is called in digests, wherever it lies: installed sources have the same."""
+    homes = ((package, home) for package, home in HOMES.items() if path.is_relative_to(home))
+    return next((f"{package}/{path.relative_to(home)}" for package, home in homes), str(path))
 
 
 @cache
@@ -132,10 +147,6 @@ def kept(question: str, find: Callable[[], str]) -> str:
         What is to be found, in words that differ from those of other questions.
     find : callable
         Returns a digest.
-
-    Returns
-    -------
-    str
     """
     folder = cache_folder("sources") / _state()
     path = folder / text_digest(question)
@@ -173,22 +184,14 @@ def _state():
 
 @cache
 def reachable(
-    modules: tuple[str | Path, ...], without: frozenset[str] = frozenset()
+    modules: tuple[str | Path, ...], without: frozenset[str | Path] = frozenset()
 ) -> frozenset[Path]:
     """Files of some modules, of all that they import, and of the packages that these are in.
 
-    Parameters
-    ----------
-    modules : tuple of str or Path
-    without : frozenset of str
-        Names of modules that are not followed.
-
-    Returns
-    -------
-    frozenset of Path
+    Those ``without`` are not followed.
     """
     waiting = [path for module in modules for path in _files(module)]
-    left_out = {file_of(name) for name in without}
+    left_out = {each if isinstance(each, Path) else file_of(each) for each in without}
     found = set()
     while waiting:
         path = waiting.pop()
@@ -227,20 +230,30 @@ def _is_ours(folder):
     return any(home == folder or home in folder.parents for home in HOMES.values())
 
 
-@cache
 def source_of(path: Path) -> Source:
-    """The `Source` of a file."""
-    text = path.read_bytes()
+    """The `Source` of a file; a user's may be another one by now."""
+    return _of_ours(path) if _is_ours(path) else _parsed(path, path.read_bytes())
+
+
+@cache
+def _of_ours(path):
+    return _parsed(path, path.read_bytes())
+
+
+@cache
+def _parsed(path, text):
+    beside = frozenset(_files(path)) if _is_ours(path) else frozenset()
     with _no_collection():
         try:
             tree = ast.parse(text)
         except (SyntaxError, ValueError):  # whoever imports it says what is wrong
-            return Source(hashlib.sha256(text).hexdigest(), frozenset(_files(path)))
-        digest, imports = _read(tree)
+            return Source(hashlib.sha256(text).hexdigest(), beside)
+        digest, imports, names = _read(tree)
     for name in constant(tree, DATA, ()):
         digest.update(hashlib.sha256((path.parent / name).read_bytes()).digest())
     files = {file for node in imports for file in _imported(node, path)}
-    return Source(digest.hexdigest(), frozenset(files.union(_files(path))))
+    named = {file for name in names if (file := file_of(name)) and file.name != "__init__.py"}
+    return Source(digest.hexdigest(), beside.union(files), frozenset(named))
 
 
 @contextmanager
@@ -256,11 +269,11 @@ def _no_collection():
 
 
 def _read(tree):
-    """Digest of a tree less docstrings, hints and places in the file; its nodes that import.
+    """Digest of a tree less docstrings, hints and places in the file; its imports; names in it.
 
     `ast.dump` would be slower than to parse.
     """
-    parts, imports, waiting = [], [], [tree]
+    parts, imports, names, waiting = [], [], set(), [tree]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.AST):
@@ -270,17 +283,22 @@ def _read(tree):
             if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
                 fields["body"] = node.body[1:]
             if isinstance(node, ast.ClassDef):
-                fields["body"] = [item for item in fields["body"] if not _only_refuses(item)]
-            waiting += fields.values()
-            if isinstance(node, IMPORTS):
+                fields["body"] = [item for item in fields["body"] if not _refuses(item)]
+            elif isinstance(node, ast.Call) and getattr(node.func, "id", "") in SETTINGS:
+                fields["args"] = node.args[1:]
+                fields["keywords"] = [each for each in node.keywords if each.arg not in WORDS]
+            elif isinstance(node, ast.Constant) and str(node.value).startswith("dpd."):
+                names.add(node.value)
+            elif isinstance(node, IMPORTS):
                 imports.append(node)
+            waiting += fields.values()
         elif isinstance(node, list):
             counting = [item for item in node if not _serves_hints(item)]
             parts.append(len(counting))
             waiting += counting
         else:
             parts.append(node)
-    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")), imports
+    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")), imports, names
 
 
 def _serves_hints(node):
@@ -290,20 +308,18 @@ def _serves_hints(node):
     return isinstance(node, ast.ImportFrom) and node.module in OF_HINTS
 
 
-def _only_refuses(node):
+def _refuses(node):
     """Whether a node of a class says what may be asked of a page: no number hangs on that."""
-    if isinstance(node, ast.FunctionDef):
-        return node.name in REFUSES
-    if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call):
-        return getattr(node.value.func, "id", "") in SETTINGS
-    return isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in SAYS_WHAT_NOT
+    if isinstance(node, ast.Assign):
+        return getattr(node.targets[0], "id", "") in REFUSES
+    return isinstance(node, ast.FunctionDef) and node.name in REFUSES
 
 
 def _imported(node, path):
     """Files that an ``import`` or a ``from ... import`` reads."""
     if isinstance(node, ast.Import):
         for alias in node.names:
-            yield from _files(alias.name)
+            yield from _files(alias.name) or _beside(path, alias.name)
         return
     parts = node.module.split(".") if node.module else []
     if node.level:
@@ -311,6 +327,7 @@ def _imported(node, path):
     elif parts[0] in HOMES:
         folder = HOMES[parts.pop(0)]
     else:
+        yield from _beside(path, parts[0])
         return
     module = _file_in(folder, parts)
     if module is not None:
@@ -319,6 +336,17 @@ def _imported(node, path):
         for alias in node.names:
             if file := _file_in(folder, [*parts, alias.name]):
                 yield from _files(file)
+
+
+def _beside(path, module):
+    """The file of a module in the folder of a user's file."""
+    first = module.split(".")[0]
+    if _is_ours(path):
+        return ()
+    if (path.parent / first / "__init__.py").is_file():
+        raise ValueError(f"it imports the folder {first!r}; beside a page stand files alone")
+    file = path.parent / f"{first}.py"
+    return (file,) if file.is_file() else ()
 
 
 def constant(tree: ast.Module, name: str, default: Any = None) -> Any:

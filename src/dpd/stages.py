@@ -10,10 +10,11 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from dpd.digest import text_digest
+from dpd.digest import PACKAGE, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
+from dpd.scene.scene import NEEDED
 from dpd.scene.start import start_description
-from dpd.sources import file_of, kept, reachable, sources_digest
+from dpd.sources import file_of, kept, source_of, sources_digest
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,12 +24,7 @@ if TYPE_CHECKING:
 # The modules with which each stage begins; what they import is found from there.
 STAGES = {
     "compile": ("dpd.scene.scene", "dpd.start.common.make"),  # what starts and runs have in common
-    "start": (
-        "dpd.scene.scene",
-        "dpd.scene.start",
-        "dpd.start.common.make",
-        "dpd.start.common.files",
-    ),
+    "start": ("dpd.scene.scene", "dpd.start.common.files"),
     "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.pipeline.simulate"),
     "collect": ("dpd.analysis.collect",),
     "calculate": ("dpd.pipeline.calculate",),
@@ -39,75 +35,21 @@ STAGES = {
 }
 # A run uses statistics only to sum up its series, which are in its file, and to warn in words.
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
-# Pages that every run needs, and those of which no kernel gets anything.
-EVERYWHERE = ("chi", "integrator", "repulsion", "shear", "thermostat")
-# Terms of the physics and their pages. A page must hold nothing that a scene without its term uses.
-TERMS = {key: module_of(Term, key) for key in names(Term) if key not in EVERYWHERE} | {
-    "exchange": "dpd.physics.common.exchange",
-    "langevin": "dpd.physics.common.langevin",
-    "barostat": "dpd.engine.barostat",
-}
-# It lists what there is: who imports it does not need all that it names.
-LISTS = frozenset({"dpd.engine.state"})
 
 
 @cache
 def stage_digest(stage: str) -> str:
-    """Digest of the sources that decide what a stage computes, for any scene.
-
-    Parameters
-    ----------
-    stage : str
-        A key of `STAGES`.
-
-    Returns
-    -------
-    str
-        Twelve hexadecimal digits.
-    """
-    pages = [module_of(kind, name) for kind in (Observable, Start) for name in names(kind)]
-    running = [*pages, *TERMS.values()] if stage in ("simulate", "measure") else []
-    without = NOT_IN_RUNS if stage == "simulate" else ()
+    """Digest of the sources that decide what a stage, a key of `STAGES`, computes for any scene."""
+    pages = [module_of(kind, name) for kind in (Observable, Start, Term) for name in names(kind)]
+    running = pages if stage in ("simulate", "measure") else []
+    without = NOT_IN_RUNS if stage == "simulate" else frozenset()
     return sources_digest(*STAGES[stage], *running, without=without)
 
 
 def run_sources(scene: Scene) -> str:
-    """Digest of the sources of a run, less those of what its scene does without.
-
-    Those are observables and starts that it does not name, and terms of the physics that it lacks.
-
-    Parameters
-    ----------
-    scene : dpd.scene.scene.Scene
-
-    Returns
-    -------
-    str
-        Twelve hexadecimal digits.
-    """
-    used = (scene.start, *scene.observe.values(), *scene.terms.values())
-    pages = (type(page).__module__ for page in used)
-    ours = frozenset(page for page in pages if page.startswith("dpd."))
-    terms = frozenset().union(*(terms_of(stage.scene) for stage in scene.stages))
-    found = _run_sources(terms, ours)
-    own = sorted(scene.page_files.values())
-    return text_digest(" ".join([found, *own])) if own else found
-
-
-def _begins(scene):
-    """The module of a scene's start; none if it is one of a user's own."""
-    ours = scene.start.key in names(Start)
-    return (module_of(Start, scene.start.key),) if ours else ()
-
-
-@cache
-def _run_sources(terms, pages):
-    return kept(
-        f"run {sorted(terms)} {sorted(pages)}",
-        lambda: sources_digest(
-            *STAGES["simulate"], *sorted(pages), without=NOT_IN_RUNS | unused_modules(terms)
-        ),
-    )
+    """Digest of the sources of a run: of its rooms, and of the pages that its scene uses."""
+    pages = {type(page).__module__ for page in (scene.start, *scene.observe.values())}
+    return _digest_of("simulate", pages.union(*(_terms(stage.scene) for stage in scene.stages)))
 
 
 def start_sources(scene: Scene) -> str:
@@ -115,78 +57,76 @@ def start_sources(scene: Scene) -> str:
 
     It is the same for all scenes that share a start.
     """
-    start = _begins(scene)
-    found = _sources_with("start", start_terms(scene), start)
-    own = sorted(scene.page_files.values()) if scene.has_own_forces or not start else []
-    return text_digest(" ".join([found, *own])) if own else found
+    return _digest_of("start", {type(scene.start).__module__} | _terms_of_start(scene))
 
 
-def kernels_name(terms: frozenset[str]) -> str:
-    """A name for the kernels of all scenes in which just these terms act, by their sources.
+def kernels_name(scene: Scene, of_start: bool = False) -> str:
+    """A name for the kernels of all scenes in which the same terms act, by their sources.
 
     Where it changes, `run_sources` and `start_sources` of those scenes change as well.
 
     Parameters
     ----------
-    terms : frozenset of str
-        Keys of `TERMS`.
+    scene : Scene
+    of_start : bool
+        What acts while its first configuration grows and relaxes counts.
     """
-    return text_digest(f"{sorted(terms)} {_sources_with('compile', terms, ())}")
-
-
-@cache
-def _sources_with(stage, terms, pages):
-    return kept(
-        f"{stage} {sorted(terms)} {pages}",
-        lambda: sources_digest(
-            *STAGES[stage],
-            *pages,
-            *(TERMS[name] for name in sorted(terms)),
-            without=unused_modules(terms),
-        ),
-    )
+    terms = _terms_of_start(scene) if of_start else _terms(scene, of_kernels=True)
+    return _digest_of("compile", terms)
 
 
 def figure_sources(path: Path) -> str:
-    """Digest of the sources of a figure: of its file, and of the stage that draws it.
-
-    Parameters
-    ----------
-    path : Path
-        The figure's file.
-    """
+    """Digest of the sources of a figure: of its file, and of the stage that draws it."""
     return sources_digest(*STAGES["figure"], path)
 
 
-def terms_of(scene: Scene) -> frozenset[str]:
-    """Names in `TERMS` of what acts in a scene."""
-    unnamed = {
-        "exchange": scene.terms["integrator"].exchanges,
-        "langevin": scene.data["thermostat"]["kind"] == "langevin",
-        "barostat": "pressure" in scene.data,
-    }
-    return frozenset(name for name in TERMS if unnamed.get(name, name in scene.data))
+def _terms(scene, of_kernels=False):
+    """Modules of all that acts in a scene, or of what its kernels know."""
+    terms = [term for term in scene.terms.values() if term.in_kernels or not of_kernels]
+    named = (module for term in terms for module in term.modules(scene))
+    return {type(term).__module__ for term in terms}.union(named)
 
 
-def start_terms(scene: Scene) -> frozenset[str]:
-    """The same of what acts while its first configuration grows and relaxes."""
-    description = start_description(scene)
-    forces = {*description.get("forces", {}), *description.get("own", {})}
-    return frozenset(forces).intersection(TERMS)
+def _terms_of_start(scene):
+    """The same while its first configuration is made: friction is that of pairs."""
+    description, known = (
+        start_description(scene),
+        {key: module_of(Term, key) for key in names(Term)},
+    )
+    own = description.get("own", {})
+    known |= {key: type(term).__module__ for key, term in scene.terms.items()}
+    acting = {known[key] for key in (*NEEDED, *description.get("forces", {}), *own) if key in known}
+    return acting.union(*(scene.terms[key].modules(scene) for key in own))
 
 
-def unused_modules(terms: frozenset[str]) -> frozenset[str]:
-    """Modules of terms that are not named, nor imported by one that is.
+def _digest_of(stage, pages):
+    """Of the sources of a stage, with those of some pages; a user's by their modules' names."""
+    ours = frozenset(page for page in pages if page.startswith("dpd."))
+    own = sorted(page.rpartition("_")[2] for page in pages - ours)
+    found = _of_ours(stage, ours)
+    return text_digest(" ".join([found, *own])) if own else found
+
+
+@cache
+def _of_ours(stage, pages):
+    return kept(
+        f"{stage} {sorted(pages)}",
+        lambda: sources_digest(*STAGES[stage], *sorted(pages), without=unused(pages) | NOT_IN_RUNS),
+    )
+
+
+def unused(pages: frozenset[str]) -> frozenset[Path]:
+    """Files of terms, and of modules that they bring, other than some and those of their pages.
 
     Parameters
     ----------
-    terms : frozenset of str
-        Keys of `TERMS`.
-
-    Returns
-    -------
-    frozenset of str
+    pages : frozenset of str
+        Modules of what acts in a scene.
     """
-    used = tuple(module for name, module in TERMS.items() if name in terms)
-    needed = reachable(used, LISTS)
-    return frozenset(module for module in TERMS.values() if file_of(module) not in needed)
+    terms = {Term.folder / f"{key}.py" for key in names(Term)}
+    brought = (source_of(path).named for path in (*terms, PACKAGE / "page.py"))
+    acting, waiting = set(), {path for page in pages if (path := file_of(page))}
+    while waiting:
+        acting |= waiting  # a page may take from another
+        waiting = {file for path in waiting for file in source_of(path).imports & terms} - acting
+    return frozenset(terms.union(*brought) - acting)

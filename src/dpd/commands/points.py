@@ -31,8 +31,7 @@ def add_to(stages: Stages) -> None:
         output="made.txt",
     )  # fmt: skip
     compile_.add_argument(
-        "--terms", nargs="*", metavar="TERM",
-        help="only scenes in which just these act: bond, core, exchange, langevin, or none",
+        "--kernels", metavar="NAME", help="only scenes that need these, as Snakemake calls them"
     )  # fmt: skip
     stages.add(
         "start", _start, "make a first configuration",
@@ -69,15 +68,15 @@ def add_to(stages: Stages) -> None:
 
 def _compile(options: Namespace) -> None:
     from dpd.files import replace_whole
-    from dpd.pipeline.compiling import compile_for, with_terms
+    from dpd.pipeline.compiling import compile_for, with_kernels
     from dpd.pipeline.study import read_paper
 
     scenes = []
     for paper in options.papers:
         for sweep in read_paper(paper, options.study).sweeps.values():
             scenes += [point.scene for point in sweep.points]
-    if options.terms is not None:
-        scenes = with_terms(scenes, frozenset(options.terms))
+    if options.kernels is not None:
+        scenes = with_kernels(scenes, options.kernels)
     compiled = compile_for(scenes)
     replace_whole(options.output, lambda draft: draft.write_text("\n".join(compiled) + "\n"))
 

@@ -32,6 +32,7 @@ class Chi(Term, key="chi"):
     """
 
     bare = "pairs"
+    in_kernels = False
     pairs: PairTable[Annotated[float, Field(ge=0, le=1000)]] = setting("The parameter chi.")
 
     def repulsions(self, scene: Any) -> dict[str, float]:

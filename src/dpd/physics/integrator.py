@@ -164,6 +164,10 @@ class Integrator(Term, key="integrator"):
         """Whether pairs exchange momentum, in the place of friction as a force."""
         return scheme_named(self.named.scheme).exchange is not None
 
+    def modules(self, scene: Any) -> tuple[str, ...]:
+        """Of exchanges of momentum."""
+        return ("dpd.physics.common.exchange",) if self.exchanges else ()
+
     def refuses(self, scene: Any) -> Refusals:
         """Exchanges of momentum where pairs are not alone."""
         if not self.exchanges:

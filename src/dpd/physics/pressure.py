@@ -80,6 +80,10 @@ class ConstantPressure(Term, key="pressure"):
         le=10**15,
     )  # fmt: skip
 
+    def modules(self, scene: Any) -> tuple[str, ...]:
+        """What stretches the box."""
+        return ("dpd.engine.barostat",)
+
     def completed(self, scene: Any) -> Self:
         """With a compressibility; and a time between trials, unless the step is yet to be tried."""
         given: dict[str, Any] = {}

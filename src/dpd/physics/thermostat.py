@@ -62,6 +62,10 @@ class Thermostat(Term, key="thermostat"):
         """Langevin's, also where all its frictions are 0."""
         return self.kind == "langevin"
 
+    def modules(self, scene: Any) -> tuple[str, ...]:
+        """Of what acts on each bead."""
+        return ("dpd.physics.common.langevin",) if self.kind == "langevin" else ()
+
     def untried(self) -> str:
         """What schemes were measured with."""
         if self.kind == "langevin":

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dpd.engine.simulation import Simulation
+from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.stages import start_terms, terms_of
+from dpd.stages import kernels_name
 from dpd.start.common.make import system_of
 from dpd.start.common.quick import compile_start
 
@@ -58,21 +59,12 @@ def compile_observables(scene: Scene, simulation: Simulation) -> None:
             observer.sample(simulation)
 
 
-def with_terms(scenes: Sequence[Scene], terms: frozenset[str]) -> list[Scene]:
-    """The scenes in which just these terms of the physics act; or only as they start, if none.
-
-    Parameters
-    ----------
-    scenes : list of Scene
-    terms : frozenset of str
-        Keys of `dpd.stages.TERMS`.
-
-    Returns
-    -------
-    list of Scene
-    """
-    acting = [scene for scene in scenes if terms_of(scene) == terms]
-    return acting or [scene for scene in scenes if start_terms(scene) == terms]
+def with_kernels(scenes: Sequence[Scene], name: str) -> list[Scene]:
+    """The scenes that need the kernels of a name; or whose starts do, if none."""
+    for of_start in (False, True):
+        if found := [scene for scene in scenes if kernels_name(scene, of_start) == name]:
+            return found
+    raise UserError(f"--kernels: no scene needs {name!r}; leave it out, and all are compiled")
 
 
 def _kernels(scene):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from dpd.scene.start import start_digest, start_is_shared
-from dpd.stages import kernels_name, start_terms, terms_of
+from dpd.stages import kernels_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,12 +28,12 @@ def waiting_for_starts(paper: Paper) -> dict[str, list[tuple[str, Point]]]:
     return waiting
 
 
-def kernels_for(paper: Paper) -> dict[str, frozenset[str]]:
-    """Digest of kernels to the terms of the physics that they are for."""
+def kernels_for(paper: Paper) -> list[str]:
+    """Names of the kernels of all runs, and of starts that are shared."""
     scenes = [point.scene for sweep in paper.sweeps.values() for point in sweep.points]
-    terms = {terms_of(scene) for scene in scenes}
-    terms |= {start_terms(scene) for scene in scenes if start_is_shared(scene)}
-    return {kernels_name(each): each for each in terms}
+    shared = (scene for scene in scenes if start_is_shared(scene))
+    of_runs = {kernels_name(scene) for scene in scenes}
+    return sorted(of_runs.union(kernels_name(scene, of_start=True) for scene in shared))
 
 
 def derived_from(results: Results, paper: str, sweep: Sweep) -> list[str]:

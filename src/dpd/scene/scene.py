@@ -432,11 +432,6 @@ class Scene:
         return [term for term in self.terms.values() if isinstance(term, PairForce)]
 
     @property
-    def has_own_forces(self) -> bool:
-        """Whether a force of its own stands in a file of pages."""
-        return bool(self._own.keys() & self.terms.keys())
-
-    @property
     def bond_force(self) -> BondForce | None:
         """The law of its bonds."""
         found = (term for term in self.terms.values() if isinstance(term, BondForce))

@@ -36,6 +36,9 @@ def start_description(scene: Scene) -> dict[str, Any]:
     if scene.ended:
         kept["between"] = [list(scene.ended), *(scene.origin[axis] for axis in scene.ended)]
     kept |= start.decides(scene)
+    module = type(start).__module__
+    if not module.startswith("dpd."):  # of a user's own, whose name ends with the file's digest
+        kept["page"] = module.rpartition("_")[2]
     if start.relax:
         kept["relax"] = data["start"]["relax"]
     if start.acts:
