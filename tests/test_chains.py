@@ -1,10 +1,9 @@
 """Sizes of chains are those of rods, whose radius of gyration is known."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
+from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
 from dpd.observe import observables
 from dpd.observe.chains import sizes, unwrapped
@@ -80,7 +79,7 @@ def sample(observer, first, last):
         order = np.random.default_rng(t).permutation(56)
         identity = order.astype(np.uint32)
         state = State(place[:, order], np.zeros((3, 56)), None, identity, None, t)
-        observer.sample(SimpleNamespace(state=state, box=box))
+        observer.sample(Snapshot(system_of(Scene(SCENE)), state))
 
 
 def growth(t):

@@ -97,7 +97,7 @@ def test_a_note_beside_the_state(good, tmp_path):
 
 NAMES = (
     "step", "position", "velocity", "force", "identity", "species", "reference", "0/taken", "0/kT",
-    "1/sums", "1/taken", "2/kept", "2/begun", "2/taken", "3/crossings", "3/pairs", "4/position",
+    "1/rdf", "1/taken", "2/earlier", "2/begun", "2/taken", "3/crossings", "3/pairs", "4/position",
     "5/trace", "image",
 )  # fmt: skip
 

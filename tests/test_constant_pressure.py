@@ -17,7 +17,8 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.common.following import Followed
+from dpd.observe.common.following import displacements, followed
+from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.particles.formats import read, write
 from dpd.pipeline.beginning import starting_from
 from dpd.pipeline.run_warnings import pressure_warning
@@ -318,7 +319,7 @@ def test_to_be_moved_with_the_box_is_no_displacement():
     data |= {"pressure": {"target": 1}, "steps": {"sample": 200}}
     scene = Scene(data)
     system = system_of(scene)
-    followed = Followed(scene, system)
+    kept = followed(scene)
     scaled = np.random.default_rng(3).random((3, 20))
     identity = np.arange(20, dtype=np.uint32)
     expected = np.zeros((3, 20))
@@ -326,7 +327,9 @@ def test_to_be_moved_with_the_box_is_no_displacement():
         box = (4 + np.sin(t),) * 3
         place, image = wrapped(scaled * box[0], box)
         state = State(place, np.zeros((3, 20)), None, identity, None, t, box=box, image=image)
-        found = followed.sample(Snapshot(system, state), first=t == 0)
+        now = Seen(scene, Snapshot(system, state))
+        now.sample, now.kept = t, kept
+        found = displacements(now)
         expected[0, 7] = 0.6 * 4 * t
         about = expected - expected.mean(axis=1, keepdims=True)
         np.testing.assert_allclose(found, about, atol=1e-11)

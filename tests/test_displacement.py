@@ -8,8 +8,10 @@ from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.observe import observables
-from dpd.observe.common.following import Followed
+from dpd.observe.common.following import displacements, followed
+from dpd.observe.common.measured import Measured
 from dpd.observe.common.multitau import COARSER, KEPT
+from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import Displacement
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -131,7 +133,7 @@ def watch(velocity, samples, observer=None, first=0):
     """Beads that move by ``velocity`` from sample to sample, stored in some other order."""
     scene = Scene(FREE)
     if observer is None:
-        observer = Displacement(every=1).begin(scene, system_of(scene))
+        observer = Measured(Displacement(every=1), scene, system_of(scene))
     rng = np.random.default_rng(3)
     begun = rng.random((2, 10)) * np.array(scene.box)[:, None]
     for t in range(first, first + samples):
@@ -171,13 +173,14 @@ def test_a_drift_of_the_whole_box_does_not_count():
 class Far:
     """An observer that keeps displacements since its first sample, as shares of the edges."""
 
-    def __init__(self, scene, system, every):
-        self.every, self.followed, self.moved = every, Followed(scene, system), []
-        self.arrays = self.followed.arrays
+    def __init__(self, scene, every):
+        self.scene, self.every, self.moved = scene, every, []
+        self.arrays = followed(scene)
 
     def sample(self, simulation):
-        moved = self.followed.sample(simulation, first=not self.moved)
-        self.moved.append(moved / self.arrays["edges"][:, None])
+        now = Seen(self.scene, simulation)
+        now.sample, now.kept = len(self.moved), self.arrays
+        self.moved.append(displacements(now) / self.arrays["edges"][:, None])
 
 
 @pytest.mark.few(1)
@@ -187,7 +190,7 @@ def test_samples_any_distance_apart_follow_as_those_of_every_step(kind):
     data = {"at rest": SCENE, "shear": PLANE, "constant pressure": FLUID}[kind]
     scene = Scene(data | {"steps": {"equilibrate": 10, "sample": 3000}, "observe": ["thermo"]})
     system = system_of(scene)
-    each, far = Far(scene, system, 1), Far(scene, system, 500)
+    each, far = Far(scene, 1), Far(scene, 500)
     run(Simulation(system, make_start(scene)), scene.steps, [each, far])
     expected = np.array(each.moved)[499::500] - each.moved[499]
     np.testing.assert_allclose(far.moved, expected, rtol=0, atol=1e-10)
@@ -199,7 +202,7 @@ def test_arrays_are_all_that_goes_on():
     velocity = np.random.default_rng(1).normal(scale=0.3, size=(2, 10))
     scene, whole = watch(velocity, 1700)
     _, half = watch(velocity, 877)
-    other = Displacement(every=1).begin(scene, system_of(scene))
+    other = Measured(Displacement(every=1), scene, system_of(scene))
     for name, array in half.arrays.items():
         other.arrays[name][...] = array
     watch(velocity, 823, other, first=877)

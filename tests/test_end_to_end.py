@@ -1,14 +1,13 @@
 """Correlations by multiple tau are those of the whole series: of any, and of chains."""
 
 from itertools import pairwise
-from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
 import pytest
 
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation
+from dpd.engine.simulation import Simulation, Snapshot
 from dpd.observe import observables
 from dpd.observe.common.multitau import COARSER, FINE, KEPT, PARTS, MultipleTau
 from dpd.pipeline.simulate import simulate
@@ -41,8 +40,8 @@ def two_quantities(now, then):
 def correlate(series, expected):
     """`MultipleTau` over a series."""
     found = MultipleTau(expected, series.shape[1:], 2)
-    for sample in series:
-        found.add(sample, two_quantities)
+    for taken, sample in enumerate(series):
+        found.add(taken, sample, two_quantities)
     return found
 
 
@@ -58,7 +57,7 @@ def test_every_lag_of_a_random_series(samples, levels):
     rng = np.random.default_rng(samples)
     series = rng.normal(size=(samples, 2, 3)) + rng.normal(size=(1, 2, 3))
     found = correlate(series, samples)
-    lag, means, counts, sums = found.results()
+    lag, means, counts, sums = found.results(samples)
     expected = [(n, apart) for n, apart in LAGS if n < samples and apart < COARSER**levels]
     np.testing.assert_array_equal(lag, [n for n, _ in expected])
     if samples > KEPT:
@@ -81,11 +80,11 @@ def test_every_lag_of_a_random_series(samples, levels):
 def test_a_series_that_ends_early():
     """Six samples of 1700 are one to five apart, in 5, 4, 3, 2, 1 pairs; one sample has no lag."""
     series = np.random.default_rng(1).normal(size=(6, 2, 3))
-    lag, means, counts, sums = correlate(series, 1700).results()
+    lag, means, counts, sums = correlate(series, 1700).results(6)
     np.testing.assert_array_equal(lag, [1, 2, 3, 4, 5])
     np.testing.assert_array_equal(counts.sum(axis=0), [5, 4, 3, 2, 1])
     np.testing.assert_allclose(means[4], two_quantities(series[5], series[:1])[0], rtol=1e-14)
-    lag, means, counts, sums = correlate(series[:1], 1700).results()
+    lag, means, counts, sums = correlate(series[:1], 1700).results(1)
     assert (lag.shape, means.shape) == ((0,), (0, 2, 3))
     assert (counts.shape, sums.shape) == ((PARTS, 0), (PARTS, 0, 2))
 
@@ -94,14 +93,14 @@ def test_a_series_with_its_arrays_copied():
     """Half-way into others: the same bits in the end."""
     series = np.random.default_rng(2).normal(size=(700, 2, 3))
     whole, half = correlate(series, 700), MultipleTau(700, (2, 3), 2)
-    for sample in series[:333]:
-        half.add(sample, two_quantities)
+    for taken in range(333):
+        half.add(taken, series[taken], two_quantities)
     other = MultipleTau(700, (2, 3), 2)
     for name, array in half.arrays.items():
         other.arrays[name][...] = array
-    for sample in series[333:]:
-        other.add(sample, two_quantities)
-    for one, two in zip(whole.results(), other.results()):
+    for taken in range(333, 700):
+        other.add(taken, series[taken], two_quantities)
+    for one, two in zip(whole.results(700), other.results(700)):
         np.testing.assert_array_equal(one, two)
 
 
@@ -133,7 +132,7 @@ class States:
         self.arrays, self.seen = {}, []
 
     def sample(self, simulation):
-        self.seen.append(SimpleNamespace(state=simulation.state, box=simulation.box))
+        self.seen.append(Snapshot(simulation.system, simulation.state))
 
 
 def end_to_end(place, beads, box):

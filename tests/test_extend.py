@@ -18,7 +18,7 @@ from dpd import files
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.common.blocks import BlockSums
+from dpd.observe.common.blocks import Blocks
 from dpd.observe.common.multitau import MultipleTau
 from dpd.page import Observable, names
 from dpd.pipeline import probing
@@ -218,18 +218,18 @@ def test_correlations_that_go_on(samples):
     def compare(now, then):
         return np.stack([(now * then).sum(axis=1), now[0] - then[:, 0]], axis=1)
 
-    def added(into, some):
-        for sample in some:
-            into.add(sample, compare)
+    def added(into, first, last):
+        for taken in range(first, last):
+            into.add(taken, series[taken], compare)
         return into
 
-    plain = added(MultipleTau(whole, (2, 3), 2), series)
-    shorter = added(MultipleTau(part, (2, 3), 2), series[:part])
+    plain = added(MultipleTau(whole, (2, 3), 2), 0, whole)
+    shorter = added(MultipleTau(part, (2, 3), 2), 0, part)
     longer_one = MultipleTau(whole, (2, 3), 2)
     for name, array in longer_one.arrays.items():
         array[: len(shorter.arrays[name])] = shorter.arrays[name]
-    added(longer_one, series[part:])
-    for one, other in zip(plain.results(), longer_one.results()):
+    added(longer_one, part, whole)
+    for one, other in zip(plain.results(whole), longer_one.results(whole)):
         np.testing.assert_array_equal(one, other)
 
 
@@ -238,10 +238,10 @@ def test_blocks_of_a_series(samples):
     """Means over 50 parts that follow each other, alike but for a quarter, of all samples; the
     largest of each."""
     series = np.random.default_rng(samples).normal(size=(samples, 2)) + np.arange(samples)[:, None]
-    blocks = BlockSums((2,))
-    for sample in series:
-        blocks.add(sample)
-    means, each = blocks.means(), int(blocks.arrays["each"][0])
+    blocks = Blocks({"mean": ("block", (2,)), "most": ("largest", ())})
+    for taken, sample in enumerate(series):
+        blocks.add(taken, {"mean": sample, "most": abs(sample[0])})
+    (means, largest), each = blocks.results(samples).values(), int(blocks.arrays["each"][0])
     short = -(-samples // each)
     assert len(means) == min(50, samples)
     of = np.repeat(np.arange(short) * len(means) // short, each)[:samples]
@@ -250,7 +250,7 @@ def test_blocks_of_a_series(samples):
     for number, mean in enumerate(means):
         part = series[: len(of)][of == number]
         np.testing.assert_allclose(mean, part.mean(axis=0), rtol=1e-12, atol=1e-12)
-        assert blocks.largest(abs(series[:, 0]))[number] == abs(part[:, 0]).max()
+        assert largest[number] == abs(part[:, 0]).max()
 
 
 def test_a_run_that_keeps_its_state_measures_the_same(tmp_path):
@@ -527,7 +527,7 @@ EDITS = {
     "velocities": (edit_variable("last_velocity", lambda x: -x), "checksum"),
     "force": (edit_variable("force", lambda x: x + 1), "checksum"),
     "order": (edit_variable("identity", lambda x: x * 0), "cannot be right"),
-    "a sum": (edit_variable("1.sums", lambda x: x + 1), "checksum"),
+    "a sum": (edit_variable("1.rdf", lambda x: x + 1), "checksum"),
     "longer": (edit_variable("step", lambda x: x + 1), "checksum"),
     "scene": (edit_attribute("scene", "{"), "'scene' is damaged"),
     "no scene": (edit_attribute("scene", "[1]"), "'scene' is damaged"),

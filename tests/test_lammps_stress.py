@@ -10,6 +10,7 @@ from dpd.analysis.statistics import block_mean_and_error, mean_and_error
 from dpd.benchmark.tension import Profiled, normal_and_tangential, profiles_known
 from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.simulation import Simulation
+from dpd.observe.common.measured import Measured
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -40,6 +41,13 @@ def settled(steps):
     return scene, own
 
 
+def blocks_of(observed):
+    """(blocks, 2, slices) array: normal and tangential pressure."""
+    found = observed.variables()
+    names = ("normal_pressure_profile", "tangential_pressure_profile")
+    return np.stack([found[name][1] for name in names], axis=1)
+
+
 def test_one_configuration():
     """Each slice agrees to eight digits of the largest."""
     scene, own = settled(200)
@@ -48,9 +56,9 @@ def test_one_configuration():
     found = virial_in_slices(own.system, own.state, Slices(2, 40, 0.0, 20.0)) / VOLUME
     expected = normal_and_tangential(virial)
     assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    observed = StressProfile(every=1, bin=WIDTH).begin(scene, own.system)
+    observed = Measured(StressProfile(every=1, bin=WIDTH), scene, own.system)
     observed.sample(own)
-    whole = observed.averages.means()[0] / VOLUME
+    whole = blocks_of(observed)[0]
     assert np.abs(whole - normal_and_tangential(kinetic + virial)).max() < 1e-7 * whole.max()
     other.close()
 
@@ -59,14 +67,14 @@ def test_tension_and_profile_of_the_papers_slabs():
     """Means of both codes agree within four standard errors; the tension is known to 10 %."""
     scene, own = settled(2000)
     other = Profiled(scene, own.state, WIDTH)
-    observed, found = StressProfile(every=1, bin=WIDTH).begin(scene, own.system), []
+    observed, found = Measured(StressProfile(every=1, bin=WIDTH), scene, own.system), []
     for _ in range(SAMPLES):
         own.advance(EVERY)
         observed.sample(own)
         other.advance(EVERY)
         found.append(normal_and_tangential(other.profile().sum(axis=0)))
     other.close()
-    one = observed.averages.means() / VOLUME
+    one = blocks_of(observed)
     two = np.array(found).reshape(BLOCKS, -1, *one.shape[1:]).mean(axis=1)
     tensions = [mean_and_error((p[:, 0] - p[:, 1]).sum(axis=1) * WIDTH / 2) for p in (one, two)]
     (mine, my_error, _), (its, its_error, _) = tensions

@@ -241,6 +241,63 @@ def test_the_page_of_the_documentation(folder):
     assert float(run.span.mean()) == pytest.approx(float(run.end_square.mean()), rel=1e-9)
 
 
+WATCHED = """
+from dpd.page import Observable, setting
+
+
+class Watched(Observable, key="watched"):
+    gives = {
+        "place": (("sample", "molecule", "axis"), "r_c", ""),
+        "speed": (("sample", "molecule", "axis"), "r_c / tau", ""),
+        "fastest": (("largest",), "r_c / tau", ""), "mean_place": (("run", "axis"), "r_c", ""),
+        "place_at_last": (("last", "axis"), "r_c", ""),
+        "place_of_two": (("frame", "axis"), "r_c", ""),
+    }
+    average: int = setting("Samples in a frame.", 2)
+
+    def measure(self, now):
+        place, speed = (x.reshape(30, 5, 3).mean(axis=1) for x in (now.unwrapped, now.velocities))
+        mean = place.mean(axis=0)
+        return {"place": place, "speed": speed, "fastest": abs(speed).max(), "mean_place": mean,
+                "place_at_last": mean, "place_of_two": mean}
+"""
+
+
+def test_what_is_kept_and_compared(folder):
+    """The second page of the documentation, by brute force, also where its run was made longer."""
+    text = (ROOT / "config" / "README.md").read_text()
+    pages = re.findall("```python\n(.*?)```", text, re.S)
+    (code,) = (page for page in pages if "class Wandering" in page)
+    (folder / "wandering.py").write_text(code)
+    (folder / "watched.py").write_text(WATCHED)
+    scene = SCENE | {
+        "molecules": [{"architecture": "A 5", "count": 30}],
+        "bond": {"stiffness": 50, "length": 0.7},
+        "repulsion": {"A A": 25},
+        "observe": [{"wandering": {"every": 2}}, {"watched": {"every": 2}}],
+        "pages": ["wandering.py", "watched.py"],
+    }
+    run = dpd.run(scene | {"steps": {"sample": 78}}, output="run.nc", progress=False)
+    place, speed = run.place.values, run.speed.values
+    assert place.shape == (39, 30, 3)
+    np.testing.assert_allclose(run.wandered, ((place - place[0]) ** 2).mean(axis=1), atol=1e-12)
+    for lag, memory in enumerate(run.memory[:16].values, start=1):
+        expected = (speed[lag:] * speed[:-lag]).sum(axis=2).mean(axis=0)
+        np.testing.assert_allclose(memory, expected, atol=1e-12)
+    np.testing.assert_allclose(run.wandering_lag_time[:16], 0.08 * np.arange(1, 17))
+    np.testing.assert_allclose(run.fastest, abs(speed).max(axis=(1, 2)))  # a block is a sample
+    mean = place.mean(axis=1)
+    np.testing.assert_allclose(run.mean_place, mean.mean(axis=0))
+    np.testing.assert_allclose(run.place_at_last, mean[-1])
+    np.testing.assert_allclose(run.place_of_two[:19], mean[:38].reshape(19, 2, 3).mean(axis=1))
+    np.testing.assert_allclose(run.place_of_two[19], mean[38])
+    dpd.run(scene | {"steps": {"sample": 30}}, output="part.nc", progress=False)
+    assert command("extend", "part.nc", "--sample", 48).returncode == 0
+    whole, longer = read("run.nc")[0], read("part.nc")[0]
+    for name in whole:
+        np.testing.assert_array_equal(whole[name], longer[name], err_msg=name)
+
+
 def test_an_object_of_a_class(folder, monkeypatch):
     """Given to `dpd.run`, from a file that was imported; one that stands in no file is refused."""
     monkeypatch.syspath_prepend(folder)

@@ -6,6 +6,7 @@ import pytest
 from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.observe.common.measured import Measured
 from dpd.observe.displacement import Displacement
 from dpd.particles.formats import read, write
 from dpd.pipeline.kept import last_configuration
@@ -203,7 +204,7 @@ def test_displacements_are_those_of_centres_of_mass():
         "steps": {"sample": 2},
         "observe": [{"displacement": {"every": 1}}],
     })  # fmt: skip
-    observer = Displacement(every=1).begin(scene, system_of(scene))
+    observer = Measured(Displacement(every=1), scene, system_of(scene))
     place = np.full((2, 6), 5.0)
     for _ in range(2):
         state = State(place.copy(), place, None, np.arange(6, dtype=np.uint32), scene.kinds, 0)

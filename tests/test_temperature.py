@@ -7,6 +7,7 @@ import dpd
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.state import State
+from dpd.observe.common.measured import MeasuredSums
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.observe.thermo import Thermo
 from dpd.pipeline.extend import Extension, extend
@@ -148,7 +149,7 @@ def test_the_energy_holds_the_flow():
     """kT does not."""
     scene = Scene(FLUID | {"steps": {"sample": 1}, "observe": [{"thermo": {"every": 1}}]})
     system = system_of(scene)
-    thermo = Thermo(every=1).begin(scene, system)
+    thermo = MeasuredSums(Thermo(every=1), scene, system)
     state = make_start(scene)
     state.velocity[0] += 2.0
     thermo.record(Simulation(system, state).call(0, [0], measure=True))

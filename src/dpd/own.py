@@ -22,11 +22,22 @@ from dpd.digest import cache_folder, text_digest
 from dpd.drafts import draft_of
 from dpd.errors import OtherPage, UserError, reason, shown
 from dpd.laws import law_between, usual_lengths
-from dpd.page import BondForce, Change, Observable, Page, PairForce, Start, Term, names
+from dpd.page import (
+    KINDS,
+    BondForce,
+    Change,
+    Given,
+    Observable,
+    Page,
+    PairForce,
+    Start,
+    Term,
+    names,
+)
 from dpd.sources import files_of, page_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from types import ModuleType
     from typing import Self
 
@@ -89,13 +100,19 @@ def _wrong(key, page):
         return f"{key!r} has a setting 'number', which kernels use; take another name"
     if any(key in names(kind) for kind in (Observable, Start, Term) if issubclass(page, kind)):
         return f"{key!r} is a page of the package; take another key"
-    for name, given in getattr(page, "gives", {}).items():
+    gives = getattr(page, "gives", {})
+    for name, given in gives.items():
         whole = isinstance(given, tuple) and len(given) == 3 and isinstance(given[0], tuple)
-        if not whole or given[0][:1] not in (("sample",), ("block",)):
+        if not whole or not given[0] or given[0][0] not in KINDS:
             return (
                 f"'gives' of {key!r}: {name!r} should be (dimensions, units, long_name), as "
-                '(("block",), "r_c", "height"), of which the first is "sample" or "block"'
+                f'(("block",), "r_c", "height"), of which the first is one of {", ".join(KINDS)}'
             )
+    kinds = {dimensions[0] for dimensions, _, _ in gives.values()}
+    if "lag" in kinds and not page.compared:
+        return f"{key!r} gives averages over 'lag': say in 'compared' which dimensions it compares"
+    if gives and page.of_sums and kinds != {"sample"}:
+        return f"{key!r} measures sums ('of_sums'): the first dimension of all it gives is 'sample'"
     return ""
 
 
@@ -164,7 +181,7 @@ class Function(Observable):
     """A plain function that measures; every sample is kept, under its name."""
 
     stands = frozenset(Change)  # who writes one has a scene in mind
-    is_series = True
+    _shape: tuple[int, ...] = ()
 
     def shaped(self, now: Any) -> Self:
         """Itself, with the shape of what it gives."""
@@ -176,16 +193,20 @@ class Function(Observable):
             raise
         except (Exception, SystemExit) as problem:  # whatever a function may raise
             raise UserError(f"observe.{self.key}: {told_of(problem, type(self))}") from None
-        axes = [f"{self.key}_index{k if len(shape) > 1 else ''}" for k in range(len(shape))]
-        shaped: Any = self.model_copy()
-        (dimensions, *rest) = self.gives[self.key]
-        shaped.gives = {self.key: ((*dimensions, *axes), *rest)}
-        shaped._axes = {axis: (np.arange(n), "1", "index") for axis, n in zip(axes, shape)}
+        shaped = self.model_copy()
+        shaped._shape = shape
         return shaped
 
-    def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
+    def given(self, scene: Any) -> dict[str, Given]:
+        """With the dimensions of an array."""
+        dimensions, units, text = self.gives[self.key]
+        return {self.key: ((*dimensions, *self.axes(scene)), units, text)}
+
+    def axes(self, scene: Any) -> dict[str, Any]:
         """Numbers of the elements of an array."""
-        return getattr(self, "_axes", {})
+        axis = f"{self.key}_index"
+        names = [f"{axis}{k}" for k in range(len(self._shape))] if len(self._shape) > 1 else [axis]
+        return {name: (range(n), "1", "index") for name, n in zip(names, self._shape)}
 
 
 def measures(function: Callable) -> bool:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from typing import Self
 
 Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
+Given = tuple[tuple[str, ...], str, str]  # of a variable: dimensions, units, long_name
 
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
@@ -375,6 +376,28 @@ class Observable(Page):
 
     Attributes
     ----------
+    gives : dict of str to tuple
+        What it writes, by name: dimensions, units, long_name. The first dimension says what is kept
+        of what `measure` finds: ``sample``, all of it; ``block``, means over blocks of the run;
+        ``largest``, the largest in each block, of numbers of 0 or more; ``run``, the mean over the
+        run; ``last``, what was found last; ``frame``, means over ``average`` samples each; ``lag``,
+        averages over pairs of samples that lie some time apart, see `compare`. One of a name that
+        begins with an underscore is kept for `finish` alone.
+    only_with : dict of str to Change
+        Names of those that only scenes have in which something makes a change.
+    over : dict of str to (str, str)
+        Names in the file of the dimension of ``sample``, ``frame`` or ``lag``, and of their times;
+        if not given, ``KEY_sample`` and ``KEY_time``, ``KEY_lag`` and ``KEY_lag_time``.
+    from_first : bool
+        Whether the time of a sample is that since the first one.
+    single : frozenset of str
+        Names of what is kept in single precision.
+    compared : tuple of str
+        Dimensions of what is compared over lags, molecules last.
+    of_sums : bool
+        Whether it measures sums over beads and pairs, which kernels take of many samples at once:
+        `measure` then gets `dpd.observe.common.measured.Sampled`, and what it finds has an axis of
+        samples in front. Every sample is kept.
     interval : float
         tau between samples where a scene does not say: a fraction of the time in which a bead
         moves its own size. What moves faster says so.
@@ -382,71 +405,84 @@ class Observable(Page):
         In which it can be measured.
     needs_bonds : bool
         Whether there is nothing to measure where every molecule is a single bead.
-    is_series : bool
-        Whether every sample is kept.
     bins_of : str
         What its bins divide: ``range``, a setting, or ``box``; or none.
     suffix : str
         Of the file of its own that it writes beside the result; or none.
-    gives : dict of str to tuple
-        What `measure` gives, by name: dimensions, units, long_name. The first dimension is
-        ``sample``, and every sample is kept (over ``KEY_sample`` in the file, at ``KEY_time``), or
-        ``block``, and means over blocks of the run are.
     """
 
     folder = Path(__file__).parent / "observe"
     package = "dpd.observe"
     _pages: ClassVar[dict[str, type[Page]]] = {}
+    gives: ClassVar[Mapping[str, Given]] = {}
+    only_with: ClassVar[Mapping[str, Change]] = {}
+    over: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    from_first: ClassVar[bool] = False
+    single: ClassVar[frozenset[str]] = frozenset()
+    compared: ClassVar[tuple[str, ...]] = ()
+    of_sums: ClassVar[bool] = False
     interval: ClassVar[float] = 0.8
     dimensions: ClassVar[tuple[int, ...]] = (2, 3)
     needs_bonds: ClassVar[bool] = False
-    is_series: ClassVar[bool] = False
     bins_of: ClassVar[str] = ""
     suffix: ClassVar[str] = ""
-    needs_forces: ClassVar[bool] = False
-    gives: ClassVar[Mapping[str, tuple[tuple[str, ...], str, str]]] = {}
-
-    if TYPE_CHECKING:
-        arrays: dict[str, Any]
-        _scene: Any
-
-        def variables(self) -> dict[str, tuple[tuple[str, ...], Any, str, str]]:
-            """What it has measured: name to (dimensions, array, units, long_name)."""
 
     every: int = interval_setting("Steps between samples.")
-
-    def begin(self, scene: Any, system: Any, **files: Path) -> Self:
-        """A copy that measures in a run, and keeps what it has seen; of one without ``gives``."""
-        measuring = self.model_copy()
-        measuring._scene = scene
-        measuring._start(scene, system, **files)
-        return measuring
 
     def shaped(self, now: Any) -> Self:
         """Itself, with what follows from the configuration in which a run begins."""
         return self
 
-    def times(self, samples: Any) -> Any:
-        """When samples are taken, by their numbers from 1, in tau since the equilibration."""
-        return self._scene.tau(self.every * samples, self._scene.steps.equilibrate)
+    def given(self, scene: Any) -> dict[str, Given]:
+        """Those of ``gives`` that it has in a scene."""
+        missing = {name for name, change in self.only_with.items() if change not in scene.made}
+        return {name: given for name, given in self.gives.items() if name not in missing}
 
-    def axes(self, scene: Any) -> Mapping[str, tuple[Any, str, str]]:
-        """Coordinates of what it gives, by dimension: values, units, long_name."""
+    def axes(self, scene: Any) -> Mapping[str, Any]:
+        """Coordinates of what it gives, by dimension: values, units, long_name; or their number.
+
+        Those along other dimensions than their name say them behind that. ``axis`` and ``axis2``,
+        ``bead``, ``molecule``, ``kind`` (of molecules) and ``species`` are there already.
+        """
+        return {}
+
+    def keeps(self, scene: Any) -> Mapping[str, Any]:
+        """Arrays that stay from sample to sample, as ``now.kept``, and in checkpoints."""
         return {}
 
     def measure(self, now: Any) -> Any:
         """What it sees in a `dpd.observe.common.snapshot.Snapshot`: each of ``gives`` by name.
 
-        A number or an array for one that gives a single variable.
+        A number or an array for one that gives a single variable. What is compared over lags has
+        the name ``compared``, if there is anything else. What a scene does not have is left out.
         """
         raise NotImplementedError
 
-    def _start(self, scene, system):
-        """Make room for what it keeps, in ``arrays``."""
+    def compare(self, now: Any, then: Any) -> Any:
+        """A sample with some earlier ones, which have an axis in front: a result for each molecule.
+
+        A (earlier, quantities, molecules) array; quantities are those over ``lag`` that it gives.
+        Beside their means it may give how many pairs of samples end in each part of the run, and
+        the sums of each quantity over these, mean over molecules: over ``part`` and ``lag``, in
+        this order.
+        """
         raise NotImplementedError
 
-    # A page is its settings; in a run its copy has more, see `dpd.observe`.
-    __setattr__ = object.__setattr__
+    def finish(self, scene: Any, found: dict[str, Any]) -> Mapping[str, Any]:
+        """What of that goes into the file, where it is not that: as ratios of means."""
+        return found
+
+    def needs_forces(self) -> bool:
+        """Whether it reads forces or energies, if it measures sums."""
+        return False
+
+    def opened(self, path: Path) -> Any:
+        """The file of its own, ``now.file``."""
+        return None
+
+    def file_bytes(self, scene: Any) -> int:
+        """Its size in the end."""
+        return 0
 
     def steps_between(self, scene: Any) -> int:
         """Steps between samples where the scene does not say."""
@@ -477,7 +513,8 @@ class Observable(Page):
         every, steps = self.every, self.watched(scene)
         if every > steps:
             yield "every", f"{every} steps is longer than the run; allowed: 1 to {steps}"
-        if self.is_series and steps // every > MOST_SAMPLES:
+        is_series = self.suffix or any(kind == "sample" for (kind, *_), _, _ in self.gives.values())
+        if is_series and steps // every > MOST_SAMPLES:
             least = -(-steps // MOST_SAMPLES)
             text = f"{every} makes {steps // every} samples; allowed: <= {MOST_SAMPLES}, every >= "
             yield "every", f"{text}{least}"
@@ -654,6 +691,22 @@ def check_bonded(table: Mapping[str, Any], bonded: list[tuple[str, ...]]) -> Ref
         if not {" ".join(pair), " ".join(pair[::-1])}.intersection(table):
             named = " ".join(pair)
             yield "", f"no law for the pair {named!r}, which is bonded; add '{named}: ...'"
+
+
+KINDS = "sample", "block", "largest", "run", "last", "frame", "lag", "part"  # of Observable.gives
+
+
+def once(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a method of a page that takes a scene: what it finds is kept with the scene."""
+
+    def found(page: Any, scene: Any) -> Any:
+        kept, key = vars(scene).setdefault("_once", {}), (id(page), method.__name__)
+        if key not in kept:
+            kept[key] = page, method(page, scene)  # the page too, so that no other has its id
+        return kept[key][1]
+
+    found.__doc__ = method.__doc__
+    return found
 
 
 PARTS: list[Callable[..., Any]] = []

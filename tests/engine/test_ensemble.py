@@ -12,6 +12,7 @@ from scipy import stats
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import CONSERVATIVE
+from dpd.observe.common.measured import Measured
 from dpd.observe.rdf import RadialDistribution
 from dpd.physics.pressure import Pressure
 from dpd.scene.scene import Scene
@@ -166,7 +167,7 @@ def test_g_of_an_ideal_gas_is_one():
         }
     )  # fmt: skip
     system = system_of(scene)
-    observer = RadialDistribution(every=50, range=1.0, bin=1.0).begin(scene, system)
+    observer = Measured(RadialDistribution(every=50, range=1.0, bin=1.0), scene, system)
     simulation = Simulation(system, make_start(scene))
     for _ in range(scene.steps.sample // 50):
         simulation.advance(50)

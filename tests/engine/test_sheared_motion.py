@@ -11,6 +11,7 @@ from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.space import nearest
 from dpd.jit import COMPILES
 from dpd.observe import observables
+from dpd.observe.common.measured import Measured
 from dpd.observe.displacement import Displacement
 from dpd.physics.shear import Shear
 from dpd.scene.scene import Scene
@@ -283,7 +284,7 @@ def test_displacement_is_that_about_the_flow():
     })  # fmt: skip
     system = system_of(scene)
     simulation = Simulation(system, make_start(scene))
-    watch = Displacement(every=every).begin(scene, system)
+    watch = Measured(Displacement(every=every), scene, system)
     simulation.advance(every)
     watch.sample(simulation)
     x, y = by_identity(simulation, "velocity").copy()

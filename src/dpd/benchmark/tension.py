@@ -10,6 +10,7 @@ from dpd.benchmark.lammps import Lammps, lammps_module
 from dpd.benchmark.timing import labelled, simulation_of, starts_of
 from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.observe.common.blocks import BLOCKS
+from dpd.observe.common.measured import Measured
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene
 
@@ -123,7 +124,7 @@ def tension_beside_lammps(
 def own_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
     """(block, 2, slices) array: normal and tangential pressure by this engine."""
     own = simulation_of(scene, begin)
-    observed = StressProfile.model_validate({"every": 1, "bin": WIDTH}).begin(scene, own.system)
+    observed = Measured(StressProfile(every=1, bin=WIDTH), scene, own.system)
     for _ in range(samples):
         own.advance(EVERY)
         observed.sample(own)

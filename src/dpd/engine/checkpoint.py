@@ -394,12 +394,10 @@ def _wrong_samples(stored, observers, steps):
         for name, array in observer.arrays.items():
             if array.dtype.kind != "f" or np.isfinite(array).all():
                 continue
-            # A series has one entry a sample; a single configuration is there after the first.
-            found = stored[f"{i}/{name}"]
+            found = stored[f"{i}/{name}"]  # a series with one entry a sample
             there = np.isfinite(found)
-            filled = expected if taken is not None else len(found) * (expected > 0)
             if np.isnan(found).all():
                 continue  # what never has a value, as kT of a lone bead in a closed box
-            if not there[:filled].all() or not np.isnan(found[filled:]).all():
+            if not there[:expected].all() or not np.isnan(found[expected:]).all():
                 return f"{name} with samples that are not finite numbers, or too many"
     return ""

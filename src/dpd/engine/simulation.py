@@ -73,6 +73,7 @@ class Snapshot:
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.state = system, state
+        self.snapshot: Any = None  # what pages see of this step, if one has looked
 
     @property
     def box(self) -> tuple[float, ...]:
@@ -129,7 +130,6 @@ class Simulation(Snapshot):
         state.image = state.image + state.by_identity(further)
         state.position = np.ascontiguousarray(position)
         state.velocity = np.ascontiguousarray(state.velocity)
-        self.snapshot: Any = None  # what pages see of this step, if one has looked
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
         self.go_on_with(system)

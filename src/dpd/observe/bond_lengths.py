@@ -1,18 +1,11 @@
 """Bond lengths of each pair of species."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable, setting
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.observe import BondedSystem, Variables
-    from dpd.scene.scene import Scene
+from dpd.observe.common.bins import density, middles
+from dpd.page import Change, Observable, once, setting
 
 
 class PairBondLengths(Observable, key="bond_lengths"):
@@ -24,50 +17,40 @@ class PairBondLengths(Observable, key="bond_lengths"):
 
     stands = frozenset(Change)
     needs_bonds, bins_of = True, "range"
+    gives = {
+        "pair_bond_density": (
+            ("block", "bond_pair", "pair_bond_length"), "1 / r_c",
+            "density of bond lengths of each pair of species",
+        ),
+        "pair_bond_mean": (
+            ("block", "bond_pair"), "r_c", "mean bond length of each pair of species",
+        ),
+    }  # fmt: skip
 
     range: float = setting("End of the distribution.", 5.0, unit="r_c", gt=0, le=1000)
     bin: float = setting("Largest width of a bin.", 0.02, unit="r_c", ge=0.0001, le=1)
 
-    def _start(self, scene: Scene, system: BondedSystem) -> None:
-        self._system = system
-        ends = np.sort(scene.kinds[system.members].astype(np.int64), axis=1)
-        pairs, self._pair = np.unique(ends, axis=0, return_inverse=True)
-        self._pair = self._pair.ravel()
-        self._names = [f"{scene.species[i]} {scene.species[j]}" for i, j in pairs]
-        self._edges = np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
-        # The last place holds the mean.
-        shape = (len(pairs), len(self._edges))
-        self.averages = BlockSums(shape)
-        self.arrays = self.averages.arrays
+    def bins(self) -> np.ndarray:
+        return np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
-        from dpd.engine.space import nearest
+    @once
+    def pairs(self, scene: Any) -> tuple[np.ndarray, np.ndarray]:
+        """(pairs, 2) array of numbers of species, and (bonds,) array: the pair of each bond."""
+        ends = np.sort(scene.kinds[scene.bonded].astype(np.int64), axis=1)
+        pairs, pair = np.unique(ends, axis=0, return_inverse=True)
+        return pairs, pair.ravel()
 
-        members = self._system.members
-        position = simulation.state.by_identity(simulation.state.position)
-        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], simulation.box)
-        length = np.sqrt((apart**2).sum(axis=0))
-        found = np.empty(self.arrays["sums"].shape[1:])
-        for pair, row in enumerate(found):
-            mine = length[self._pair == pair]
-            row[:-1] = np.histogram(mine, self._edges)[0] / (len(mine) * self._edges[1])
-            row[-1] = mine.mean()
-        self.averages.add(found)
-
-    def variables(self) -> Variables:
-        """Bond lengths in blocks for the file."""
-        means = self.averages.means()
-        middle = 0.5 * (self._edges[1:] + self._edges[:-1])
+    def axes(self, scene: Any) -> Any:
+        names = [f"{scene.species[i]} {scene.species[j]}" for i, j in self.pairs(scene)[0]]
         return {
-            "bond_pair": (("bond_pair",), np.array(self._names), "1", "species at the ends"),
-            "pair_bond_length": (("pair_bond_length",), middle, "r_c", "bond length"),
-            "pair_bond_density": (
-                ("block", "bond_pair", "pair_bond_length"), means[..., :-1], "1 / r_c",
-                "density of bond lengths of each pair of species",
-            ),
-            "pair_bond_mean": (
-                ("block", "bond_pair"), means[..., -1], "r_c",
-                "mean bond length of each pair of species",
-            ),
-        }  # fmt: skip
+            "bond_pair": (np.array(names), "1", "species at the ends"),
+            "pair_bond_length": (middles(self.bins()), "r_c", "bond length"),
+        }
+
+    def measure(self, now: Any) -> Any:
+        bins, (pairs, pair) = self.bins(), self.pairs(now.scene)
+        lengths = [now.bond_lengths[pair == number] for number in np.arange(len(pairs))]
+        return {
+            "pair_bond_density": [density(each, bins) for each in lengths],
+            "pair_bond_mean": [each.mean() for each in lengths],
+        }

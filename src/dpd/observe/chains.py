@@ -1,22 +1,10 @@
 """Sizes of molecules."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.molecules import Molecule
-    from dpd.scene.scene import Scene
+from dpd.page import Change, Given, Observable
 
 
 class Chains(Observable, key="chains"):
@@ -29,44 +17,33 @@ class Chains(Observable, key="chains"):
     """
 
     stands = frozenset(Change)
+    gives = {
+        "gyration_square": (("block", "kind"), "r_c^2", "squared radius of gyration"),
+        "end_to_end_square": (("block", "kind"), "r_c^2", "squared end-to-end distance"),
+        "ends_square": (
+            ("block", "kind"), "r_c^2", "squared distance of ends, mean over all pairs",
+        ),
+    }  # fmt: skip
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._kinds = scene.molecules
-        self._branched = [not kind.is_linear for kind in self._kinds]
-        numbers = 3 if any(self._branched) else 2
-        self.averages = BlockSums((len(self._kinds), numbers))
-        self.arrays = self.averages.arrays
+    def given(self, scene: Any) -> dict[str, Given]:
+        found = super().given(scene)
+        if all(kind.is_linear for kind in scene.molecules):
+            del found["ends_square"]
+        return found
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
-        state = simulation.state
-        whole = in_one_piece(self._kinds, state.by_identity(state.position), simulation.box)
-        found = [sizes(beads, kind.ends) for kind, beads in zip(self._kinds, whole)]
-        if any(self._branched):
-            ends = [ends_square(beads[:, :, kind.ends]) for kind, beads in zip(self._kinds, whole)]
-            self.averages.add(np.column_stack([found, ends]))
-        else:
-            self.averages.add(np.array(found))
+    def measure(self, now: Any) -> Any:
+        kinds = now.scene.molecules
+        whole = in_one_piece(kinds, now.coordinates, now.lattice)
+        gyration, across = zip(*(sizes(beads, kind.ends) for kind, beads in zip(kinds, whole)))
+        ends = [ends_square(beads[:, :, kind.ends]) for kind, beads in zip(kinds, whole)]
+        return {"gyration_square": gyration, "end_to_end_square": across, "ends_square": ends}
 
-    def variables(self) -> Variables:
-        """Sizes in blocks for the file."""
-        means = self.averages.means()
-        along = ("block", "kind")
-        across = np.where(self._branched, np.nan, means[..., 1])
-        found: Variables = {
-            "gyration_square": (along, means[..., 0], "r_c^2", "squared radius of gyration"),
-            "end_to_end_square": (along, across, "r_c^2", "squared end-to-end distance"),
-        }
-        if any(self._branched):
-            found["ends_square"] = (
-                along, means[..., 2], "r_c^2", "squared distance of ends, mean over all pairs",
-            )  # fmt: skip
+    def finish(self, scene: Any, found: dict[str, Any]) -> Any:
+        found["end_to_end_square"][:, [not kind.is_linear for kind in scene.molecules]] = np.nan
         return found
 
 
-def in_one_piece(
-    kinds: Sequence[Molecule], position: np.ndarray, box: tuple[float, ...]
-) -> list[np.ndarray]:
+def in_one_piece(kinds: Any, position: np.ndarray, box: tuple[float, ...]) -> list[np.ndarray]:
     """The molecules of each kind, each in one piece.
 
     Parameters
@@ -90,9 +67,7 @@ def in_one_piece(
     return found
 
 
-def unwrapped(
-    beads: np.ndarray, box: tuple[float, ...], kind: Molecule | None = None
-) -> np.ndarray:
+def unwrapped(beads: np.ndarray, box: tuple[float, ...], kind: Any = None) -> np.ndarray:
     """Molecules in one piece: each bead at the image nearest to the one that it hangs on.
 
     Parameters
@@ -113,7 +88,7 @@ def unwrapped(
     return kind.summed(np.concatenate([beads[:, :, :1], steps], axis=2))
 
 
-def sizes(molecules: np.ndarray, ends: Sequence[int] | np.ndarray = (0, -1)) -> tuple[float, float]:
+def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
     """Mean squared radius of gyration, and distance between the first and last end.
 
     Parameters

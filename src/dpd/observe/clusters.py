@@ -28,7 +28,6 @@ class Clusters(Observable, key="clusters"):
 
     stands = frozenset(Change) - {Change.SLIDES}
     interval = 4.0
-    is_series = True
     gives = {
         "clusters": (COMMON, "1", "number of clusters"),
         "cluster_mean": (COMMON, "1", "number-averaged size of clusters"),

@@ -1,18 +1,9 @@
 """Configurational temperature: what the positions say of kT."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Any
 
-from dpd.observe.common.blocks import BlockSums
 from dpd.page import Change, Observable
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
 
 
 class Configurational(Observable, key="configurational"):
@@ -28,27 +19,13 @@ class Configurational(Observable, key="configurational"):
         Change.FLOWS: "is a temperature in equilibrium only",
         Change.JUMPS: "needs a force without the jump of a core",
     }
+    gives = {
+        "force_square": (("block",), "(kT / r_c)^2", "squared conservative force per bead"),
+        "curvature": (("block",), "kT / r_c^2", "Laplacian of the potential per bead"),
+    }
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._beads = scene.beads
-        self.averages = BlockSums((2,))
-        self.arrays = self.averages.arrays
-
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
+    def measure(self, now: Any) -> Any:
         from dpd.engine.queries.configurational import force_and_curvature
 
-        system = replace(simulation.system, box=simulation.box)
-        self.averages.add(force_and_curvature(system, simulation.state))
-
-    def variables(self) -> Variables:
-        """Both per bead, in blocks for the file."""
-        means = self.averages.means() / self._beads
-        return {
-            "force_square": (
-                ("block",), means[:, 0], "(kT / r_c)^2", "squared conservative force per bead",
-            ),
-            "curvature": (
-                ("block",), means[:, 1], "kT / r_c^2", "Laplacian of the potential per bead",
-            ),
-        }  # fmt: skip
+        square, curvature = force_and_curvature(replace(now.system, box=now.lattice), now.state)
+        return {"force_square": square / now.beads, "curvature": curvature / now.beads}

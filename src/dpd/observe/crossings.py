@@ -1,18 +1,11 @@
 """Bonds that cross in two dimensions."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from dpd.errors import UserError
 from dpd.page import Change, Observable
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.observe import BondedSystem, Variables
-    from dpd.scene.scene import Scene
 
 MOST = 8  # pairs of crossing bonds per bond that are kept in mind
 
@@ -26,47 +19,29 @@ class Crossings(Observable, key="crossings"):
     """
 
     stands = frozenset(Change)
-    interval, dimensions, needs_bonds, is_series = 0.2, (2,), True, True
+    interval, dimensions, needs_bonds = 0.2, (2,), True
+    over = {"sample": ("crossing_sample", "crossing_time")}
+    gives = {
+        "crossings": (("sample",), "1", "pairs of bonds that cross"),
+        "crossings_begun": (("sample",), "1", "those that did not cross at the sample before"),
+    }
 
-    def _start(self, scene: Scene, system: BondedSystem) -> None:
-        self._system = system
-        n, bonds = scene.steps.sample // self.every, len(system.members)
-        self.arrays = {
-            "taken": np.zeros(1, np.int64),
-            "crossings": np.full(n, np.nan),
-            "begun": np.full(n, np.nan),
-            "pairs": np.full(MOST * bonds, -1, np.int64),
-        }
+    def keeps(self, scene: Any) -> Any:
+        """The pairs that cross, as one number each; -1 for none."""
+        return {"pairs": np.full(MOST * len(scene.bonded), -1, np.int64)}
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
+    def measure(self, now: Any) -> Any:
         from dpd.engine.queries.crossings import crossing_bonds
 
-        state, arrays = simulation.state, self.arrays
-        members = self._system.members
-        one, other = crossing_bonds(state.by_identity(state.position), members, simulation.box)
+        members, former = now.scene.bonded, now.kept["pairs"]
+        one, other = crossing_bonds(now.coordinates, members, now.lattice)
         pairs = one.astype(np.int64) * len(members) + other
-        if len(pairs) > len(arrays["pairs"]):
+        if len(pairs) > len(former):
             raise UserError(
                 f"{len(pairs)} pairs of {len(members)} bonds cross: too many to follow; "
                 "take 'crossings' out of observe"
             )
-        at = int(arrays["taken"][0])
-        arrays["taken"][0] += 1
-        arrays["crossings"][at] = len(pairs)
-        former = arrays["pairs"][: int(arrays["crossings"][at - 1]) if at else 0]
-        arrays["begun"][at] = np.isin(pairs, former, invert=True).sum()
-        arrays["pairs"][:] = -1
-        arrays["pairs"][: len(pairs)] = pairs
-
-    def variables(self) -> Variables:
-        """Counts for the file."""
-        time = self.times(1 + np.arange(len(self.arrays["crossings"])))
-        along = ("crossing_sample",)
-        return {
-            "crossing_time": (along, time, "tau", "time since the end of equilibration"),
-            "crossings": (along, self.arrays["crossings"], "1", "pairs of bonds that cross"),
-            "crossings_begun": (
-                along, self.arrays["begun"], "1", "those that did not cross at the sample before",
-            ),
-        }  # fmt: skip
+        begun = np.isin(pairs, former, invert=True).sum()
+        former[:] = -1
+        former[: len(pairs)] = pairs
+        return {"crossings": len(pairs), "crossings_begun": begun}

@@ -1,21 +1,13 @@
 """Density of each species on a grid, over time."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals, interval_setting, setting
+from dpd.page import Change, Given, Observable, Refusals, interval_setting, setting
 
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
-
-AXES = "xyz"
+AXES = "field_x", "field_y", "field_z"
 # Numbers over time, of 4 bytes. With copies for checkpoint and result they fit into the memory that
 # a cluster is asked for, `dpd.pipeline.resources`.
 MOST_CELLS = 5 * 10**7
@@ -26,7 +18,7 @@ def grid_shape(box: tuple[float, ...], spacing: float) -> tuple[int, ...]:
     return tuple(math.ceil(edge / spacing - 1e-9) for edge in box)
 
 
-def frames_of(scene: Scene) -> int:
+def frames_of(scene: Any) -> int:
     """Frames of ``density_field``; the last one may have fewer looks than the others."""
     page = scene.observe["density_field"]
     return -(-(scene.steps.sample // page.every) // page.average)
@@ -42,6 +34,8 @@ class DensityField(Observable, key="density_field"):
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
+    over = {"frame": ("frame", "field_time")}
+    single = frozenset({"density_field"})
 
     every: int = interval_setting("Steps between looks.")
     average: int = setting(
@@ -54,18 +48,23 @@ class DensityField(Observable, key="density_field"):
         "Largest width of a cell, at most half the smallest edge.", 0.5, unit="r_c", ge=0.01
     )
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
-        self._names = scene.species
-        self._looks = scene.steps.sample // self.every
-        self._shape = (len(scene.species), *grid_shape(system.extent, self.spacing))
-        self.arrays: dict[str, np.ndarray] = {
-            "taken": np.zeros(1, np.int64),
-            "field": np.zeros((frames_of(scene), *self._shape), np.float32),
-            "box": np.zeros((frames_of(scene), system.dimension)),
+    def given(self, scene: Any) -> dict[str, Given]:
+        box = "edges of the box, mean of a frame"
+        density = "number density in cells, mean over the looks of a frame"
+        axes = AXES[: scene.dimension]
+        return {
+            "field_box": (("frame", "axis"), "r_c", box),
+            "density_field": (("frame", "species", *axes), "1 / r_c^dimension", density),
         }
 
-    def refuses(self, scene: Scene) -> Refusals:
+    def axes(self, scene: Any) -> Any:
+        cells, text = grid_shape(scene.box, self.spacing), "middles of the cells along"
+        return {
+            name: ((np.arange(n) + 0.5) * (edge / n), "r_c", f"{text} {name[-1]}")
+            for name, n, edge in zip(AXES, cells, scene.box)
+        }
+
+    def refuses(self, scene: Any) -> Refusals:
         """Cells that are too wide, or too many for all frames."""
         spacing, smallest = self.spacing, min(scene.box)
         if spacing > smallest / 2:
@@ -84,54 +83,15 @@ class DensityField(Observable, key="density_field"):
                 "average or spacing",
             )
 
-    def sample(self, simulation: Simulation) -> None:
-        """Add a look to its frame."""
-        state, shape = simulation.state, self._shape
-        box = self._system.extent if self._system.walls is not None else simulation.box
-        position = state.position - np.array(self._system.origin)[:, None]
-        cell = np.zeros(state.position.shape[1], np.int64)
+    def measure(self, now: Any) -> Any:
+        state, shape = now.state, grid_shape(now.scene.box, self.spacing)
+        box = now.system.extent if now.scene.ended else now.lattice
+        position = state.position - np.array(now.scene.origin)[:, None]
+        cell = np.zeros(now.beads, np.int64)
         if state.species is not None:
             cell += state.species
-        for along, edge, cells in zip(position, box, shape[1:]):
+        for along, edge, cells in zip(position, box, shape):
             cell = cell * cells + np.clip((along * (cells / edge)).astype(np.int64), 0, cells - 1)
-        counts = np.bincount(cell, minlength=np.prod(shape)).reshape(shape)
-        density = counts * (np.prod(shape[1:]) / np.prod(box))
-        frame = int(self.arrays["taken"][0]) // self.average
-        self.arrays["field"][frame] += density.astype(np.float32)
-        self.arrays["box"][frame] += box
-        self.arrays["taken"][0] += 1
-
-    def variables(self) -> Variables:
-        """Fields for the file; NaN where a run that was lost did not come to."""
-        frames = len(self.arrays["field"])
-        looks = self._looks_in_frames(int(self.arrays["taken"][0])).astype(np.float32)
-        with np.errstate(invalid="ignore"):
-            field = self.arrays["field"] / looks.reshape(-1, *[1] * len(self._shape))
-            box = self.arrays["box"] / looks[:, None]
-        first = 1 + self.average * np.arange(frames)
-        middle = first + 0.5 * (self._looks_in_frames(self._looks) - 1)
-        axes = [f"field_{axis}" for axis in AXES[: self._system.dimension]]
-        middles = {
-            name: (
-                (name,), (np.arange(cells) + 0.5) * (edge / cells), "r_c",
-                f"middles of the cells along {name[-1]}",
-            )
-            for name, cells, edge in zip(axes, self._shape[1:], self._system.extent)
-        }  # fmt: skip
-        return middles | {
-            "field_time": (
-                ("frame",), self.times(middle), "tau",
-                "time since the end of equilibration, mean of the looks of a frame",
-            ),
-            "field_box": (("frame", "axis"), box, "r_c", "edges of the box, mean of a frame"),
-            "species": (("species",), np.array(self._names), "1", "species"),
-            "density_field": (
-                ("frame", "species", *axes), field, "1 / r_c^dimension",
-                "number density in cells, mean over the looks of a frame",
-            ),
-        }  # fmt: skip
-
-    def _looks_in_frames(self, looks):
-        """(frames,) array: how many of so many looks are in each frame."""
-        first = self.average * np.arange(len(self.arrays["field"]))
-        return np.clip(looks - first, 0, self.average)
+        species, cells = len(now.scene.species), math.prod(shape)
+        counts = np.bincount(cell, minlength=species * cells).reshape(species, *shape)
+        return {"field_box": box, "density_field": counts * (cells / np.prod(box))}

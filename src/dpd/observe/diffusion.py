@@ -1,78 +1,52 @@
 """Diffusion coefficients as they settle."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.following import Followed
+from dpd.observe.common.following import centres, displacements, followed
 from dpd.page import Change, Observable
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
 
 
 class Diffusion(Observable, key="diffusion"):
     """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
 
     The time t counts from the first sample. Displacements are those from that one start, relative
-    to the centre of mass of all beads, as `dpd.observe.common.following.Followed` has them; of a
-    molecule, that of its centre of mass. D(t) tends to the diffusion coefficient where t is long
-    enough for beads to have lost their velocity, and chains to have moved their own size. For an
-    error, or for averages over many starts, see the observable ``displacement``.
+    to the centre of mass of all beads, as `dpd.observe.common.following` has them; of a molecule,
+    that of its centre of mass. D(t) tends to the diffusion coefficient where t is long enough for
+    beads to have lost their velocity, and chains to have moved their own size. For an error, or for
+    averages over many starts, see the observable ``displacement``.
     """
 
     stands = frozenset(Change) - {Change.PACE}
-    interval, is_series = 0.2, True
+    interval, from_first = 0.2, True
+    gives = {
+        "diffusion_bead": (
+            ("sample", "species"), "r_c^2 / tau",
+            "squared displacement of beads over 2 dimension t",
+        ),
+        "diffusion_molecule": (
+            ("sample", "kind"), "r_c^2 / tau",
+            "squared displacement of centres of molecules over 2 dimension t",
+        ),
+    }  # fmt: skip
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
-        self._names = scene.species
-        self._kinds = scene.kinds.astype(np.int64)
-        self._molecule_kinds = np.repeat(
-            np.arange(len(scene.molecules)), [kind.count for kind in scene.molecules]
-        )
-        samples = scene.steps.sample // self.every
-        self._followed = Followed(scene, system)
-        self.arrays = self._followed.arrays | {
-            "taken": np.zeros(1, np.int64),
-            "beads": np.full((samples, len(self._names)), np.nan),
-            "molecules": np.full((samples, len(scene.molecules)), np.nan),
+    def keeps(self, scene: Any) -> Any:
+        return followed(scene)
+
+    def measure(self, now: Any) -> Any:
+        moved, scene = displacements(now), now.scene
+        kinds = np.repeat(np.arange(len(scene.molecules)), [k.count for k in scene.molecules])
+        over = 2 * now.dimension * now.scene.dt * self.every * max(now.sample, 1)
+        return {
+            "diffusion_bead": _mean_squares(moved, scene.kinds.astype(np.int64)) / over,
+            "diffusion_molecule": _mean_squares(centres(now, moved), kinds) / over,
         }
 
-    def sample(self, simulation: Simulation) -> None:
-        """Follow the beads, and compare with the start."""
-        arrays = self.arrays
-        at = int(arrays["taken"][0])
-        moved = self._followed.sample(simulation, first=at == 0)
-        arrays["beads"][at] = arrays["molecules"][at] = 0.0
-        if at:
-            arrays["beads"][at] = _mean_squares(moved, self._kinds)
-            centre = self._followed.centres(moved)
-            arrays["molecules"][at] = _mean_squares(centre, self._molecule_kinds)
-        arrays["taken"][0] += 1
-
-    def variables(self) -> Variables:
-        """Coefficients over time for the file; NaN at the start, and where a run was lost."""
-        beads, molecules = self.arrays["beads"], self.arrays["molecules"]
-        time = self._system.dt * self.every * np.arange(len(beads))
-        over = 2 * self._system.dimension * np.where(time > 0, time, np.nan)[:, None]
-        return {
-            "diffusion_time": (("diffusion_sample",), time, "tau", "time since the first sample"),
-            "species": (("species",), np.array(self._names), "1", "species"),
-            "diffusion_bead": (
-                ("diffusion_sample", "species"), beads / over, "r_c^2 / tau",
-                "squared displacement of beads over 2 dimension t",
-            ),
-            "diffusion_molecule": (
-                ("diffusion_sample", "kind"), molecules / over, "r_c^2 / tau",
-                "squared displacement of centres of molecules over 2 dimension t",
-            ),
-        }  # fmt: skip
+    def finish(self, scene: Any, found: dict[str, Any]) -> Any:
+        for series in found.values():
+            series[0] = np.nan
+        return found
 
 
 def _mean_squares(moved, kinds):

@@ -1,80 +1,64 @@
 """Mean-square displacements by multiple-tau correlation."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.following import Followed
-from dpd.observe.common.multitau import MultipleTau
-from dpd.page import Change, Observable, interval_setting
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
+from dpd.observe.common.following import centres, displacements, followed
+from dpd.page import Change, Observable, interval_setting, once
 
 
 class Displacement(Observable, key="displacement"):
     """Mean-square displacement of innermost beads and of centres of mass.
 
     By multiple-tau correlation (`dpd.observe.common.multitau`), of displacements as
-    `dpd.observe.common.following.Followed` has them: relative to the centre of mass of all beads.
+    `dpd.observe.common.following` has them: relative to the centre of mass of all beads.
     "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
     even number.
     """
 
     stands = frozenset(Change) - {Change.PACE}
     interval = 0.1
+    compared = "axis", "point", "molecule"
+    over = {"lag": ("lag", "lag_time")}
+    gives = {
+        "msd_inner": (("lag", "molecule"), "r_c^2", "displacement of innermost beads, squared"),
+        "msd_centre": (("lag", "molecule"), "r_c^2", "displacement of centres of mass, squared"),
+        "lag_samples": (("part", "lag"), "1", "pairs of samples ending in each part of the run"),
+        "msd_inner_sums": (
+            ("part", "lag"), "r_c^2",
+            "their squared displacements of innermost beads, mean over molecules, summed",
+        ),
+        "msd_centre_sums": (
+            ("part", "lag"), "r_c^2",
+            "their squared displacements of centres of mass, mean over molecules, summed",
+        ),
+    }  # fmt: skip
 
     every: int = interval_setting("Steps between samples, the shortest time.")
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
-        inner = np.repeat(
-            [kind.middle for kind in scene.molecules],
-            [kind.count for kind in scene.molecules], axis=0,
-        )  # fmt: skip
-        self._inner = np.cumsum(scene.lengths) - scene.lengths + inner.T
-        self._followed = Followed(scene, system)
-        shape = system.dimension, 3, len(scene.lengths)
-        self.averages = MultipleTau(scene.steps.sample // self.every, shape, 2)
-        self.arrays = self.averages.arrays | self._followed.arrays
+    def axes(self, scene: Any) -> Any:
+        return {"point": len(self.inner(scene)) + int(max(scene.lengths) > 1)}
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
-        self.averages.add(self._tracked(simulation), squares)
+    def keeps(self, scene: Any) -> Any:
+        return followed(scene)
 
-    def _tracked(self, simulation):
-        """(dimension, 3, molecules): two innermost beads and the centre of mass, unwrapped."""
-        moved = self._followed.sample(simulation, first=self.arrays["taken"][0] == 0)
-        centre = self._followed.centres(moved)
-        return np.concatenate([moved[:, self._inner], centre[:, None]], axis=1)
+    @once
+    def inner(self, scene: Any) -> np.ndarray:
+        """(1 or 2, molecules) array: the innermost beads; a second row where any has two."""
+        middles = [np.tile(kind.middle, (kind.count, 1)) for kind in scene.molecules]
+        inner = np.cumsum(scene.lengths) - scene.lengths + np.concatenate(middles).T
+        return inner if (inner[0] != inner[1]).any() else inner[:1]
 
-    def variables(self) -> Variables:
-        """Displacements of each molecule, and sums in parts of the run, by increasing lag."""
-        lag, means, counts, sums = self.averages.results()
-        along = ("lag", "molecule")
-        parts = ("part", "lag")
-        return {
-            "lag_time": (("lag",), lag * self.every * self._system.dt, "tau", "time apart"),
-            "msd_inner": (along, means[:, 0], "r_c^2", "displacement of innermost beads, squared"),
-            "msd_centre": (along, means[:, 1], "r_c^2", "displacement of centres of mass, squared"),
-            "lag_samples": (parts, counts, "1", "pairs of samples ending in each part of the run"),
-            "msd_inner_sums": (
-                parts, sums[..., 0], "r_c^2",
-                "their squared displacements of innermost beads, mean over molecules, summed",
-            ),
-            "msd_centre_sums": (
-                parts, sums[..., 1], "r_c^2",
-                "their squared displacements of centres of mass, mean over molecules, summed",
-            ),
-        }  # fmt: skip
+    def measure(self, now: Any) -> Any:
+        """(dimension, points, molecules): innermost beads, and the centre of mass if it differs."""
+        moved, inner = displacements(now), self.inner(now.scene)
+        if (now.scene.lengths == 1).all():
+            return moved[:, inner]
+        return np.concatenate([moved[:, inner], centres(now, moved)[:, None]], axis=1)
 
-
-def squares(now: np.ndarray, then: np.ndarray) -> np.ndarray:
-    """Squared displacements: mean of the two innermost beads, and centre of mass."""
-    found = ((now - then) ** 2).sum(axis=1)
-    return np.stack([0.5 * (found[:, 0] + found[:, 1]), found[:, 2]], axis=1)
+    def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
+        """Squared displacements: mean of the innermost beads, and centre of mass."""
+        found = ((now - then) ** 2).sum(axis=1)
+        inner = found[:, : max(1, found.shape[1] - 1)].mean(axis=1)
+        return np.stack([inner, found[:, -1]], axis=1)

@@ -1,19 +1,10 @@
 """How long chains remember where they point."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.multitau import MultipleTau
-from dpd.page import Change, Observable, Refusals, interval_setting
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.observe import BondedSystem, Variables
-    from dpd.scene.molecules import Molecule
-    from dpd.scene.scene import Scene
+from dpd.page import Change, Observable, Refusals, interval_setting, once
 
 
 class EndToEnd(Observable, key="end_to_end"):
@@ -25,65 +16,49 @@ class EndToEnd(Observable, key="end_to_end"):
 
     stands = frozenset(Change) - {Change.PACE}
     needs_bonds = True
+    compared = "axis", "chain"
+    over = {"lag": ("end_lag", "end_lag_time")}
+    gives = {
+        "end_correlation": (("lag", "chain"), "r_c^2", "<R(t) . R(0)> of each chain"),
+        "end_square": (("run", "chain"), "r_c^2", "<R^2> of each chain"),
+        "end_samples": (("part", "lag"), "1", "pairs of samples ending in each part of the run"),
+        "end_sums": (("part", "lag"), "r_c^2", "their products, mean over molecules, summed"),
+    }
 
     every: int = interval_setting("Steps between samples, the shortest time.")
 
-    def _start(self, scene: Scene, system: BondedSystem) -> None:
-        self._system = system
-        chains = [kind for kind in scene.molecules if len(kind.beads) > 1 and kind.is_linear]
-        self._members = _bonds_of(scene)
-        self._sign = np.concatenate([np.tile(along_chain(kind), kind.count) for kind in chains])
-        lengths = np.repeat([len(kind.beads) for kind in chains], [kind.count for kind in chains])
-        self._bonds_first = np.cumsum(lengths - 1) - (lengths - 1)
-        samples = scene.steps.sample // self.every
-        self.averages = MultipleTau(samples, (system.dimension, len(lengths)), 1)
-        self.arrays = self.averages.arrays | {"square": np.zeros(len(lengths))}
-
-    def refuses(self, scene: Scene) -> Refusals:
+    def refuses(self, scene: Any) -> Refusals:
         """No linear molecule."""
-        if not any(len(kind.beads) > 1 and kind.is_linear for kind in scene.molecules):
+        if not _chains(scene):
             yield "", "'end_to_end' has nothing to measure: no molecule is linear"
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
-        from dpd.engine.space import nearest
+    def axes(self, scene: Any) -> Any:
+        return {"chain": sum(kind.count for kind in _chains(scene))}
 
-        state, members = simulation.state, self._members
-        position = state.by_identity(state.position)
-        bonds = nearest(position[:, members[:, 1]] - position[:, members[:, 0]], simulation.box)
-        vector = np.add.reduceat(self._sign * bonds, self._bonds_first, axis=1)
-        self.arrays["square"] += (vector**2).sum(axis=0)
-        self.averages.add(vector, product)
+    @once
+    def bonds(self, scene: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of linear molecules: which bonds, which way each counts, the first of each molecule."""
+        linear = [np.full(k.count * (len(k.beads) - 1), k.is_linear) for k in scene.molecules]
+        ways = [np.tile(along_chain(kind), kind.count) for kind in _chains(scene)]
+        bonds = np.concatenate([[len(kind.beads) - 1] * kind.count for kind in _chains(scene)])
+        first = np.cumsum(bonds) - bonds
+        return np.flatnonzero(np.concatenate(linear)), np.concatenate(ways), first
 
-    def variables(self) -> Variables:
-        """Correlations of each molecule, and sums in parts of the run, by increasing lag."""
-        lag, means, counts, sums = self.averages.results()
-        taken = max(1, int(self.arrays["taken"][0]))
-        return {
-            "end_lag_time": (("end_lag",), lag * self.every * self._system.dt, "tau", "time apart"),
-            "end_correlation": (
-                ("end_lag", "chain"), means[:, 0], "r_c^2", "<R(t) . R(0)> of each chain",
-            ),
-            "end_square": (
-                ("chain",), self.arrays["square"] / taken, "r_c^2", "<R^2> of each chain",
-            ),
-            "end_samples": (
-                ("part", "end_lag"), counts, "1", "pairs of samples ending in each part of the run",
-            ),
-            "end_sums": (
-                ("part", "end_lag"), sums[..., 0], "r_c^2",
-                "their products, mean over molecules, summed",
-            ),
-        }  # fmt: skip
+    def measure(self, now: Any) -> Any:
+        bonds, way, first = self.bonds(now.scene)
+        vector = np.add.reduceat(way * now.bond_vectors.T[:, bonds], first, axis=1)
+        return {"compared": vector, "end_square": (vector**2).sum(axis=0)}
+
+    def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
+        return (now * then).sum(axis=1)[:, None]
 
 
-def _bonds_of(scene):
-    """(bonds, 2) array: the bonds of linear molecules alone."""
-    linear = [np.full(k.count * (len(k.beads) - 1), k.is_linear) for k in scene.molecules]
-    return scene.bonded[np.concatenate(linear)]
+def _chains(scene):
+    """Kinds of molecules that have two ends."""
+    return [kind for kind in scene.molecules if len(kind.beads) > 1 and kind.is_linear]
 
 
-def along_chain(kind: Molecule) -> np.ndarray:
+def along_chain(kind: Any) -> np.ndarray:
     """(bonds,) array: which way each bond of a linear molecule counts, from one end to the other.
 
     A bond goes from a bead to one with a higher number. It is 1 for those that do so on the way
@@ -94,8 +69,3 @@ def along_chain(kind: Molecule) -> np.ndarray:
         sign[bead - 1] = -1
         bead = parents[bead]
     return sign
-
-
-def product(now: np.ndarray, then: np.ndarray) -> np.ndarray:
-    """Scalar products of vectors."""
-    return (now * then).sum(axis=1)[:, None]

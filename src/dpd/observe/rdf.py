@@ -1,20 +1,12 @@
 """Radial distribution function."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable, Refusals, setting
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
+from dpd.observe.common.bins import middles
+from dpd.page import Change, Observable, Refusals, once, setting
 
 
 class RadialDistribution(Observable, key="rdf"):
@@ -35,21 +27,22 @@ class RadialDistribution(Observable, key="rdf"):
         Change.ENDS: "compares with a fluid that is alike everywhere, which none is near a wall"
     }
     bins_of = "range"
+    gives = {
+        "rdf": (("block", "r"), "1", "radial distribution function g(r) in blocks of the run"),
+    }
 
     range: float = setting(
         "Largest distance, at most half the smallest edge.", 3.0, unit="r_c", gt=0
     )
     bin: float = setting("Bin width.", 0.02, unit="r_c", ge=0.0001, le=1)
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
-        bins = max(1, round(self.range / self.bin))
-        self._edges = np.linspace(0.0, self.range, bins + 1)
-        self.averages = BlockSums((bins,))
-        self.arrays = self.averages.arrays
-        self._beads = scene.beads
+    def bins(self) -> np.ndarray:
+        return np.linspace(0.0, self.range, max(1, round(self.range / self.bin)) + 1)
 
-    def refuses(self, scene: Scene) -> Refusals:
+    def axes(self, scene: Any) -> Any:
+        return {"r": (middles(self.bins()), "r_c", "distance")}
+
+    def refuses(self, scene: Any) -> Refusals:
         """A single bead, and distances at which one meets images."""
         farthest, half = self.range, min(scene.box) / 2
         room = min(half, *scene.room)
@@ -65,31 +58,21 @@ class RadialDistribution(Observable, key="rdf"):
                 f"{room:.4g}",
             )
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
+    @once
+    def ideal(self, scene: Any) -> np.ndarray:
+        """(bins,) array: pairs of an ideal gas in each shell, times the volume."""
+        ball = {2: np.pi, 3: 4.0 * np.pi / 3.0}[scene.dimension] * self.bins() ** scene.dimension
+        return scene.beads * (scene.beads - 1) / 2 * np.diff(ball)
+
+    def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import pair_histogram
 
-        box, farthest = simulation.box, self._edges[-1]
-        if farthest > min(box) / 2:
+        smallest, ideal = min(now.box), self.ideal(now.scene)
+        if self.range > smallest / 2:
             raise UserError(
-                f"observe.rdf.range: {farthest:g} is more than half the smallest edge of the box, "
-                f"which has become {min(box):.4g} at step {simulation.state.step}; take a shorter "
-                "range"
+                f"observe.rdf.range: {self.range:g} is more than half the smallest edge of the "
+                f"box, which has become {smallest:.4g} at step {now.step}; take a shorter range"
             )
-        counts = pair_histogram(simulation.state.position, box, farthest, len(self._edges) - 1)
-        self.averages.add(counts * (simulation.volume / self._system.volume))
-
-    def variables(self) -> Variables:
-        """g(r) in blocks for the file."""
-        d = self._system.dimension
-        ball = {2: np.pi, 3: 4.0 * np.pi / 3.0}[d] * self._edges**d
-        pairs = self._beads * (self._beads - 1) / 2
-        ideal = pairs * np.diff(ball) / self._system.volume
-        middle = 0.5 * (self._edges[1:] + self._edges[:-1])
-        return {
-            "r": (("r",), middle, "r_c", "distance"),
-            "rdf": (
-                ("block", "r"), self.averages.means() / ideal, "1",
-                "radial distribution function g(r) in blocks of the run",
-            ),
-        }  # fmt: skip
+        return pair_histogram(now.state.position, now.lattice, self.range, len(ideal)) * (
+            now.volume / ideal
+        )

@@ -1,21 +1,12 @@
 """Static structure factor of each pair of species."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.blocks import BlockSums
-from dpd.page import Change, Observable, Refusals, setting
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
+from dpd.page import Change, Observable, Refusals, once, setting
 
 MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
 MOST_SUMS = 10**11  # terms of a sample: minutes for each
@@ -65,6 +56,16 @@ class StructureFactor(Observable, key="structure_factor"):
     stands = frozenset(Change) - {Change.SLIDES, Change.ENDS}
     cannot = {Change.STRETCHES: "belongs to the wave vectors of a box, and those change"}
     interval = 2.0
+    gives = {
+        "structure_factor": (
+            ("block", "species_pair", "q"), "1",
+            "partial structure factor (Ashcroft and Langreth) in shells, blocks of the run",
+        ),
+        "structure_factor_wave": (
+            ("block", "species_pair", "wave"), "1",
+            "partial structure factor at each wave vector in blocks of the run",
+        ),
+    }  # fmt: skip
 
     max: float = setting(
         "Largest length of a wave vector; the work grows with its third power (in two dimensions, "
@@ -75,18 +76,37 @@ class StructureFactor(Observable, key="structure_factor"):
         le=1000,
     )
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
-        self._names = scene.species
-        self._numbers = wave_numbers(system.box, self.max)
-        self._pairs = list(combinations_with_replacement(range(len(self._names)), 2))
-        self._order = np.argsort(scene.kinds, kind="stable")  # species after species
-        counts = np.bincount(scene.kinds, minlength=len(self._names))
-        self._begins = np.concatenate([[0], np.cumsum(counts)])
-        self.averages = BlockSums((len(self._pairs), len(self._numbers)))
-        self.arrays = self.averages.arrays
+    @once
+    def waves(self, scene: Any) -> np.ndarray:
+        """(waves, dimension) array: whole numbers of the wave vectors."""
+        return wave_numbers(scene.box, self.max)
 
-    def refuses(self, scene: Scene) -> Refusals:
+    @once
+    def shells(self, scene: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The shell of each wave vector, their number in each shell, and the length of each."""
+        vectors = 2 * np.pi * self.waves(scene) / np.array(scene.box)
+        length = np.sqrt((vectors**2).sum(axis=1))
+        shell = np.rint(length / (2 * np.pi / max(scene.box))).astype(np.int64)
+        _, number, members = np.unique(shell, return_inverse=True, return_counts=True)
+        return number, members, length
+
+    def axes(self, scene: Any) -> Any:
+        names = [f"{one} {other}" for one, other in combinations_with_replacement(scene.species, 2)]
+        number, members, length = self.shells(scene)
+        mean = np.bincount(number, length) / members
+        text = "mean length of the wave vectors in a shell, which is 2 pi / longest edge wide"
+        vectors = 2 * np.pi * self.waves(scene) / np.array(scene.box)
+        return {
+            "species_pair": (np.array(names), "1", "pair of species"),
+            "q": (mean, "1 / r_c", text),
+            "q_waves": (2 * members, "1", "wave vectors in a shell, q and -q", ("q",)),
+            "wave": len(vectors),
+            "wave_vector": (
+                vectors, "1 / r_c", "wave vector, one of q and -q", ("wave", "axis"),
+            ),
+        }  # fmt: skip
+
+    def refuses(self, scene: Any) -> Refusals:
         """Wave vectors that the box has not, or that are too many."""
         most, longest = self.max, max(scene.box)
         least = 2 * np.pi / longest
@@ -107,45 +127,22 @@ class StructureFactor(Observable, key="structure_factor"):
                 "a smaller max",
             )
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
+    @once
+    def by_species(self, scene: Any) -> tuple[np.ndarray, np.ndarray]:
+        """The beads, species after species, and where each species begins and the last ends."""
+        counts = np.bincount(scene.kinds, minlength=len(scene.species))
+        return np.argsort(scene.kinds, kind="stable"), np.concatenate([[0], np.cumsum(counts)])
+
+    def measure(self, now: Any) -> Any:
         from dpd.engine.queries.waves import density_waves
 
-        state = simulation.state
-        position = state.by_identity(state.position)[:, self._order]
-        waves = density_waves(position, self._system.box, self._begins, self._numbers)
-        counts = np.diff(self._begins)
-        self.averages.add([
+        scene = now.scene
+        (order, begins), (shell, members, _) = self.by_species(scene), self.shells(scene)
+        waves = density_waves(now.coordinates[:, order], scene.box, begins, self.waves(scene))
+        counts = np.diff(begins)
+        by_wave = [
             (waves[:, a] * waves[:, b]).sum(axis=0) / np.sqrt(counts[a] * counts[b])
-            for a, b in self._pairs
-        ])  # fmt: skip
-
-    def variables(self) -> Variables:
-        """Structure factors in blocks for the file, by shells and by wave vectors."""
-        vectors = 2 * np.pi * self._numbers / np.array(self._system.box)
-        length = np.sqrt((vectors**2).sum(axis=1))
-        width = 2 * np.pi / max(self._system.box)
-        shell = np.rint(length / width).astype(np.int64)
-        _, number, members = np.unique(shell, return_inverse=True, return_counts=True)
-        by_wave = self.averages.means()
-        shells = [by_wave[..., number == k].mean(axis=2) for k in range(len(members))]
-        by_shell = np.stack(shells, axis=2)
-        names = [f"{self._names[a]} {self._names[b]}" for a, b in self._pairs]
-        along = ("block", "species_pair")
-        return {
-            "species_pair": (("species_pair",), np.array(names), "1", "pair of species"),
-            "q": (
-                ("q",), np.bincount(number, length) / members, "1 / r_c",
-                "mean length of the wave vectors in a shell, which is 2 pi / longest edge wide",
-            ),
-            "q_waves": (("q",), 2 * members, "1", "wave vectors in a shell, q and -q"),
-            "structure_factor": (
-                (*along, "q"), by_shell, "1",
-                "partial structure factor (Ashcroft and Langreth) in shells, blocks of the run",
-            ),
-            "wave_vector": (("wave", "axis"), vectors, "1 / r_c", "wave vector, one of q and -q"),
-            "structure_factor_wave": (
-                (*along, "wave"), by_wave, "1",
-                "partial structure factor at each wave vector in blocks of the run",
-            ),
-        }  # fmt: skip
+            for a, b in combinations_with_replacement(range(len(counts)), 2)
+        ]
+        by_shell = [np.bincount(shell, each) / members for each in by_wave]
+        return {"structure_factor": by_shell, "structure_factor_wave": by_wave}

@@ -1,20 +1,14 @@
 """kT, momentum, pressure tensors and energy over time."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from dpd.observe.common.thermal import ThermalMotion
-from dpd.page import Change, Observable, setting
+from dpd.page import Change, Given, Observable, setting
 
-if TYPE_CHECKING:
-    from dpd.engine.state import Sums, System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
-
-MOST_SAMPLES = 10_000  # unless the scene says how often
+PRESSURE = "kT / r_c^dimension"
+WITHOUT_FORCES = ("kT", "momentum", "volume")
 
 
 class Thermo(Observable, key="thermo"):
@@ -45,124 +39,80 @@ class Thermo(Observable, key="thermo"):
     """
 
     stands = frozenset(Change)
-    is_series = True
+    of_sums = True
+    over = {"sample": ("sample", "time")}
+    gives = {
+        "kT": (("sample",), "kT", "kinetic temperature per degree of freedom"),
+        "momentum": (("sample", "axis"), "m r_c / tau", "total momentum"),
+        "volume": (("sample",), "r_c^dimension", "volume of the box"),
+        "excess_conservative": (
+            ("sample",), PRESSURE,
+            "excess pressure, conservative virial over dimension times volume",
+        ),
+        "excess_all": (
+            ("sample",), PRESSURE,
+            "excess pressure, virial of all forces over dimension times volume",
+        ),
+        "pressure_tensor": (
+            ("sample", "axis", "axis2"), PRESSURE, "pressure tensor, conservative forces",
+        ),
+        "pressure_tensor_all": (
+            ("sample", "axis", "axis2"), PRESSURE, "pressure tensor, all forces",
+        ),
+        "pair_energy": (("sample",), "kT", "pair energy"),
+        "bond_energy": (("sample",), "kT", "bond energy"),
+        "total_energy": (("sample",), "kT", "kinetic, pair, bond and wall energy"),
+        "pressure": (("sample",), PRESSURE, "pressure, conservative virial"),
+        "wall_energy": (("sample",), "kT", "energy of beads at walls"),
+        "shear_stress": (("sample",), PRESSURE, "shear stress, virial of all forces"),
+    }  # fmt: skip
+    only_with = {
+        "volume": Change.STRETCHES, "wall_energy": Change.ENDS, "shear_stress": Change.SLIDES,
+    }  # fmt: skip
     # kT and pressure remember 0.3 to 0.8 tau: a mean over samples 0.16 apart has 2 % more variance
     # than one over twice as many, which would take a tenth more of the run time.
     interval = 0.16
 
     pressure: bool = setting("Whether to measure pressure and energy.", True)
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self.needs_forces = self.pressure  # type: ignore[misc]  # of a page without it, False
-        self._system, self._thermal = system, ThermalMotion(scene, system)
-        n, d = scene.steps.sample // self.every, system.dimension
-        self.arrays = {
-            "taken": np.zeros(1, np.int64),
-            "kT": np.full(n, np.nan),
-            "momentum": np.full((n, d), np.nan),
-        }
-        if system.pressure is not None:
-            self.arrays["volume"] = np.full(n, np.nan)
-        if self.pressure:
-            self.arrays |= {
-                "kinetic": np.full((n, d, d), np.nan),
-                "virial": np.full((n, 2, d, d), np.nan),
-                "energy": np.full((n, 2), np.nan),
-                "motion": np.full(n, np.nan),
-            }
-        if self.pressure and system.walls is not None:
-            self.arrays["wall_energy"] = np.full(n, np.nan)
+    def needs_forces(self) -> bool:
+        return self.pressure
 
-    def record(self, sums: Sums) -> None:
-        """Take some samples."""
+    def given(self, scene: Any) -> dict[str, Given]:
+        found = super().given(scene)
+        return found if self.pressure else {n: found[n] for n in WITHOUT_FORCES if n in found}
+
+    def measure(self, now: Any) -> Any:
         from dpd.engine.external import ENERGY
+        from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS
 
-        arrays, d, first = self.arrays, self._system.dimension, int(self.arrays["taken"][0])
-        at = slice(first, first + len(sums.step))
-        arrays["taken"][0] = at.stop
-        kinetic, moments = self._thermal.kinetic(sums), sums.moments.sum(axis=1)
-        beads = sums.beads.sum(axis=1)
-        arrays["kT"][at] = np.trace(kinetic, axis1=1, axis2=2) / (d * beads)
-        arrays["momentum"][at] = moments[:, :d, d]
-        if "volume" in arrays:
-            arrays["volume"][at] = sums.volume
-        if self.needs_forces:
-            arrays["kinetic"][at] = kinetic
-            arrays["motion"][at] = 0.5 * np.trace(moments[:, :d, :d], axis1=1, axis2=2)
-            arrays["virial"][at] = sums.virial
-            arrays["energy"][at] = sums.energy
-            if sums.walls is not None:
-                arrays["wall_energy"][at] = sums.walls[:, :, ENERGY].sum(axis=1)
-
-    def variables(self) -> Variables:
-        """Series for the file."""
-        time = self.times(1 + np.arange(len(self.arrays["kT"])))
-        along = ("sample",)
+        system, sums, d = now.system, now.sums, now.system.dimension
+        kinetic, moments = ThermalMotion(now.scene, system).kinetic(sums), sums.moments.sum(axis=1)
         found = {
-            "time": (along, time, "tau", "time since the end of equilibration"),
-            "kT": (along, self.arrays["kT"], "kT", "kinetic temperature per degree of freedom"),
-            "momentum": (
-                ("sample", "axis"), self.arrays["momentum"], "m r_c / tau", "total momentum",
-            ),
-        }  # fmt: skip
-        if "volume" in self.arrays:
-            volume = self.arrays["volume"]
-            found["volume"] = (along, volume, "r_c^dimension", "volume of the box")
-        if self.needs_forces:
-            volume, tensor = self._volume(3), ("sample", "axis", "axis2")
-            kinetic, virial = self.arrays["kinetic"], self.arrays["virial"]
-            pressure = "kT / r_c^dimension"
-            found |= {
-                "excess_conservative": (
-                    along, self._trace(virial[:, 0]), pressure,
-                    "excess pressure, conservative virial over dimension times volume",
-                ),
-                "excess_all": (
-                    along, self._trace(virial[:, 1]), pressure,
-                    "excess pressure, virial of all forces over dimension times volume",
-                ),
-                "pressure_tensor": (
-                    tensor, (kinetic + virial[:, 0]) / volume, pressure,
-                    "pressure tensor, conservative forces",
-                ),
-                "pressure_tensor_all": (
-                    tensor, (kinetic + virial[:, 1]) / volume, pressure,
-                    "pressure tensor, all forces",
-                ),
-                "pair_energy": (along, self.arrays["energy"][:, 0], "kT", "pair energy"),
-                "bond_energy": (along, self.arrays["energy"][:, 1], "kT", "bond energy"),
-                "total_energy": (
-                    along, self._total_energy(), "kT", "kinetic, pair, bond and wall energy",
-                ),
-                "pressure": (
-                    along, self._trace(kinetic + virial[:, 0]), pressure,
-                    "pressure, conservative virial",
-                ),
-            }  # fmt: skip
-            if "wall_energy" in self.arrays:
-                energy = self.arrays["wall_energy"]
-                found["wall_energy"] = (along, energy, "kT", "energy of beads at walls")
-        if self.needs_forces and self._system.shear is not None:
-            found["shear_stress"] = (
-                along, self._shear_stress(), pressure, "shear stress, virial of all forces",
-            )  # fmt: skip
-        return found
-
-    def _shear_stress(self):
-        x, y = self._system.shear.flow, self._system.shear.gradient
-        tensor = self.arrays["kinetic"] + self.arrays["virial"][:, 1]
-        return -0.5 * (tensor[:, x, y] + tensor[:, y, x]) / self._system.volume
-
-    def _total_energy(self):
-        kinetic = self.arrays["motion"]
-        return kinetic + self.arrays["energy"].sum(axis=1) + self.arrays.get("wall_energy", 0.0)
-
-    def _trace(self, virial):
-        d = self._system.dimension
-        return np.trace(virial, axis1=1, axis2=2) / (d * self._volume(1))
-
-    def _volume(self, axes):
-        """Volume at each sample, for an array of so many axes; one number where it stays."""
-        if "volume" not in self.arrays:
-            return self._system.volume
-        return self.arrays["volume"].reshape(-1, *[1] * (axes - 1))
+            "kT": np.trace(kinetic, axis1=1, axis2=2) / (d * sums.beads.sum(axis=1)),
+            "momentum": moments[:, :d, d],
+            "volume": sums.volume,
+        }
+        if not self.pressure:
+            return found
+        conservative, all_forces = sums.virial[:, CONSERVATIVE], sums.virial[:, ALL_FORCES]
+        pressed, pressed_by_all = kinetic + conservative, kinetic + all_forces
+        energy = 0.5 * np.trace(moments[:, :d, :d], axis1=1, axis2=2) + sums.energy.sum(axis=1)
+        if sums.walls is not None:
+            found["wall_energy"] = sums.walls[:, :, ENERGY].sum(axis=1)
+            energy = energy + found["wall_energy"]
+        if system.shear is not None:
+            x, y = system.shear.flow, system.shear.gradient
+            found["shear_stress"] = -0.5 * (pressed_by_all[:, x, y] + pressed_by_all[:, y, x])
+            found["shear_stress"] /= sums.volume
+        volume, per_axis = sums.volume[:, None, None], d * sums.volume
+        return found | {
+            "excess_conservative": np.trace(conservative, axis1=1, axis2=2) / per_axis,
+            "excess_all": np.trace(all_forces, axis1=1, axis2=2) / per_axis,
+            "pressure_tensor": pressed / volume,
+            "pressure_tensor_all": pressed_by_all / volume,
+            "pair_energy": sums.energy[:, OF_PAIRS],
+            "bond_energy": sums.energy[:, OF_BONDS],
+            "total_energy": energy,
+            "pressure": np.trace(pressed, axis1=1, axis2=2) / per_axis,
+        }

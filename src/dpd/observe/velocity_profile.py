@@ -1,23 +1,15 @@
 """Mean velocity, temperature and density in layers across an axis."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.blocks import BlockSums
-from dpd.observe.common.layers import Layers
-from dpd.page import Axis, Change, Observable, setting
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
-    from dpd.observe import Variables
-    from dpd.scene.scene import Scene
+from dpd.observe.common.layers import Layered
+from dpd.page import Change
+from dpd.particles.tilt import shear_of
 
 
-class VelocityProfile(Observable, key="velocity_profile"):
+class VelocityProfile(Layered, key="velocity_profile"):
     """Mean velocity of the beads in layers across an axis, and their temperature about it.
 
     The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads
@@ -28,68 +20,52 @@ class VelocityProfile(Observable, key="velocity_profile"):
     """
 
     stands = frozenset(Change)
-    interval, bins_of = 0.2, "box"
+    interval = 0.2
+    gives = {
+        "velocity_profile": (
+            ("block", "axis", "layer"), "r_c / tau",
+            "mean velocity of the beads of a layer in blocks of the run",
+        ),
+        "temperature_profile": (
+            ("block", "layer"), "kT",
+            "their temperature <m (v - u)^2>/dimension about the mean velocity u of the run",
+        ),
+        "bead_profile": (
+            ("block", "layer"), "1 / r_c^dimension",
+            "number density of all beads in a layer in blocks of the run",
+        ),
+        "_mass": (("block", "layer"), "m", "mass of these beads"),
+    }  # fmt: skip
 
-    bin: float = setting(
-        "Thickness of a layer, at most the longest edge.", 0.2, unit="r_c", ge=0.001
-    )
-    axis: Axis | None = setting(
-        "The axis; if not given, the one across which walls, a body force that turns round, or a "
-        "shear make the fluid change, or the longest.",
-        None,
-        of="axis",
-    )
+    def axes(self, scene: Any) -> Any:
+        middles = self.layers(scene).middles()
+        return {"layer": (middles, "r_c", "position along the axis of layers")}
 
-    def _start(self, scene: Scene, system: System) -> None:
-        self._system = system
-        coordinates = np.float64(scene.dimension * scene.beads)
-        with np.errstate(divide="ignore"):
-            self._per_freedom = coordinates / (coordinates - len(scene.momentum_axes))
-        self._layers = Layers(system, scene.axis_of_profile(self.axis), self.bin)
-        # Of each layer: beads, their mass, sum of m v along each axis, sum of m v^2.
-        shape = 3 + system.dimension, self._layers.count
-        self.averages = BlockSums(shape)
-        self.arrays = self.averages.arrays
+    def measure(self, now: Any) -> Any:
+        layers, system, state = self.layers(now.scene), now.system, now.state
+        layer, momenta = layers.of(now), system.momenta(state)
+        mass = np.broadcast_to(system.mass_of(state.species), layer.shape)
+        each = [None, mass, (state.velocity * momenta).sum(axis=0), *momenta]
+        beads, mass, squares, *momentum = (np.bincount(layer, one, layers.count) for one in each)
+        return {
+            "bead_profile": beads, "_mass": mass, "temperature_profile": squares,
+            "velocity_profile": momentum,
+        }  # fmt: skip
 
-    def sample(self, simulation: Simulation) -> None:
-        """Take one sample."""
-        state = simulation.state
-        layer, velocity = self._layers.of(simulation), state.velocity
-        momenta = self._system.momenta(state)
-        mass = np.broadcast_to(self._system.mass_of(state.species), layer.shape)
-        each = [None, mass, *momenta, (velocity * momenta).sum(axis=0)]
-        self.averages.add([np.bincount(layer, one, self._layers.count) for one in each])
-
-    def _sheared(self, velocity):
-        """Velocities in the laboratory: those of a state under shear are about its flow."""
-        shear = self._system.shear
-        if shear is not None and shear.gradient == self._layers.axis:
-            velocity[:, shear.flow] += shear.rate * self._layers.middle()
-        return velocity
-
-    def variables(self) -> Variables:
-        """Profiles in blocks for the file."""
-        means, d = self.averages.means(), self._system.dimension
-        beads, mass, momentum, square = means[:, 0], means[:, 1], means[:, 2 : 2 + d], means[:, -1]
+    def finish(self, scene: Any, found: dict[str, Any]) -> Any:
+        beads, mass = found["bead_profile"], found["_mass"]
+        momentum, square = found["velocity_profile"], found["temperature_profile"]
+        coordinates, layers = np.float64(scene.dimension * scene.beads), self.layers(scene)
         with np.errstate(invalid="ignore", divide="ignore"):
+            per_freedom = coordinates / (coordinates - len(scene.momentum_axes))
             flow = np.nansum(momentum, axis=0) / np.nansum(mass, axis=0)
             velocity = momentum / mass[:, None]
             square = square - mass * (2 * (flow * velocity).sum(axis=1) - (flow**2).sum(axis=0))
-            about = square / beads * self._per_freedom
-        along = ("block", "layer")
-        middle = self._layers.middle()
+            temperature = square / beads * per_freedom / scene.dimension
+        shear = shear_of(scene)
+        if shear is not None and shear.gradient == layers.axis:  # about its flow are velocities
+            velocity[:, shear.flow] += shear.rate * layers.middles()
         return {
-            "layer": (("layer",), middle, "r_c", "position along the axis of layers"),
-            "velocity_profile": (
-                ("block", "axis", "layer"), self._sheared(velocity), "r_c / tau",
-                "mean velocity of the beads of a layer in blocks of the run",
-            ),
-            "temperature_profile": (
-                along, about / d, "kT",
-                "their temperature <m (v - u)^2>/dimension about the mean velocity u of the run",
-            ),
-            "bead_profile": (
-                along, beads / self._layers.volume, "1 / r_c^dimension",
-                "number density of all beads in a layer in blocks of the run",
-            ),
+            "velocity_profile": velocity, "temperature_profile": temperature,
+            "bead_profile": beads / layers.volume,
         }  # fmt: skip

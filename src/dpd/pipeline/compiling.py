@@ -52,7 +52,7 @@ def compile_observables(scene: Scene, simulation: Simulation) -> None:
         Of that scene. It stays where it is.
     """
     for observer in observables(scene, simulation.system, None, simulation.state):
-        if not hasattr(observer, "sample"):  # takes sums, which the loop adds up
+        if hasattr(observer, "record"):  # sums, which the loop adds up
             continue
         observer.sample(simulation)
         if 2 * observer.every <= scene.steps.sample:  # some compare a sample with the one before

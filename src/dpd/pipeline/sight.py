@@ -148,9 +148,4 @@ def _measured_so_far(stored: Any, scene: Scene | None) -> Measured:
     kT = _mean(stored[arrays["kT"]] if "kT" in arrays else None)
     if not np.isfinite(kT[0]):
         return Measured(kT=_temperature_of(stored, scene))
-    if scene is None or "virial" not in arrays:
-        return Measured(*kT)
-    tensor = stored[arrays["kinetic"]] + stored[arrays["virial"]][:, 0]
-    volume = stored[arrays["volume"]] if "volume" in arrays else scene.volume
-    pressure = np.trace(tensor, axis1=1, axis2=2) / (scene.dimension * volume)
-    return Measured(*kT, *_mean(pressure))
+    return Measured(*kT, *_mean(stored[arrays["pressure"]] if "pressure" in arrays else None))

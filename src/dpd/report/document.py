@@ -163,10 +163,56 @@ class Gyration(Observable, key="gyration"):
 
 A scene names the file and the observable, as `pages: [gyration.py]` and `observe: [{gyration: {of:
 A}}]`, in a paper with the path from `config/papers`. `python -m dpd run scene.yaml -o run.nc
---page gyration.py` names the file too. Instead of `block`, means over parts of the run, `sample`
-keeps every sample; `axes` gives coordinates for more dimensions. A snapshot ([what it
-has](../src/dpd/observe/common/snapshot.py)) has `positions`, `unwrapped`, `velocities`, `species`,
-`molecules`, `bonds`, `box`, `time`, and `pairs(within)`.
+--page gyration.py` names the file too.
+
+The first dimension of what it gives says what is kept: `block`, means over blocks of the run;
+`largest`, the largest in each block; `sample`, every sample; `run`, the mean; `last`, the last;
+`frame`, means over as many samples each as its setting `average` says; `lag`, averages over pairs
+of samples some time apart.
+Further dimensions are those of `axes`, and `axis`, `bead`, `molecule`, `kind` and `species`. A
+snapshot ([what it has](../src/dpd/observe/common/snapshot.py)) has `positions`, `unwrapped`,
+`velocities`, `species`, `molecules`, `bonds`, `bond_vectors`, `box`, `time`, and `pairs(within)`.
+Observables of the package have the same form ([`observe/`](../src/dpd/observe)): look there for
+more, as for `finish`, for ratios of means. One that compares a sample with others keeps arrays,
+which checkpoints have too; what follows from the scene alone is found once:
+
+```python
+import numpy as np
+from dpd.page import Change, Observable, once
+
+
+class Wandering(Observable, key="wandering"):
+    "How far the molecules of the first kind have gone, and how long they remember their velocity."
+
+    stands = frozenset({Change.FLOWS})
+    gives = {
+        "wandered": (("sample", "axis"), "r_c^2", "squared displacement since the first sample"),
+        "memory": (("lag", "one"), "(r_c / tau)^2", "velocity times that some time before"),
+    }
+    compared = ("axis", "one")
+
+    @once
+    def beads(self, scene):
+        kind = scene.molecules[0]
+        return np.arange(kind.count * len(kind.beads)).reshape(kind.count, -1)
+
+    def axes(self, scene):
+        return {"one": scene.molecules[0].count}
+
+    def keeps(self, scene):
+        return {"first": np.zeros((scene.molecules[0].count, scene.dimension))}
+
+    def measure(self, now):
+        beads = self.beads(now.scene)
+        centre = now.unwrapped[beads].mean(axis=1)
+        if now.sample == 0:
+            now.kept["first"][:] = centre
+        wandered = ((centre - now.kept["first"]) ** 2).mean(axis=0)
+        return {"wandered": wandered, "compared": now.velocities[beads].mean(axis=1).T}
+
+    def compare(self, now, then):
+        return (now * then).sum(axis=1)[:, None]
+```
 
 `stands` names what an observable was made for: `SLIDES` (a shear), `STRETCHES` (constant pressure),
 `ENDS` (walls), `FLOWS` (a body force), `JUMPS` (a rigid core) and `PACE` (a `dt` that changes). It

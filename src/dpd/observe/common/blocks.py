@@ -8,90 +8,69 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import numpy.typing as npt
 
 BLOCKS = 50  # that a run is divided into, or fewer if it has fewer samples
 FINE, FEW = 400, 200  # short blocks at most, of which those are made; fewer of large samples
 LARGE = 20_000  # numbers in a sample
+JOIN: dict[str, np.ufunc] = {"block": np.add, "largest": np.maximum}
 
 
-def places_for(*shapes: tuple[int, ...]) -> int:
-    """Short blocks for samples of some shapes."""
-    return FINE if max(map(math.prod, shapes), default=0) <= LARGE else FEW
+class Blocks:
+    """Sums of samples, which are arrays, in consecutive blocks; or the largest of each number.
 
-
-class BlockSums:
-    """Sums of an array-valued sample in consecutive blocks.
-
-    How long the run will be does not matter: the sums are those of short blocks, first of a sample
-    each. Whenever all places are full, each two neighbours become one, and a block holds twice as
-    many samples from then on. What is given in the end are `BLOCKS` averages over 4 to 8 of the
-    short blocks each, of which the last one may be half full.
+    How long the run will be does not matter: what is kept is that of short blocks, first of a
+    sample each. Whenever all places are full, each two neighbours become one, and a block holds
+    twice as many samples from then on. What is given in the end are `BLOCKS` blocks of 4 to 8 of
+    the short ones each, of which the last one may be half full.
 
     Parameters
     ----------
-    shape : tuple of int
-        Of one sample.
-    places : int
-        Short blocks; if not given, see `places_for`.
+    shapes : dict of str to (str, tuple of int)
+        By the name of each array, ``block`` for sums, or ``largest`` for numbers of 0 or more of
+        which the largest are kept; and the shape of one sample.
 
     Attributes
     ----------
     arrays : dict
-        ``sums`` of shape (short blocks,) + shape, ``taken``, the samples so far, and ``each``, the
-        samples in a short block.
+        By name those of shape (short blocks,) + shape, and ``each``, the samples in a short block.
     """
 
-    def __init__(self, shape: tuple[int, ...], places: int = 0) -> None:
-        places = places or places_for(shape)
-        self.arrays = {
-            "sums": np.zeros((places, *shape)),
-            "taken": np.zeros(1, np.int64),
-            "each": np.ones(1, np.int64),
+    def __init__(self, shapes: Mapping[str, tuple[str, tuple[int, ...]]]) -> None:
+        numbers = sum(math.prod(shape) for _, shape in shapes.values())
+        self._places = FINE if numbers <= LARGE else FEW
+        self._blocks = {
+            name: np.zeros((self._places, *shape)) for name, (_, shape) in shapes.items()
         }
+        self._join = {name: JOIN[kind] for name, (kind, _) in shapes.items()}
+        self._each = np.ones(1, np.int64)
+        self.arrays = self._blocks | ({"each": self._each} if shapes else {})
 
-    @property
-    def taken(self) -> int:
-        """Samples so far."""
-        return int(self.arrays["taken"][0])
+    def add(self, taken: int, values: Mapping[str, npt.ArrayLike]) -> None:
+        """Add a sample of each array, after so many before it."""
+        if taken == self._places * self._each[0]:
+            half = self._places // 2
+            for name, array in self._blocks.items():
+                array[:half] = self._join[name](array[0::2], array[1::2])
+                array[half:] = 0.0
+            self._each *= 2
+        place = taken // int(self._each[0])
+        for name, array in self._blocks.items():
+            array[place] = self._join[name](array[place], values[name])
 
-    def add(self, sample: npt.ArrayLike) -> None:
-        """Add a sample to its block."""
-        sums, each = self.arrays["sums"], self.arrays["each"]
-        if self.taken == len(sums) * each[0]:
-            half = len(sums) // 2
-            sums[:half] = sums[0::2] + sums[1::2]
-            sums[half:] = 0.0
-            each *= 2
-        sums[self.taken // each[0]] += sample
-        self.arrays["taken"] += 1
-
-    def _groups(self):
-        """The block of each short block, and how many samples that has."""
-        each = int(self.arrays["each"][0])
-        short = -(-self.taken // each)
-        samples = np.minimum(each, self.taken - each * np.arange(short))
-        return np.arange(short) * min(BLOCKS, short) // max(short, 1), samples
-
-    def means(self) -> np.ndarray:
-        """(blocks,) + shape array of block averages; a single block of NaN without samples."""
-        sums, (block, taken) = self.arrays["sums"], self._groups()
-        if not len(block):
-            return np.full((1, *sums.shape[1:]), np.nan)
+    def results(self, taken: int) -> dict[str, np.ndarray]:
+        """(blocks,) + shape arrays of so many samples; a single block of NaN without any."""
+        short = -(-taken // int(self._each[0]))
+        if not short:
+            return {name: np.full((1, *a.shape[1:]), np.nan) for name, a in self._blocks.items()}
+        block = np.arange(short) * min(BLOCKS, short) // short
         first = np.flatnonzero(np.diff(block, prepend=-1))
-        samples = np.bincount(block, taken)
-        total = np.add.reduceat(sums[: len(block)], first, axis=0)
-        return total / samples.reshape(-1, *[1] * (sums.ndim - 1))
-
-    def largest(self, series: np.ndarray) -> np.ndarray:
-        """(blocks,) array: the largest of a series in each block, 0 without samples.
-
-        Parameters
-        ----------
-        series : (samples,) array
-            One number, 0 or more, for each sample.
-        """
-        block = np.repeat(*self._groups())
-        found = np.zeros(max(1, block.max(initial=0) + 1))
-        np.maximum.at(found, block, series[: len(block)])
+        samples = np.diff(np.append(first * self._each[0], taken))
+        found = {}
+        for name, array in self._blocks.items():
+            found[name] = self._join[name].reduceat(array[:short], first, axis=0)
+            if self._join[name] is np.add:
+                found[name] /= samples.reshape(-1, *[1] * (array.ndim - 1))
         return found

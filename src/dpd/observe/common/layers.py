@@ -2,13 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dpd.page import Axis, Observable, once, setting
+
 if TYPE_CHECKING:
     from dpd.engine.simulation import Snapshot
-    from dpd.engine.state import System
+    from dpd.scene.scene import Scene
+
+CUTOFF = 1.0
+
+
+class Layered(Observable):
+    """What is measured in layers across an axis.
+
+    At constant pressure they are stretched with the box.
+    """
+
+    bins_of = "box"
+
+    bin: float = setting(
+        "Largest width of a layer, at most the longest edge.", 0.2, unit="r_c", ge=0.001
+    )
+    axis: Axis | None = setting(
+        "The axis; if not given, the one across which walls, a body force that turns round, or a "
+        "shear make the fluid change, or the longest.", None, of="axis",
+    )  # fmt: skip
+
+    @once
+    def layers(self, scene: Any) -> Layers:
+        """Across the axis."""
+        return Layers(scene, scene.axis_of_profile(self.axis), self.bin)
 
 
 class Layers:
@@ -18,7 +45,7 @@ class Layers:
 
     Parameters
     ----------
-    system : System
+    scene : Scene
     axis : int
     thickness : float
         Largest thickness of a layer in r_c.
@@ -28,14 +55,17 @@ class Layers:
     count : int
     axis : int
     volume : float
-        Of a layer of the system's box.
+        Of a layer of the scene's box.
     """
 
-    def __init__(self, system: System, axis: int, thickness: float) -> None:
-        self._low, self._length, self.count = system.layers(axis, thickness)
-        self.axis, self._reach = axis, system.origin[axis] - self._low
-        self._edge, self._volume = system.box[axis], system.volume
-        self.volume = system.volume * (self._length / system.extent[axis]) / self.count
+    def __init__(self, scene: Scene, axis: int, thickness: float) -> None:
+        # Behind a plane the gap is the reach of beads, and a cutoff.
+        self._reach = max(0.0, scene.origin[axis] - CUTOFF)
+        self._low = scene.origin[axis] - self._reach
+        self._length = scene.box[axis] + 2 * self._reach
+        self._edge, self._volume = scene.period[axis], scene.volume
+        self.axis, self.count = axis, math.ceil(self._length / thickness)
+        self.volume = scene.volume * (self._length / scene.box[axis]) / self.count
 
     def of(self, simulation: Snapshot) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
@@ -60,13 +90,10 @@ class Layers:
         """Volume of the system's box over that of the box now, which densities go with."""
         return self._volume / simulation.volume
 
-    def middle(self, edge: float | None = None) -> np.ndarray:
-        """(count,) array: middles of the layers, from the lower end of the box or the lower wall.
+    def middles(self) -> np.ndarray:
+        """(count,) array: those of the layers, from the lower end of the box or the lower wall."""
+        return (np.arange(self.count) + 0.5) * (self._length / self.count) - self._reach
 
-        Parameters
-        ----------
-        edge : float or None
-            Edge of a stretched box in r_c.
-        """
-        length = self._length if edge is None else edge
-        return (np.arange(self.count) + 0.5) * (length / self.count) - self._reach
+    def middles_in(self, now: Snapshot) -> np.ndarray:
+        """The same in the box as it is now."""
+        return (np.arange(self.count) + 0.5) * (self._length_in(now) / self.count) - self._reach

@@ -48,54 +48,57 @@ class MultipleTau:
         while COARSER**levels < samples:
             levels += 1
         self.arrays = {
-            "taken": np.zeros(1, np.int64),
-            "each": np.ones(1, np.int64),
-            "kept": np.zeros((levels, KEPT, *shape)),
-            "sums": np.zeros((levels, KEPT, quantities, shape[-1])),
+            "part_each": np.ones(1, np.int64),
+            "earlier": np.zeros((levels, KEPT, *shape)),
+            "lag_sums": np.zeros((levels, KEPT, quantities, shape[-1])),
             "part_sums": np.zeros((levels, FINE, KEPT, quantities)),
             "part_counts": np.zeros((levels, FINE, KEPT), np.int64),
         }
 
     def add(
-        self, sample: np.ndarray, compare: Callable[[np.ndarray, np.ndarray], np.ndarray]
+        self,
+        taken: int,
+        sample: np.ndarray,
+        compare: Callable[[np.ndarray, np.ndarray], np.ndarray],
     ) -> None:
         """Compare a sample with those before it.
 
         Parameters
         ----------
+        taken : int
+            Samples before it.
         sample : array
         compare : callable
             Of a sample and some earlier ones, along a first axis of their own; gives a (lags,
             quantities, molecules) array.
         """
-        arrays, taken = self.arrays, int(self.arrays["taken"][0])
-        if taken == FINE * arrays["each"][0]:
+        arrays = self.arrays
+        if taken == FINE * arrays["part_each"][0]:
             for name in ("part_sums", "part_counts"):
                 array = arrays[name]
                 array[:, : FINE // 2] = array[:, 0::2] + array[:, 1::2]
                 array[:, FINE // 2 :] = 0
-            arrays["each"] *= 2
-        for level in _levels_at(taken, len(arrays["kept"])):
+            arrays["part_each"] *= 2
+        for level in _levels_at(taken, len(arrays["earlier"])):
             self._compare(level, taken, sample, compare)
-        arrays["taken"] += 1
 
     def _compare(self, level, taken, sample, compare):
         arrays, number = self.arrays, taken // COARSER**level
-        kept, part = arrays["kept"][level], taken // int(arrays["each"][0])
+        kept, part = arrays["earlier"][level], taken // int(arrays["part_each"][0])
         if level > 0 and number == 1:
-            kept[0] = arrays["kept"][level - 1, 0]
+            kept[0] = arrays["earlier"][level - 1, 0]
         lags, some = _lags(level, number), max(1, AT_ONCE // sample.size)
         for first in range(lags.start, lags.stop, some):
             end = min(first + some, lags.stop)
             earlier = kept[(number - np.arange(first, end)) % KEPT]
             one, at = compare(sample, earlier), slice(first - 1, end - 1)
-            arrays["sums"][level, at] += one
+            arrays["lag_sums"][level, at] += one
             arrays["part_sums"][level, part, at] += one.mean(axis=2)
             arrays["part_counts"][level, part, at] += 1
         kept[number % KEPT] = sample
 
-    def results(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Lags that were seen, with means over the run and sums over its parts.
+    def results(self, taken: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Lags that were seen in so many samples, with means over the run and sums over its parts.
 
         Returns
         -------
@@ -106,10 +109,10 @@ class MultipleTau:
         sums : (parts, lags, quantities) array
             Of means over molecules.
         """
-        arrays, taken, levels = self.arrays, int(self.arrays["taken"][0]), 1
+        arrays, levels = self.arrays, 1
         while KEPT * COARSER ** (levels - 1) < FARTHEST * taken:
             levels += 1
-        short = -(-taken // int(arrays["each"][0]))  # the last one may hold fewer samples
+        short = -(-taken // int(arrays["part_each"][0]))  # the last one may hold fewer samples
         part = np.arange(short) * PARTS // max(short, 1)
         counts, parts = (
             np.zeros((PARTS, *array[:levels].swapaxes(0, 1).shape[1:]))
@@ -120,9 +123,9 @@ class MultipleTau:
         counts, parts = counts.reshape(PARTS, -1), parts.reshape(PARTS, counts[0].size, -1)
         total = counts.sum(axis=0)
         seen = total > 0
-        _, _, quantities, molecules = arrays["sums"].shape
+        _, _, quantities, molecules = arrays["lag_sums"].shape
         lag = (np.arange(1, KEPT + 1) * COARSER ** np.arange(levels)[:, None]).ravel()
-        sums = arrays["sums"][:levels].reshape(-1, quantities, molecules)
+        sums = arrays["lag_sums"][:levels].reshape(-1, quantities, molecules)
         return (
             lag[seen], sums[seen] / total[seen, None, None], counts[:, seen], parts[:, seen],
         )  # fmt: skip

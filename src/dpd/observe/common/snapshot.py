@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.engine.space import nearest, unfolded
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -59,13 +60,25 @@ class Snapshot:
         Edges in r_c as they are now; between walls with the gaps behind both planes.
     volume : float
         In r_c^dimension; between walls that of the fluid.
+    sample : int
+        How many samples the page that looks has taken before.
+    kept : dict of str to array
+        What that page keeps from sample to sample; it may write to them.
+    file
+        The page's own file, or None.
+    system, state, lattice
+        Of the engine, whose functions take them: `System`, `State`, and the box with its images
+        where they are now.
     """
 
     def __init__(self, scene: Scene, simulation: Configuration) -> None:
-        self._state, self._shear = simulation.state, simulation.system.shear
-        self.step, self.time = self._state.step, scene.tau(self._state.step)
+        self.system, self.state = simulation.system, simulation.state
+        self.lattice, self.volume = simulation.box, simulation.volume
+        self.step, self.time = self.state.step, scene.tau(self.state.step)
         self.scene = scene.during(self.step - 1, max(self.step, 1))[-1]
-        self.box, self.volume = fixed(np.array(simulation.box)), simulation.volume
+        self.box = fixed(np.array(self.lattice))
+        self.sample, self.file = 0, None
+        self.kept: dict[str, np.ndarray] = {}
         self._near = -1.0
         # Images repeat along an axis that does not end.
         repeats = [axis not in scene.ended for axis in range(scene.dimension)]
@@ -81,24 +94,34 @@ class Snapshot:
         return self.scene.beads
 
     @cached_property
+    def coordinates(self) -> np.ndarray:
+        """(dimension, beads) array of positions, as the engine's functions take them."""
+        return fixed(self.state.by_identity(self.state.position))
+
+    @property
     def positions(self) -> np.ndarray:
         """(beads, dimension) array in r_c, within the box."""
-        return fixed(self._state.by_identity(self._state.position).T)
+        return self.coordinates.T
 
     @cached_property
     def velocities(self) -> np.ndarray:
         """(beads, dimension) array in r_c / tau; under shear about the flow."""
-        return fixed(self._state.by_identity(self._state.velocity).T)
+        return fixed(self.state.by_identity(self.state.velocity).T)
 
     @cached_property
     def images(self) -> np.ndarray:
         """(beads, dimension) int array: the boxes that beads have crossed."""
-        return fixed(self._state.image.T)
+        return fixed(self.state.image.T)
 
-    @property
+    @cached_property
     def unwrapped(self) -> np.ndarray:
         """(beads, dimension) array of positions that go on where beads leave the box."""
-        return self.positions + self.images * self.box
+        return fixed(unfolded(self.coordinates, self.state.image, self.lattice).T)
+
+    @property
+    def masses(self) -> np.ndarray:
+        """(beads,) array."""
+        return np.broadcast_to(self.system.mass_of(self.scene.kinds), (self.beads,))
 
     @property
     def species(self) -> np.ndarray:
@@ -119,6 +142,18 @@ class Snapshot:
         """(bonds, 2) int array of bonded beads."""
         return self.scene.bonded.astype(np.int64)
 
+    @cached_property
+    def bond_vectors(self) -> np.ndarray:
+        """(bonds, dimension) array in r_c, from the first bead of each bond to the second one."""
+        one, other = self.scene.bonded.T
+        apart = self.coordinates[:, other] - self.coordinates[:, one]
+        return fixed(nearest(apart, self.lattice).T)
+
+    @cached_property
+    def bond_lengths(self) -> np.ndarray:
+        """(bonds,) array in r_c."""
+        return fixed(np.sqrt((self.bond_vectors.T**2).sum(axis=0)))
+
     def pairs(self, within: float) -> Pairs:
         """All pairs of beads within a distance in r_c, at nearest images.
 
@@ -129,7 +164,7 @@ class Snapshot:
         UserError
             For more than half the box, and under shear, where images slide.
         """
-        if self._shear is not None:
+        if self.system.shear is not None:
             raise UserError("pairs of a snapshot are not known under shear, where images slide")
         half = self._edges[self._edges > 0].min(initial=np.inf) / 2
         if not 0 < within <= half:
@@ -154,6 +189,6 @@ class Snapshot:
 def snapshot_of(scene: Scene, simulation: Simulation) -> Snapshot:
     """The snapshot of a simulation at its step, made once for all pages that look."""
     last = simulation.snapshot
-    if last is None or last._state is not simulation.state or last.step != simulation.state.step:
+    if last is None or last.state is not simulation.state or last.step != simulation.state.step:
         last = simulation.snapshot = Snapshot(scene, simulation)
     return last

@@ -1,24 +1,18 @@
 """A watch over bonds that reach across half the box."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from dpd.errors import LostRun
 from dpd.laws import MOST_STRETCHED, STRETCHED
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.observe import BondedSystem, Variables
-    from dpd.scene.scene import Scene
+from dpd.page import Observable
 
 EVERY = 200  # steps between looks: less than half a per cent of the run time
 FEW = 10  # finds that say nothing: so short a run knows its means far less well
 
 
-class Stretch:
+class Stretch(Observable, key="stretch"):
     """Ends a run in which bonds reach across half the box more than once in a while.
 
     Bonds pull at their nearest image. One that grows longer than half an edge along an axis flips
@@ -29,40 +23,26 @@ class Stretch:
 
     It looks while the run samples. A hot or crowded start may stretch bonds before that, and leaves
     nothing behind: a bond remembers no image, so it comes back to the length that it should have.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-        With bonds.
     """
 
-    def __init__(self, scene: Scene, system: BondedSystem) -> None:
-        self.every = min(EVERY, scene.steps.sample)
-        self._members = system.members
-        looks = scene.steps.sample // self.every
-        self._allowed = max(FEW, MOST_STRETCHED * len(self._members) * looks)
-        self.arrays = {"count": np.zeros(1, np.int64)}
+    def keeps(self, scene: Any) -> Any:
+        return {"count": 0}
 
-    def sample(self, simulation: Simulation) -> None:
+    def measure(self, now: Any) -> Any:
         """Look, and end the run if there are too many for all of its looks."""
-        state = simulation.state
-        position = state.by_identity(state.position)
-        self.arrays["count"] += stretched(position, self._members, simulation.box)
-        count = int(self.arrays["count"][0])
-        if count > self._allowed:
-            edges = " x ".join(f"{edge:g}" for edge in simulation.box)
+        members, looks = now.scene.bonded, now.scene.steps.sample // self.every
+        now.kept["count"] += stretched(now.coordinates, members, now.lattice)
+        count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * len(members) * looks)
+        if count > allowed:
+            edges = " x ".join(f"{edge:g}" for edge in now.box)
             raise LostRun(
-                f"bonds are too long for the box of {edges} r_c: by step {state.step}, {count} "
+                f"bonds are too long for the box of {edges} r_c: by step {now.step}, {count} "
                 f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
                 "goes to another image, which makes every number wrong (allowed in the whole run: "
-                f"{round(self._allowed)}, {MOST_STRETCHED:g} of all bonds looked at). Take a "
+                f"{round(allowed)}, {MOST_STRETCHED:g} of all bonds looked at). Take a "
                 "larger box, or stiffer or shorter bonds",
-                state.step,
+                now.step,
             )
-
-    def variables(self) -> Variables:
-        """Nothing: a run that ends well has nothing to tell."""
         return {}
 
 

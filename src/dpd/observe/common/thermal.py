@@ -36,7 +36,7 @@ class ThermalMotion:
     def __init__(self, scene: Scene, system: System) -> None:
         self._system = system
         self._at_rest = np.isin(np.arange(scene.dimension), scene.momentum_axes)[:, None]
-        self._layers = [Layers(system, *each) for each in system.flow]
+        self._layers = [Layers(scene, *each) for each in system.flow]
 
     def kinetic(self, sums: Sums) -> np.ndarray:
         """(samples, dimension, dimension) array: the sum of m c c; NaN where no bead is free.
