@@ -122,7 +122,7 @@ def test_auto_looks_at_the_lightest_and_at_the_highest_friction():
     """A quarter of the mass halves the step at least; a friction of 100 was not measured."""
     auto = BLEND | {"integrator": {"scheme": "auto"}, "thermostat": {"gamma": 0.5}}
     heavy, light = (Scene(auto | {"mass": {"B": mass}}) for mass in (4, 0.25))
-    assert light.data["integrator"]["dt"] < 0.55 * heavy.data["integrator"]["dt"]
+    assert light.dt < 0.55 * heavy.dt
     with pytest.raises(UserError, match="gamma: 100 "):
         Scene(auto | {"thermostat": {"gamma": {"A A": 1, "A B": 100, "B B": 1}}})
     with pytest.raises(UserError, match="without friction"):
