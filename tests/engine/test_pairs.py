@@ -1,5 +1,7 @@
 """The search by cells finds the pairs that looking at all of them finds."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,7 +13,7 @@ from dpd.engine.queries.pairs import pair_histogram
 from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
-from tests.systems import BOX_3D, make_simulation, make_system, random_beads
+from tests.systems import BOX_2D, BOX_3D, make_simulation, make_system, random_beads
 
 DOUBTFUL = 1e-9  # r_c: a distance this near to the cutoff may be rounded to either side
 
@@ -99,6 +101,23 @@ def test_histogram_counts_every_pair(case, bins):
         below = counts[:k].sum()
         assert (distance < edge - DOUBTFUL).sum() <= below
         assert below <= (distance < edge + DOUBTFUL).sum()
+
+
+@pytest.mark.parametrize("box", [BOX_3D, BOX_2D])
+def test_histogram_by_species(box):
+    """Those of each two species are what looking at all pairs counts; together they are all."""
+    position, _ = random_beads(box, 120, seed=8)
+    species = np.repeat(np.array([2, 0, 1], np.uint8), [30, 89, 1])
+    farthest, bins = min(box) / 2, 7
+    found = pair_histogram(position, box, farthest, bins, species)
+    i, j, _, distance = pairs_by_looking(position, box)
+    for a, b in itertools.product(range(3), repeat=2):
+        chosen = sorted((a, b)) == np.sort([species[i], species[j]], axis=0).T
+        counts, _ = np.histogram(distance[chosen.all(axis=1)], bins, (0, farthest))
+        np.testing.assert_array_equal(found[a, b], counts)
+    assert found[1, 1].sum() == 0
+    upper = found[np.triu_indices(3)].sum(axis=0)
+    np.testing.assert_array_equal(upper, pair_histogram(position, box, farthest, bins))
 
 
 def test_crowded_cells():

@@ -170,6 +170,9 @@ def test_histogram_counts_pairs_of_a_tilted_box(turns):
     counts = pair_histogram(position, box, 2.0, 40)
     distance = pairs_by_looking(position, box, 2.0)[3]
     np.testing.assert_array_equal(counts, np.histogram(distance, np.linspace(0, 2, 41))[0])
+    species = np.repeat(np.array([0, 1], np.uint8), [60, 140])
+    by_species = pair_histogram(position, box, 2.0, 40, species)
+    np.testing.assert_array_equal(by_species[np.triu_indices(2)].sum(axis=0), counts)
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)

@@ -1,12 +1,13 @@
-"""Radial distribution function."""
+"""Radial distribution functions."""
 
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 
 from dpd.errors import UserError
 from dpd.observe.common.bins import middles
-from dpd.page import Change, Observable, Refusals, once, setting
+from dpd.page import Change, Given, Observable, Refusals, once, setting
 
 
 class RadialDistribution(Observable, key="rdf"):
@@ -20,6 +21,9 @@ class RadialDistribution(Observable, key="rdf"):
 
     Programs that have N^2 in place of N (N - 1) find less, by a factor 1 - 1/N: 0.9 for ten beads.
     Bonded pairs count like any other. At constant pressure V is the volume at each sample.
+
+    Of two species, N (N - 1) / 2 is N_A N_B, or N_A (N_A - 1) / 2 of one of them: these are the
+    weights with which their mean is g(r). A species with a single bead has no g(r) of its own.
     """
 
     stands = frozenset(Change)
@@ -29,18 +33,31 @@ class RadialDistribution(Observable, key="rdf"):
     bins_of = "range"
     gives = {
         "rdf": (("block", "r"), "1", "radial distribution function g(r) in blocks of the run"),
-    }
+        "rdf_of_pair": (
+            ("block", "rdf_pair", "r"), "1", "g(r) of two species in blocks of the run",
+        ),
+    }  # fmt: skip
 
     range: float = setting(
         "Largest distance, at most half the smallest edge.", 3.0, unit="r_c", gt=0
     )
     bin: float = setting("Bin width.", 0.02, unit="r_c", ge=0.0001, le=1)
+    species: bool = setting("Whether each pair of species has a g(r) too, `rdf_of_pair`.", False)
 
     def bins(self) -> np.ndarray:
         return np.linspace(0.0, self.range, max(1, round(self.range / self.bin)) + 1)
 
+    def given(self, scene: Any) -> dict[str, Given]:
+        """Without those of species if they are not asked for."""
+        given = super().given(scene)
+        return given if self.species else {"rdf": given["rdf"]}
+
     def axes(self, scene: Any) -> Any:
-        return {"r": (middles(self.bins()), "r_c", "distance")}
+        found = {"r": (middles(self.bins()), "r_c", "distance")}
+        if self.species:
+            names = [f"{scene.species[i]} {scene.species[j]}" for i, j in self.pairs(scene)]
+            found["rdf_pair"] = np.array(names), "1", "pair of species"
+        return found
 
     def refuses(self, scene: Any) -> Refusals:
         """A single bead, and distances at which one meets images."""
@@ -59,20 +76,39 @@ class RadialDistribution(Observable, key="rdf"):
             )
 
     @once
-    def ideal(self, scene: Any) -> np.ndarray:
-        """(bins,) array: pairs of an ideal gas in each shell, times the volume."""
+    def pairs(self, scene: Any) -> dict[tuple[int, int], float]:
+        """How many pairs of beads each two species have, where they have any."""
+        beads = np.bincount(scene.kinds)
+        found = {
+            (i, j): beads[i] * beads[j] if i != j else beads[i] * (beads[i] - 1) / 2
+            for i, j in combinations_with_replacement(range(len(beads)), 2)
+        }
+        return {pair: count for pair, count in found.items() if count}
+
+    @once
+    def shells(self, scene: Any) -> np.ndarray:
+        """(bins,) array of their volumes."""
         ball = {2: np.pi, 3: 4.0 * np.pi / 3.0}[scene.dimension] * self.bins() ** scene.dimension
-        return scene.beads * (scene.beads - 1) / 2 * np.diff(ball)
+        return np.diff(ball)
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import pair_histogram
 
-        smallest, ideal = min(now.box), self.ideal(now.scene)
+        smallest, shells = min(now.box), self.shells(now.scene)
         if self.range > smallest / 2:
             raise UserError(
                 f"observe.rdf.range: {self.range:g} is more than half the smallest edge of the "
                 f"box, which has become {smallest:.4g} at step {now.step}; take a shorter range"
             )
-        return pair_histogram(now.state.position, now.lattice, self.range, len(ideal)) * (
-            now.volume / ideal
-        )
+        position, kinds = now.state.position, now.state.species
+        if not self.species or kinds is None:  # None: there is one species alone
+            counts = pair_histogram(position, now.lattice, self.range, len(shells))[None]
+        else:
+            counts = pair_histogram(position, now.lattice, self.range, len(shells), kinds)
+            counts = np.array([counts[pair] for pair in self.pairs(now.scene)])
+        all_pairs = now.beads * (now.beads - 1) / 2
+        found = {"rdf": counts.sum(axis=0) * (now.volume / (all_pairs * shells))}
+        if self.species:
+            pairs = np.array(list(self.pairs(now.scene).values()))[:, None]
+            found["rdf_of_pair"] = counts * (now.volume / (pairs * shells))
+        return found

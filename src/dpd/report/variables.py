@@ -14,7 +14,7 @@ from dpd import files
 from dpd.analysis.collect import RECORDED, collect
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.page import Observable, names
+from dpd.page import Observable, find, names
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table
 from dpd.scene.scene import Scene
@@ -110,6 +110,11 @@ def _all_variables(observable):
             for name, variable in _variables(_scene(observable, key)).items():
                 dimensions, array, units, meaning = variable
                 found.setdefault(name, (dimensions, array, units, f"{meaning}, {where}"))
+    for key, field in find(Observable, observable).model_fields.items():
+        if field.default is False:
+            for name, variable in _variables(_scene(observable, **{key: True})).items():
+                dimensions, array, units, meaning = variable
+                found.setdefault(name, (dimensions, array, units, f"{meaning}, with `{key}: true`"))
     return found
 
 

@@ -21,9 +21,13 @@ CUTOFF = 1.0
 
 
 def pair_histogram(
-    position: np.ndarray, box: Sequence[float], farthest: float, bins: int
+    position: np.ndarray,
+    box: Sequence[float],
+    farthest: float,
+    bins: int,
+    species: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Count pairs by distance.
+    """Count pairs by distance, and by their species if these are given.
 
     Parameters
     ----------
@@ -35,24 +39,37 @@ def pair_histogram(
         Largest distance, at most half the smallest edge.
     bins : int
         Equal bins from 0 to ``farthest``.
+    species : (n,) uint8 array, optional
 
     Returns
     -------
-    (bins,) array
-        Pairs at their nearest images, each counted once.
+    (bins,) or (species, species, bins) array
+        Pairs at their nearest images, each counted once; by species they are symmetric, those of
+        unlike beads stand on either side of the diagonal.
     """
     beads = sorted_beads(position, box, max(farthest, SMALLEST_CELL))
-    counts, place = np.zeros(bins + 1, np.int64), np.empty(beads.search.pairs.i.size, np.uint32)
-    _histogram(counts, place, beads, farthest)
-    counts[bins - 1] += counts[bins]  # rounding may reach the end
-    return counts[:bins].astype(float)
+    place = np.empty(beads.search.pairs.i.size, np.uint32)
+    if species is None:
+        counts = np.zeros((1, 1, bins + 1), np.int64)
+        _histogram(counts.ravel(), place, beads, None, farthest, bins)
+    else:
+        kinds = species[beads.bead].astype(np.uint32)
+        count = int(kinds.max(initial=0)) + 1
+        counts = np.zeros((count, count, bins + 1), np.int64)
+        rows = kinds * np.uint32(count * (bins + 1)), kinds * np.uint32(bins + 1)
+        _histogram(counts.ravel(), place, beads, rows, farthest, bins)
+    counts[..., bins - 1] += counts[..., bins]  # rounding may reach the end
+    found = counts[..., :bins].astype(float)
+    if species is None:
+        return found[0, 0]
+    return found + np.where(np.eye(count)[..., None], 0.0, found.swapaxes(0, 1))
 
 
 @kernel()
-def _histogram(counts, place, beads, farthest):
+def _histogram(counts, place, beads, rows, farthest, bins):
     """Find the bins of some pairs, which makes a vector loop, then count."""
     search, separation = beads.search, beads.search.pairs.separation
-    scale = (len(counts) - 1) / farthest
+    scale = bins / farthest
     at = first_place()
     while at.slot < len(beads.bead):
         at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
@@ -61,6 +78,9 @@ def _histogram(counts, place, beads, farthest):
             for k in range(len(search.edges)):
                 r2 += separation[k, p] * separation[k, p]
             place[p] = np.uint32(np.int32(np.sqrt(r2) * scale))
+        if rows is not None:
+            for p in range(n):
+                place[p] += rows[0][search.pairs.i[p]] + rows[1][search.pairs.j[p]]
         for p in range(n):
             counts[place[p]] += 1
 
