@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.page import Observable, Start, Term, find, names
 from dpd.scene.scene import Scene
@@ -263,11 +264,12 @@ PRESSED = WHOLE | {
     "pressure": {"target": 24, "axes": "z", "time": 1, "compressibility": 0.02, "every": 5},
     "observe": [{"thermo": {"every": 5}}],
 }
-# The same with other bonds.
+# The same with other bonds, and a table.
+TABLE = str(ROOT / "tests" / "table.csv")
 STIFF = {"A A": 30, "B A": 20, "B C": 10}
 LINKED, TORN = (
     {name: value for name, value in WHOLE.items() if name != "bond"} | {
-        key: settings, "observe": ["thermo"],
+        key: settings, "observe": ["thermo"], "pair": {"A B": TABLE},
         "start": {"relax": {"steps": 10, "dt": 0.01}, "forces": {key: {"length": 0.9}}},
     }
     for key, settings in (

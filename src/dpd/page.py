@@ -221,6 +221,14 @@ class Term(Page):
         """What it cannot stand: boxes, numbers of beads, other settings."""
         return iter(())
 
+    def found(self, folder: str | Path, where: str) -> Self:
+        """Itself, once it has looked at the files that it names, from a folder on."""
+        return self
+
+    def content(self) -> Any:
+        """Its settings as far as they decide a run: of a file what is in it, not where it lies."""
+        return self.plain()
+
     def completed(self, scene: Any) -> Self:
         """Itself, with what its settings leave to the scene."""
         return self
@@ -296,6 +304,13 @@ class PairForce(Term):
     def modules(self, scene: Any) -> tuple[str, ...]:
         """What adds it to the repulsion."""
         return ("dpd.physics.common.own_pairs",)
+
+    def numbers(self, scene: Any) -> dict[str, Any]:
+        """What its formulas see as ``self``, where that is not its settings.
+
+        Numbers, columns with one for each pair of species, and arrays of more dimensions.
+        """
+        return {}
 
     def untried(self) -> str:
         """Without it is how schemes were measured."""

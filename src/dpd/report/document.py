@@ -248,6 +248,22 @@ compiled, the force is held to the slope of the energy at 49 distances. Pressure
 profiles and the configurational temperature have it. Steps that the repulsion allows may be too
 long for it: look at `kT` and at half of `dt`.
 
+## Pair forces from tables
+
+`pair: {A B: force.csv}` gives the pairs of A and B the force of a file, beside their repulsion,
+which may be 0. Pairs that are not named feel the repulsion alone. The file has the columns `r`,
+`energy` and `force`, named in its first row, with r from near 0 to where the force ends, at most 1:
+
+```
+r,energy,force
+0.0,5.0,10.0
+0.1,4.05,9.0
+```
+
+The force must be minus the slope of the energy, and both must end at 0. Between rows there is a
+cubic spline. The path counts from the file of the scene; what is in the file is part of the scene,
+and a result is made longer with the same file alone.
+
 ## Bonds of your own
 
 `fene: {stiffness: 30, length: 1.5}` and `morse_bond: {depth: 100, alpha: 4, length: 0.5}` stand in

@@ -122,6 +122,7 @@ class Scene:
         check_beads(self.data, self.where)
         self.start = self.start.found(folder, self.where)
         self.data["start"] = self.start.plain()
+        self.terms = {key: term.found(folder, self.where) for key, term in self.terms.items()}
         self.refuse(densities(self))
         self.refuse(self._names())
         for key in self._own.keys() & self.terms.keys():
@@ -457,7 +458,8 @@ class Scene:
         start = {key: value for key, value in start.items() if key not in places}
         observe = {key: page.plain() for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
-        return value_digest(without | {"observe": observe, "start": start})
+        forces = {term.key: term.content() for term in self.own_forces}
+        return value_digest(without | {"observe": observe, "start": start} | forces)
 
     @property
     def kT(self) -> float:

@@ -43,7 +43,7 @@ def start_description(scene: Scene) -> dict[str, Any]:
         kept["relax"] = data["start"]["relax"]
     if start.acts:
         if scene.own_forces:
-            kept["own"] = {term.key: data[term.key] for term in scene.own_forces}
+            kept["own"] = {term.key: term.content() for term in scene.own_forces}
         kept["forces"] = start_forces(scene)
         kept["thermostat"] = data["thermostat"]["kT"]
     return kept

@@ -69,8 +69,8 @@ def pair_record(page: PairForce, scene: Any) -> Any:
 
     A setting by pairs of species becomes a flat table; one that is no number is left out.
     """
-    values: dict[str, Any] = {}
-    for name in type(page).model_fields:
+    values = page.numbers(scene)
+    for name in type(page).model_fields if not values else ():
         value = getattr(page, name)
         if isinstance(value, dict):
             value = np.ascontiguousarray(scene.by_pair(value).ravel())

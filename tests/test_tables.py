@@ -1,0 +1,164 @@
+"""Pair forces from files: as exact as their spline, and part of the scene that names them."""
+
+import os
+
+import numpy as np
+import pytest
+import yaml
+from scipy.interpolate import CubicSpline
+
+import dpd
+from dpd.engine.simulation import Simulation
+from dpd.errors import UserError
+from dpd.physics.common.records import pair_record
+from dpd.physics.pair import CELLS, on_grid, read_table
+from dpd.scene.scene import Scene
+from dpd.scene.start import start_digest
+from dpd.start.common.make import make_start, system_of
+from tests.test_own_forces import PLAIN
+from tests.test_own_pages import command
+
+OWN = PLAIN | {"pair": {"B A": "unlike.csv"}}
+R = np.linspace(0.02, 0.9, 45)
+W = 0.9 - R
+UNLIKE = (R, 60 * W**3 - 30 * W**2, 180 * W**2 - 60 * W)  # a well, and a wall
+
+
+def write(path, r, energy, force, header="r,energy,force", form="%.8g"):
+    """A file with these columns."""
+    columns = np.stack([r, energy, force], axis=1)
+    np.savetxt(path, columns, delimiter=",", header=header, comments="", fmt=form)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder to work in, with two tables."""
+    monkeypatch.chdir(tmp_path)
+    write("unlike.csv", *UNLIKE)
+    r = np.linspace(0, 1, 51)
+    write("soft.csv", r, 5 * (1 - r) ** 2, 10 * (1 - r))
+    return tmp_path
+
+
+def test_a_table_of_the_soft_force_gives_the_same_run(folder):
+    """Of one of three pairs; the others, which have none, feel the repulsion alone."""
+    less = PLAIN | {"repulsion": PLAIN["repulsion"] | {"A B": 20}, "pair": {"A B": "soft.csv"}}
+    found, expected = dpd.run(less, progress=False), dpd.run(PLAIN, progress=False)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-8)
+    np.testing.assert_allclose(found.pressure, expected.pressure, rtol=1e-8)
+    np.testing.assert_allclose(found.pair_energy, expected.pair_energy, rtol=1e-8)
+
+
+def test_forces_and_energy_are_those_of_the_spline(folder):
+    """Added up by NumPy; straight on to 0, and nothing behind the end."""
+    data = OWN | {"repulsion": dict.fromkeys(PLAIN["repulsion"], 0), "thermostat": {"gamma": 0}}
+    scene = Scene(data)
+    simulation = Simulation(system_of(scene), make_start(scene))
+    state = simulation.state
+    position = state.by_identity(state.position)
+    apart = position[:, :, None] - position[:, None]
+    apart -= 4 * np.round(apart / 4)
+    r = np.sqrt((apart**2).sum(axis=0)) + 9 * np.eye(len(scene.kinds))
+    spline = CubicSpline(R, UNLIKE[2])
+    near = spline(R[0]) + (r - R[0]) * spline(R[0], 1)
+    push = np.where(r < R[0], near, np.where(r < 0.9, spline(r), 0))
+    push *= scene.kinds[:, None] != scene.kinds
+    force = (push * apart / r).sum(axis=2)
+    np.testing.assert_allclose(state.by_identity(state.force), force, rtol=1e-5, atol=1e-5)
+    inside = (r < 0.9) & (scene.kinds[:, None] != scene.kinds)
+    energy = (60 * (0.9 - r) ** 3 - 30 * (0.9 - r) ** 2)[inside].sum() / 2
+    sums = simulation.measure()
+    assert float(np.ravel(sums.energy)[0]) == pytest.approx(energy, rel=1e-5)
+
+
+def test_the_grid_is_as_exact_as_it_should_be(folder):
+    """Its force within 1e-8 of the largest of the spline, and minus the slope of its energy."""
+    r = np.linspace(0.01, 1, 100)
+    w = 1 - r
+    write("wave.csv", r, -(np.sin(np.pi * w) ** 2), -np.pi * np.sin(2 * np.pi * w), form="%.12g")
+    scene = Scene(PLAIN | {"pair": {"A A": "wave.csv"}})
+    record = pair_record(scene.own_forces[0], scene)
+    law = record._replace(table=1, end=1.0)
+    spline = CubicSpline(r, -np.pi * np.sin(2 * np.pi * w))
+    for x in np.random.default_rng(1).uniform(0.011, 0.999, 200):
+        assert law.force(x, 1 - x) == pytest.approx(spline(x), abs=3e-8)
+        slope = (law.energy(x + 1e-6, 0) - law.energy(x - 1e-6, 0)) / 2e-6
+        assert law.force(x, 0) == pytest.approx(-slope, abs=1e-7)
+        assert law.energy(x, 0) == pytest.approx(-(np.sin(np.pi * (1 - x)) ** 2), abs=1e-5)
+    assert on_grid(read_table("wave.csv", "my.yaml")).shape == (CELLS, 5)
+    none = record._replace(table=0, end=1.0)
+    assert none.force(0.3, 0.7) == none.energy(0.3, 0.7) == 0
+
+
+def test_what_is_in_the_file_is_part_of_the_scene(folder):
+    """Where it lies is not; a result is made longer with the same one alone."""
+    (folder / "deeper").mkdir()
+    (folder / "deeper" / "scene.yaml").write_text(yaml.safe_dump(OWN))
+    os.rename("unlike.csv", "deeper/unlike.csv")
+    done = command("run", "deeper/scene.yaml", "-o", "run.nc")
+    assert done.returncode == 0, done.stderr
+    scene = Scene.read("deeper/scene.yaml")
+    relaxed = {"start": {"relax": {"steps": 5, "dt": 0.01}}}
+    start = start_digest(Scene(OWN | relaxed, folder="deeper"))
+    os.rename("deeper/unlike.csv", "unlike.csv")
+    assert Scene(OWN).digest == scene.digest and start_digest(Scene(OWN | relaxed)) == start
+    pinned = Scene(scene.data)  # which reads no file before it is needed
+    with pytest.raises(UserError, match=r"pair\.B A: .*unlike\.csv: cannot be read"):
+        system_of(pinned)
+    write("deeper/unlike.csv", UNLIKE[0], 2 * UNLIKE[1], 2 * UNLIKE[2])
+    other = Scene.read("deeper/scene.yaml")
+    assert other.digest != scene.digest
+    assert start_digest(Scene(OWN | relaxed, folder="deeper")) != start
+    done = command("extend", "run.nc", "--sample", 20)
+    assert done.returncode == 1 and "is not the file that this was made with" in done.stderr
+    write("deeper/unlike.csv", *UNLIKE)
+    assert command("extend", "run.nc", "--sample", 20).returncode == 0
+
+
+def test_a_sweep_has_it(folder):
+    """In processes of their own."""
+    swept = dpd.sweep(OWN, {"repulsion.A A": [25, 35]}, processes=2, progress=False)
+    assert swept.pressure.size == 2 and np.isfinite(swept.pressure).all()
+
+
+GOOD = "r,energy,force\n" + "".join(f"{r},{(1 - r) ** 2},{2 * (1 - r)}\n" for r in np.arange(9) / 8)
+BAD = [
+    ("", "row 1: nothing instead of the columns r, energy, force"),
+    (GOOD.replace("force", "f"), "row 1: r, energy, f instead of the columns r, energy, force"),
+    (GOOD.replace("0.25,0.5625", "0.25,o.5625"), "row 4, column energy: 'o.5625' is not a number"),
+    (GOOD.replace("0.25,0.5625,1.5", "0.25,0.5625"), "row 4, column force: '' is not a number"),
+    (GOOD.replace("0.25,0.5625", "0.25,nan"), "row 4, column energy: 'nan' is not a number"),
+    (GOOD.replace("0.25,", "0.5,"), "row 5, column r: 0.375 is not above that before, 0.5"),
+    (GOOD.replace("1.0,", "1.5,"), "row 10, column r: 1.5; allowed: from 0 to 1"),
+    (GOOD.replace("0.0,1.0,2.0\n0.125,0.765625,1.75\n", ""), "row 2, column r: 0.25 is far from 0"),
+    (GOOD.replace("1.0,0.0,0.0\n", ""), "row 9, column energy: 0.015625 where the force ends"),
+    (GOOD.replace("0.5625,1.5", "0.5625,1.2"),
+     "row 5, column force: since the row before the mean force is 1.209"),
+    (GOOD[:60], "rows of numbers; allowed: >= 5"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "said"), BAD, ids=range(len(BAD)))
+def test_what_is_wrong_is_told_with_row_and_column(folder, text, said):
+    """And with the file."""
+    (folder / "unlike.csv").write_text(text)
+    with pytest.raises(UserError) as caught:
+        Scene(OWN)
+    message = str(caught.value)
+    assert said in message and "pair.B A: " in message and "unlike.csv: " in message, message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [({"A B": "none.csv"}, "none.csv: cannot be read"),
+     ({"A B": "unlike.csv", "B A": "unlike.csv"}, "pair.B A: is there in the other order, too"),
+     ({"A C": "unlike.csv"}, "pair.A C: no molecule has the species 'C'"),
+     ({"A": "unlike.csv"}, "'A' is no name here; allowed: a pair of species"),
+     ({"A B": 3}, "pair.A B: 3 is not text"), ("unlike.csv", "is not keys and values")],
+)  # fmt: skip
+def test_pairs_and_files_that_are_not_there(folder, given, said):
+    """Each in a sentence."""
+    with pytest.raises(UserError) as caught:
+        Scene(PLAIN | {"pair": given})
+    assert said in str(caught.value)
