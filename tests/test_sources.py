@@ -140,11 +140,12 @@ print(json.dumps([module.__file__ for module in modules]))
 """
 
 
-# Readers and writers of formats import libraries that most processes do without, and kernels of
-# observables come with their first sample.
-LATE = {
-    str(path) for room in ("particles", "engine/queries") for path in (PACKAGE / room).glob("*.py")
-} | {str(PACKAGE / "physics" / "common" / "automatic.py")}
+# Readers and writers of formats import libraries that most processes do without, kernels of
+# observables come with their first sample, and terms with a scene that has them.
+ROOMS = ("particles", "engine/queries", "physics", "physics/common")
+LATE = {str(path) for room in ROOMS for path in (PACKAGE / room).glob("*.py")} | {
+    str(PACKAGE / name) for name in ("engine/barostat.py", "observe/common/stretch.py")
+}
 
 
 @pytest.mark.few(1)

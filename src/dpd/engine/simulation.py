@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.barostat import refuse_box, sample_rescaling
 from dpd.engine.bonded import angles_of, bonds_of, buffers_of, number_of_batches
 from dpd.engine.cells import cell_buffers, grid_of
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
@@ -123,6 +122,8 @@ class Simulation(Snapshot):
         if system.shear is not None and state.peculiar is None:
             state.peculiar = np.zeros(state.position.shape[1])
         if system.pressure is not None:
+            from dpd.engine.barostat import refuse_box
+
             state.box = state.box or system.box
             refuse_box(system.pressure, system, state.box, state.step)
         # In rows, whatever they came in: each layout would compile kernels of its own.
@@ -207,6 +208,8 @@ class Simulation(Snapshot):
         try:
             if self.system.pressure is None:
                 return self.sample_in_box(steps, at, measure)
+            from dpd.engine.barostat import sample_rescaling
+
             return sample_rescaling(self, self.system.pressure, steps, at, measure)
         except UserError:
             self.put_back(kept)

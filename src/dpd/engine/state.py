@@ -8,22 +8,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.physics.angle import Angle
-from dpd.physics.body_force import BodyForce
-from dpd.physics.common.exchange import Exchange
 from dpd.physics.common.forces import Forces
-from dpd.physics.common.langevin import Langevin
-from dpd.physics.core import Core
-from dpd.physics.integrator import Scheme
-from dpd.physics.many_body import ManyBody
-from dpd.physics.pressure import Pressure
-from dpd.physics.repulsion import Soft
-from dpd.physics.shear import Shear
 from dpd.physics.thermostat import Friction
-from dpd.physics.walls import WallFriction, Walls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from dpd.physics.angle import Angle
+    from dpd.physics.body_force import BodyForce
+    from dpd.physics.core import Core
+    from dpd.physics.integrator import Scheme
+    from dpd.physics.many_body import ManyBody
+    from dpd.physics.pressure import Pressure
+    from dpd.physics.repulsion import Soft
+    from dpd.physics.shear import Shear
+    from dpd.physics.walls import Walls
 
 
 class Beads(NamedTuple):
@@ -232,6 +231,8 @@ class System:
         gamma = float(self.wall_friction)
         if self.walls is None or gamma == 0.0:
             return self.walls
+        from dpd.physics.walls import WallFriction
+
         amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
         return self.walls._replace(friction=WallFriction(gamma, amplitude, bool(self.gaussian)))
 
@@ -244,11 +245,16 @@ class System:
             gamma, shares = 1.0, np.ascontiguousarray(gamma, dtype=np.float64)
         gamma = float(gamma)
         if self.scheme.exchange is not None:
+            from dpd.physics.common.exchange import Exchange
+
             kind, kT = self.scheme.exchange, float(self.kT)
             return {"exchange": Exchange(kind, gamma, kT, gaussian, shares)}
         amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
-        term = Langevin if self.per_bead else Friction
-        return {term.__name__.lower(): term(gamma, amplitude, gaussian, shares)}
+        if not self.per_bead:
+            return {"friction": Friction(gamma, amplitude, gaussian, shares)}
+        from dpd.physics.common.langevin import Langevin
+
+        return {"langevin": Langevin(gamma, amplitude, gaussian, shares)}
 
     def mass_of(self, species: np.ndarray | None) -> np.ndarray | float:
         """Mass of each bead.

@@ -18,7 +18,6 @@ from dpd.engine.simulation import Snapshot as Configuration
 from dpd.errors import UserError
 from dpd.observe.common.measured import Measured, MeasuredSums
 from dpd.observe.common.snapshot import Snapshot
-from dpd.observe.common.stretch import EVERY, Stretch
 from dpd.page import Observable
 from dpd.page import names as pages
 from dpd.scene.beside import files_beside
@@ -62,6 +61,8 @@ def observables(
     if scene.page_files:
         _refuse_names_taken_twice(asked)
     if system.bond is not None:
+        from dpd.observe.common.stretch import EVERY, Stretch
+
         asked.append(Measured(Stretch(every=min(EVERY, scene.steps.sample)), scene, system))
     return asked
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from dpd.engine.space import TURN, along_axes, tilted
 from dpd.errors import UserError
-from dpd.physics.shear import Shear
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from dpd.particles.particles import Particles
+    from dpd.physics.shear import Shear
     from dpd.scene.scene import Scene
 
 FACTORS = (0, 1), (0, 2), (1, 2)  # axes of xy, xz and yz
@@ -86,6 +86,8 @@ def box_of_file(
             "the box tilts by up to half an edge"
         )
     slid = round(float(np.clip(turns, -0.5, 0.5)) * TURN) % TURN
+    from dpd.physics.shear import Shear
+
     return tilted(edges, Shear(0.0, flow, gradient), 1.0, 0, slid)
 
 

@@ -18,7 +18,6 @@ from dpd.interrupts import asked, listening
 from dpd.pipeline.beginning import Begun, begins_with, begun
 from dpd.pipeline.lock import alone
 from dpd.pipeline.pace import RUN, START, Pace
-from dpd.pipeline.probing import settle, settled_before
 from dpd.pipeline.resources import BYTES_PER_BEAD
 from dpd.pipeline.simulate import (
     RunSettings,
@@ -200,6 +199,8 @@ def _settled(scene, state, checkpoint, order):
     """The scene with the time step that it names, that it began with, or that is found now."""
     if not scene.is_auto:
         return scene
+    from dpd.pipeline.probing import settle, settled_before
+
     note = note_of(checkpoint)
     before = settled_before(scene, note.get("chosen") if isinstance(note, dict) else None)
     look = partial(order.stop_if_asked, "a time step was looked for")

@@ -5,22 +5,26 @@ curvature. Numba knows the class of a record when it compiles, so `force(term, .
 becomes the method of that class and nothing else: terms that a scene does not name cost nothing.
 """
 
-from typing import Any, NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import types
 from numba.extending import overload
 
 from dpd.jit import INLINED, method
-from dpd.physics.angle import Angle
-from dpd.physics.body_force import BodyForce
-from dpd.physics.common.exchange import Exchange
-from dpd.physics.common.langevin import Langevin
-from dpd.physics.core import Core
-from dpd.physics.many_body import ManyBody
-from dpd.physics.repulsion import Soft
-from dpd.physics.thermostat import Friction
-from dpd.physics.walls import Walls
+
+if TYPE_CHECKING:
+    from dpd.physics.angle import Angle
+    from dpd.physics.body_force import BodyForce
+    from dpd.physics.common.exchange import Exchange
+    from dpd.physics.common.langevin import Langevin
+    from dpd.physics.core import Core
+    from dpd.physics.many_body import ManyBody
+    from dpd.physics.repulsion import Soft
+    from dpd.physics.thermostat import Friction
+    from dpd.physics.walls import Walls
 
 
 class Forces(NamedTuple):

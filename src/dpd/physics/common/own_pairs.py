@@ -52,10 +52,7 @@ def with_own(base: Any, pages: Sequence[PairForce], scene: Any) -> Any:
     Returns
     -------
     record
-        The base itself if there are no others.
     """
-    if not pages:
-        return base
     records = [pair_record(page, scene) for page in pages]
     size = len(base.repulsion)
     number = np.arange(size * size, dtype=np.float64).reshape(size, size)

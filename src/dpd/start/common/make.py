@@ -16,10 +16,7 @@ from dpd.own import told_of
 from dpd.page import is_table
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at, shear_of
-from dpd.physics.angle import Angle
-from dpd.physics.common.own_pairs import with_own
 from dpd.physics.common.records import bond_record
-from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.bonding import laws_of
@@ -85,6 +82,8 @@ def _bonding(scene, bond, angle):
     if angle is not None:
         stiffness, angle = _values(angle, "stiffness", "angle")
         found["angle_members"], number = scene.angles
+        from dpd.physics.angle import Angle
+
         found["angle"] = Angle(stiffness, np.deg2rad(angle), number)
     return found
 
@@ -101,7 +100,13 @@ def _pair(scene, core):
     found: Any = Soft(scene.repulsion)
     if core is not None and core["radius"]:
         width = float(core.get("smooth", 0)) or None
+        from dpd.physics.core import Core
+
         found = Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
+    if not scene.own_forces:
+        return found
+    from dpd.physics.common.own_pairs import with_own
+
     return with_own(found, scene.own_forces, scene)
 
 
