@@ -171,10 +171,11 @@ class Simulation:
         """
         last = self.step + checked("steps", number_of_steps, steps)
         if (sample := last - self._equilibrate) > self._room:
-            self._room = max(sample, 2 * self._room)
-            former, self._scene = self._scene, self._planned(self._scene.where, self._room)
-            self._scene.stages += former.stages[1:]
-            self._observers = self._watching(self._scene, self._observers)
+            room = max(sample, 2 * self._room)
+            scene = self._planned(self._scene.where, room)
+            scene.stages += self._scene.stages[1:]
+            observers = self._watching(scene, self._observers)
+            self._room, self._scene, self._observers = room, scene, observers
         since, first = time.perf_counter(), self.step
         with self._progress(steps, "dpd.Simulation") as shown, stopping() as asked:
             try:

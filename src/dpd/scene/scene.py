@@ -623,9 +623,9 @@ class Scene:
         )
         return Steps(*longer)
 
-    def tau(self, steps: Any, since: int = 0) -> Any:
-        """Time in tau that steps take behind a step of the run; of a number or an array."""
-        time = steps * self.dt
+    def tau(self, steps: Any, since: int = 0, every: int = 1) -> Any:
+        """Time in tau that so many times ``every`` steps take behind a step of the run."""
+        time, steps = self.dt * every * steps, every * steps
         for former, stage in pairwise(self.stages):
             longer = np.clip(since + steps - max(since, stage.step), 0, None)
             time = time + (stage.scene.dt - former.scene.dt) * longer

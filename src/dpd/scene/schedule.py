@@ -68,7 +68,10 @@ def _refuse_other_world(scene, now, where):
             "from the first step; begin with a small value"
         )
     if now.period != scene.period:
-        raise UserError(f"{where}: beads would need other room behind walls; run a new scene")
+        raise UserError(
+            f"{where}: beads would get further behind walls, or less far, than there is room for; "
+            "take stiffer walls from the beginning"
+        )
     key = scene.made.get(Change.SLIDES)
     if key and (now.dt, now.terms[key]) != (scene.dt, scene.terms[key]):
         raise UserError(

@@ -221,7 +221,7 @@ class Measured:
 
     def _tau(self, samples):
         """Time that intervals between samples take, behind the equilibration."""
-        return self._scene.tau(self.every * samples, self._scene.steps.equilibrate)
+        return self._scene.tau(samples, self._scene.steps.equilibrate, self.every)
 
     def _over(self, kind):
         """Names of the dimension and of the times of samples, frames or lags."""
