@@ -106,11 +106,14 @@ def test_energy_is_conserved_without_friction(folder):
 
 def test_a_depth_of_nothing_is_the_plain_fluid(folder):
     """To rounding, and another depth is not; the plain scene keeps its record and its digest."""
+    observe = {"observe": [*PLAIN["observe"], "pair_energies"]}
     plain, none = (
-        dpd.run(PLAIN, progress=False),
-        dpd.run(OWN | {"morse": {"depth": 0}}, progress=False),
+        dpd.run(PLAIN | observe, progress=False),
+        dpd.run(OWN | observe | {"morse": {"depth": 0}}, progress=False),
     )
     np.testing.assert_allclose(none.position, plain.position, atol=1e-6)
+    assert (plain.energy_of_pair > 1).all()
+    np.testing.assert_allclose(none.energy_of_pair, plain.energy_of_pair, rtol=1e-4)
     some = dpd.run(OWN, progress=False)
     assert abs(some.position.values - plain.position.values).max() > 1e-2
     assert type(system_of(Scene(PLAIN)).pair).__name__ == "Soft"

@@ -31,6 +31,6 @@ class PairEnergies(Observable, key="pair_energies"):
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import soft_energies
 
-        repulsion = now.system.pair.repulsion
-        found = soft_energies(now.coordinates, now.scene.kinds, now.lattice, repulsion)
+        scene = now.scene
+        found = soft_energies(now.coordinates, scene.kinds, now.lattice, scene.repulsion)
         return found[np.triu_indices(len(found))]
