@@ -196,6 +196,8 @@ class Term(Page):
         What it does to the world; see `changes`.
     in_kernels : bool
         Whether kernels know it.
+    in_start : bool
+        Whether it acts while a start grows and relaxes, as it does in the run.
     keeps_apart : bool
         Whether it keeps beads apart that attract each other otherwise: repulsions may be negative.
     """
@@ -207,6 +209,7 @@ class Term(Page):
     mainly: ClassVar[Change | None] = None
     makes: ClassVar[frozenset[Change]] = frozenset()
     in_kernels: ClassVar[bool] = True
+    in_start: ClassVar[bool] = False
     keeps_apart: ClassVar[bool] = False
 
     def changes(self, scene: Any) -> frozenset[Change]:
@@ -240,6 +243,10 @@ class Term(Page):
     def room(self, scene: Any) -> tuple[float, ...]:
         """The least distances that images of a bead may have along each axis, in r_c."""
         return tuple(scene.period)
+
+    def stretched(self) -> str:
+        """The axes along which it changes the size of the box: ``all``, one of them, or nothing."""
+        return ""
 
     def across(self, scene: Any) -> tuple[int, ...]:
         """The axes across which the fluid changes because of it."""

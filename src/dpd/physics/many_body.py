@@ -29,6 +29,7 @@ class ManyBodyForces(Term, key="many_body"):
     2003): -40 and 25 one of density 6.07 and surface tension 7.6. Take a dt of 0.01 or less.
     """
 
+    in_start = True
     keeps_apart = True
     repulsion: Positive = setting(
         "B, the same for all pairs of species, whose force is B (rho_i + rho_j) (1 - r / range), "

@@ -132,6 +132,10 @@ class ConstantPressure(Term, key="pressure"):
                 f"allowed: >= {least:.3g}",
             )
 
+    def stretched(self) -> str:
+        """As it is asked for."""
+        return self.axes
+
     def record(self, scene: Any) -> Pressure | None:
         """The law; none where the time step is yet to be chosen."""
         if self.every is None:

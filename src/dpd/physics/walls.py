@@ -55,6 +55,7 @@ class SoftWalls(Term, key="walls"):
     plane is pushed away with the force repulsion times (1 - z), also behind the plane, where z < 0.
     """
 
+    in_start = True
     mainly = Change.ENDS
     cannot = {
         Change.SLIDES: "stand still, and the fluid would flow through or past them",

@@ -24,7 +24,8 @@ def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """All that a run of these values by name warns of; nothing if it is as asked."""
     found, end = [drift_warning(scene, values)], sum(scene.steps)
     half = scene.during(end - scene.steps.sample // 2, end)  # of which the others tell
-    if len({(each.kT, str(each.data.get("pressure"))) for each in half}) == 1:
+    held = {(each.kT, str(each.terms.get(each.made.get(Change.STRETCHES, "")))) for each in half}
+    if len(held) == 1:
         found += [temperature_warning(half[-1], values), pressure_warning(half[-1], values)]
     return "; ".join(filter(None, found))
 

@@ -730,6 +730,11 @@ class Scene:
         return tuple(map(min, zip(*(term.room(self) for term in self.terms.values()))))
 
     @property
+    def stretched(self) -> str:
+        """The axes along which the box changes its size: ``all``, one of them, or nothing."""
+        return "".join(term.stretched() for term in self.terms.values())
+
+    @property
     def flows(self) -> bool:
         """Whether something drives a flow, but for a shear, about which velocities are kept."""
         return Change.FLOWS in self.made

@@ -58,7 +58,7 @@ def start_forces(scene: Scene) -> dict[str, Any]:
     """Forces of growth and relaxation: those of the scene, but for start.forces."""
     data, changed = scene.data, scene.data["start"]["forces"]
     forces = {"repulsion": scene.repulsions}
-    forces |= {key: data[key] for key in ("walls", "many_body") if key in data}
+    forces |= {key: data[key] for key, term in scene.terms.items() if term.in_start}
     if "core" in data or "core" in changed:
         forces["core"] = data.get("core", {}) | changed.get("core", {})
     if (bond := start_bond(scene)) is not None:

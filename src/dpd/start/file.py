@@ -50,8 +50,7 @@ class FromFile(Start, key="file"):
     def decides(self, scene: Any) -> dict[str, Any]:
         """What is in the file; whether its box is taken, along which axes it may differ."""
         frame = LAST_FRAME if self.frame is None else self.frame
-        pressure = scene.data.get("pressure")
-        axes = {"box_of_file": pressure["axes"]} if pressure else {}
+        axes = {"box_of_file": scene.stretched} if scene.stretched else {}
         return {"file": [self.sha256, frame]} | axes
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:

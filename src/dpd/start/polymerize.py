@@ -85,4 +85,4 @@ class Polymerize(Start, key="polymerize"):
             {"architecture": " ".join(sorted(set(kind.beads)) * 2), "count": CHAINS}
             for kind in scene.molecules
         ]
-        return {"box": BOX, "molecules": kinds, "observe": ["thermo"]}
+        return {"box": BOX, "molecules": kinds, "observe": []}

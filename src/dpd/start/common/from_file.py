@@ -60,7 +60,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     if particles.dimension == scene.dimension:
         particles = between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
-    if "pressure" in scene.data and not same_box(scene.box, particles.box):
+    if scene.stretched and not same_box(scene.box, particles.box):
         edges = " x ".join(f"{edge:.6g}" for edge in particles.box)
         say(f"{path}: its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
@@ -93,7 +93,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     return State(
         position, velocity[:, order], None, identity, species, 0,
         slid=_slid(scene, particles.box, path),
-        box=particles.box if "pressure" in scene.data else None,
+        box=particles.box if scene.stretched else None,
         image=whole,
     )  # fmt: skip
 

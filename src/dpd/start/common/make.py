@@ -15,7 +15,7 @@ from dpd.errors import UserError
 from dpd.own import told_of
 from dpd.page import is_table
 from dpd.particles.particles import whole_images
-from dpd.particles.tilt import box_at, shear_of
+from dpd.particles.tilt import box_at
 from dpd.physics.common.records import bond_record
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
@@ -55,21 +55,18 @@ def system_of(scene: Scene) -> System:
         seed=data["seed"],
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
-        many_body=_record(scene, "many_body"),
         masses=scene.masses,
-        walls=_record(scene, "walls"),
         wall_friction=float(data.get("walls", {}).get("gamma", 0)),
-        body_force=_record(scene, "body_force"),
-        shear=shear_of(scene),
-        pressure=_record(scene, "pressure"),
+        **_records(scene),
         **_bonding(scene, scene.bond_force, data.get("angle")),
     )
     return replace(system, flow=scene.flow_layers(system.extent))
 
 
-def _record(scene, key):
-    """What kernels get of a term; None where the scene does not name it."""
-    return scene.terms[key].record(scene) if key in scene.terms else None
+def _records(scene):
+    """What kernels get of terms, by their keys, which `System` has too."""
+    records = ((key, term.record(scene)) for key, term in scene.terms.items())
+    return {key: record for key, record in records if record is not None}
 
 
 def _bonding(scene, bond, angle):
@@ -121,6 +118,7 @@ def start_system(scene: Scene, dt: float) -> System:
     dt : float
     """
     forces = start_forces(scene)
+    at_rest: Any = {key: None for key in _records(scene) if not scene.terms[key].in_start}
     return replace(
         system_of(scene),
         friction=scene.friction_of(forces["gamma"]),
@@ -131,9 +129,7 @@ def start_system(scene: Scene, dt: float) -> System:
         scheme=scheme_named("gw-vv"),
         seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
-        body_force=None,
-        shear=None,
-        pressure=None,
+        **at_rest,
         **_bonding(scene, start_bond(scene), forces.get("angle")),
     )
 

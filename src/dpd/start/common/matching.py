@@ -100,9 +100,8 @@ def wanted_box(scene: Scene, found: Sequence[float]) -> tuple[float, ...]:
     found : sequence of float
         Edges of the file.
     """
-    axes = scene.data.get("pressure", {}).get("axes", "")
     return tuple(
-        there if axes in ("all", name) else own
+        there if scene.stretched in ("all", name) else own
         for own, there, name in zip(scene.period, found, "xyz")
     )
 

@@ -1,0 +1,54 @@
+"""No term or observable is known by name outside of its page, but where this says so."""
+
+import ast
+
+from dpd.digest import PACKAGE
+from dpd.page import Observable, Term, names
+
+ROOMS = ("api", "commands", "engine", "files.py", "page.py", "pipeline", "scene", "start")
+KEYS = {*names(Term), *names(Observable)}
+# What every scene has, its repulsion, thermostat and integrator, is known to all. The rest is to
+# become less: where a file knows a page that does not stand here, give pages a hook.
+KNOWN = {
+    "engine/external.py": {"walls"},  # arguments of kernels
+    "engine/pair.py": {"many_body"},
+    "engine/queries/crossings.py": {"crossings"},  # words of messages
+    "engine/queries/passes.py": {"passes"},
+    "engine/sampling.py": {"walls"},  # sums
+    "engine/step.py": {"bonds"},
+    "pipeline/sections.py": {"pressure"},  # variables of results
+    "pipeline/sight.py": {"pressure"},
+    "pipeline/simulate.py": {"pressure"},
+    "pipeline/status_text.py": {"pressure"},
+    "scene/limits.py": {"core"},  # start.forces
+    "scene/scene.py": {"angle", "bond", "bonds"},  # what follows from molecules
+    "scene/sections.py": {"thermo"},  # the observable of a scene that names none
+    "scene/start.py": {"angle", "core"},
+    "start/common/make.py": {"angle", "bond", "core", "walls"},
+    "start/polymerize.py": {"angle"},
+}
+OF_ALL = {"integrator", "repulsion", "thermostat"}
+
+
+def texts(path):
+    """All strings in a file's code but docstrings."""
+    tree = ast.parse(path.read_text())
+    told = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node)
+    }
+    nodes = (node for node in ast.walk(tree) if isinstance(node, ast.Constant))
+    return {node.value for node in nodes if isinstance(node.value, str) and id(node) not in told}
+
+
+FILES = sorted(
+    path for room in ROOMS
+    for path in ([PACKAGE / room] if room.endswith(".py") else (PACKAGE / room).rglob("*.py"))
+)  # fmt: skip
+
+
+def test_pages_are_known_by_what_they_say():
+    """No file has other names than it is known for, and it has those."""
+    found = {str(path.relative_to(PACKAGE)): texts(path) & (KEYS - OF_ALL) for path in FILES}
+    assert {file: known for file, known in found.items() if known} == KNOWN
