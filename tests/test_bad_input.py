@@ -255,8 +255,9 @@ WALLED = WHOLE | {
         {"stress_profile": {"every": 5, "bin": 0.5, "axis": "z"}},
     ],
 }  # fmt: skip
-SHEARED = WHOLE | {
+SHEARED = {key: value for key, value in WHOLE.items() if key != "duration"} | {
     "shear": {"rate": 0.1, "flow": "x", "gradient": "y"},
+    "schedule": [{"step": 10, "set": {"integrator.lambda": 0.6}}],
     "observe": [{"thermo": {"every": 5}}],
 }  # fmt: skip
 # The same at constant pressure, where no chain can be traced.
