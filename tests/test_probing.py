@@ -114,7 +114,7 @@ def test_a_run_that_goes_on_keeps_its_step(folder, dpd, monkeypatch):
         looked.append(settle(*given))
         return looked[-1]
 
-    monkeypatch.setattr(running, "settle", look_for)
+    monkeypatch.setattr(probing, "settle", look_for)
     monkeypatch.setattr(running, "asked", lambda: signal.SIGTERM * bool(looked))
     monkeypatch.setattr(main, "asked", lambda: signal.SIGTERM)
     code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
