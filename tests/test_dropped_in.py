@@ -18,7 +18,7 @@ PAGES = {
     "start/line.py": test_own_starts.PAGE,
 }
 SCENE = {
-    "dimension": 3, "box": 3,
+    "dimension": 3, "box": 4,
     "molecules": [{"architecture": "A 3", "density": 2}, {"architecture": "B", "density": 1}],
     "repulsion": {"A A": 25, "A B": 30, "B B": 20},
     "morse": {"depth": {"A A": 1, "A B": 0, "B B": 3}},
