@@ -51,3 +51,8 @@ def remove_temporary() -> None:
     for path in list(TEMPORARY):
         with suppress(OSError):
             os.unlink(path)
+
+
+def unfinished(path: Path) -> Path:
+    """Where a file grows beside its place, with a suffix by which programs know it."""
+    return path.with_name(f"{path.stem}.unfinished{path.suffix}")

@@ -26,7 +26,6 @@ from dpd.pipeline.extend import Extension
 from dpd.pipeline.extend import extend as make_longer
 from dpd.pipeline.running import Order, run_alone
 from dpd.progress import Progress
-from dpd.scene.beside import files_beside
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -277,7 +276,7 @@ def _output(given: str | os.PathLike | None) -> Iterator[Path]:
 
 def refuse_files_beside(scene: Scene, call: str) -> None:
     """Refuse a run whose files would be lost; a ``call`` says how they would not."""
-    for name in files_beside(scene, "run.nc"):
+    for name in scene.files_beside("run.nc"):
         raise UserError(
             f"{scene.where}: observe.{name}: writes a file beside the result, and no result is "
             f"kept; name one, as {call}"

@@ -3,7 +3,7 @@
 A page says what it ``gives`` and how to ``measure`` that; `dpd.observe.common.measured.Measured`
 keeps it in a run: series, means over blocks, correlations.
 
-One that writes a file of its own (`dpd.scene.beside`) says how it is ``opened``, and its size,
+One that writes a file of its own (`Scene.files_beside`) says how it is ``opened``, and its size,
 ``file_bytes``. That goes on with what a former process has left (``cut``), is whole up to each
 checkpoint (``flush``), and takes its place in the end (``finish``).
 """
@@ -20,7 +20,6 @@ from dpd.observe.common.measured import Measured, MeasuredSums
 from dpd.observe.common.snapshot import Snapshot
 from dpd.page import Observable
 from dpd.page import names as pages
-from dpd.scene.beside import files_beside
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,7 +50,7 @@ def observables(
     -------
     list of Measured
     """
-    beside = {} if path is None else files_beside(scene, path)
+    beside = {} if path is None else scene.files_beside(path)
     now = None if state is None else Snapshot(scene, Configuration(system, state))
     asked: list[Any] = []
     for name, page in scene.observe.items():

@@ -14,11 +14,10 @@ import gsd.hoomd
 import gsd.pygsd
 import numpy as np
 
-from dpd.drafts import draft_of
+from dpd.drafts import draft_of, unfinished
 from dpd.errors import UserError, reason, remedy
 from dpd.files import check_output
 from dpd.particles.gsd_files import APPLICATION, SCHEMA, trajectory_to_read
-from dpd.scene.beside import unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

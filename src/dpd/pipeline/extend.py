@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dpd.drafts import remove_drafts
+from dpd.drafts import remove_drafts, unfinished
 from dpd.engine.checkpoint import refuse_other_file
 from dpd.files import attributes, check_output, read
 from dpd.interrupts import asked, listening
@@ -17,7 +17,6 @@ from dpd.pipeline.running import say, say_if_resumed
 from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate, summary
 from dpd.pipeline.there import refuse_to_lose, remove_left, result_there
 from dpd.progress import Progress
-from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 
@@ -84,10 +83,10 @@ def extend(extension: Extension) -> dict[str, float]:
     refuse_other(run, attributes(run))  # before there is a lock beside what is no run at all
     with alone(output, extension.say) as report:
         former = read_former(run)  # as it is now that nobody else is at work on it
-        beside = list(files_beside(former.scene, output).values())
+        beside = list(former.scene.files_beside(output).values())
         if output != run:
             for path in beside:
-                check_output(path, "", [run, *files_beside(former.scene, run).values()])
+                check_output(path, "", [run, *former.scene.files_beside(run).values()])
         for path in (output, checkpoint, *beside, *map(unfinished, beside)):
             remove_drafts(path)
         scene, there = longer(former.scene, extension.sample), None

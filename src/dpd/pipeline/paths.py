@@ -84,7 +84,7 @@ class Results:
         return run_file(self.runs(paper, sweep), point)
 
     def trajectory(self, paper: str, sweep: str, point: str) -> str:
-        """The trajectory of a run whose scene asks for one, see `dpd.scene.beside`."""
+        """The trajectory of a run whose scene asks for one, see `Scene.files_beside`."""
         run = self.run(paper, sweep, point)
         return run.removesuffix(".nc") + ".gsd"
 

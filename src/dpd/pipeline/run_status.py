@@ -21,7 +21,6 @@ from dpd.pipeline.lock import worker_on
 from dpd.pipeline.pace import START, told_by
 from dpd.pipeline.sight import NOTHING, RECENT, Measured, sight_of
 from dpd.pipeline.simulate import checkpoint_path
-from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
 
 if TYPE_CHECKING:
@@ -189,7 +188,7 @@ def _made(run, scene):
             return replace(run, why="its scene was edited since its result was made")
         if found.get("sources") != run_sources(scene):
             return replace(run, why="its result was made by other sources")
-        missing = [p for p in files_beside(scene, run.path).values() if not p.is_file()]
+        missing = [p for p in scene.files_beside(run.path).values() if not p.is_file()]
         if missing:
             return replace(run, why=f"{missing[0]}: is missing")
     steps, lost = int(found["steps"]), int(found.get("lost_step", -1))

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from dpd.compiling import COMPILING
-from dpd.drafts import remove_drafts
+from dpd.drafts import remove_drafts, unfinished
 from dpd.engine.checkpoint import note_of, refuse_other_file
 from dpd.errors import Stopped, UserError
 from dpd.files import check_output, read
@@ -28,7 +28,6 @@ from dpd.pipeline.simulate import (
 )
 from dpd.pipeline.there import remove_left, result_there
 from dpd.progress import Progress
-from dpd.scene.beside import files_beside, unfinished
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_work
 from dpd.start.common.files import read_start
@@ -134,7 +133,7 @@ def run_alone(order: Order) -> dict[str, float]:
 
 def _results(order):
     """All files that a run leaves: its result, and what lies beside it."""
-    return [order.output, *files_beside(order.scene, order.output).values()]
+    return [order.output, *order.scene.files_beside(order.output).values()]
 
 
 def _made(order):

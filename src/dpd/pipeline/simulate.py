@@ -23,7 +23,6 @@ from dpd.observe import observables
 from dpd.page import Change
 from dpd.pipeline.kept import NOTHING, go_on_from, kept_of
 from dpd.pipeline.run_warnings import warning_of
-from dpd.scene.beside import files_beside
 from dpd.stages import run_sources
 from dpd.start.common.make import system_of
 
@@ -282,7 +281,7 @@ def summary(
 
 def is_made(scene: Scene, path: str | Path) -> bool:
     """Whether a result is there that belongs to a scene and to the sources as they are."""
-    if not all(each.is_file() for each in (Path(path), *files_beside(scene, path).values())):
+    if not all(each.is_file() for each in (Path(path), *scene.files_beside(path).values())):
         return False
     try:
         made = [files.attribute(path, name) for name in ("scene_digest", "sources")]

@@ -13,7 +13,6 @@ from dpd.engine.checkpoint import key_of, note_of
 from dpd.errors import Occupied, OtherPage, UserError
 from dpd.pipeline.kept import scene_of
 from dpd.pipeline.simulate import checkpoint_path
-from dpd.scene.beside import files_beside
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 
@@ -26,7 +25,7 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
     Occupied
         If anything else is in the place of the output, or in that of what lies beside it.
     """
-    checkpoint, beside = checkpoint_path(output), files_beside(scene, output).values()
+    checkpoint, beside = checkpoint_path(output), scene.files_beside(output).values()
     if not files.is_filled(output):
         refuse_to_lose(scene, checkpoint)
         for path in beside if not key_of(checkpoint) else ():

@@ -461,6 +461,11 @@ class Scene:
         forces = {term.key: term.content() for term in self.own_forces}
         return value_digest(without | {"observe": observe, "start": start} | forces)
 
+    def files_beside(self, path: str | Path) -> dict[str, Path]:
+        """Files that observables write beside the result at a path, as run.gsd, by their keys."""
+        asked = self.observe.items()
+        return {key: Path(path).with_suffix(page.suffix) for key, page in asked if page.suffix}
+
     @property
     def kT(self) -> float:
         """Temperature of the thermostat."""
