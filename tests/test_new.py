@@ -66,10 +66,11 @@ def test_all_are_listed_and_names_are_checked(folder, dpd, capsys):
     assert not list(folder.glob("tri*"))
 
 
-def test_an_editor_completes_the_keys(folder, dpd):
+def test_an_editor_completes_the_keys(folder, dpd, capsys):
     """The first line names a schema that stands beside; both fit."""
     for name in ("fluid", "shear"):  # which share it
-        assert dpd("new", name, "--schema")[0] == 0
+        assert main(["new", name, "--schema"]) == 0
+        assert SCENES[name].read_text().splitlines()[0][2:] in capsys.readouterr().out
         first = (folder / f"{name}.yaml").read_text().splitlines()[0]
         schema = json.loads((folder / first.split("$schema=")[1]).read_text())
         jsonschema.Draft202012Validator(schema).validate(read_yaml(folder / f"{name}.yaml"))

@@ -55,11 +55,11 @@ def _new(options: Namespace) -> None:
         written = {path: f"# yaml-language-server: $schema={SCHEMA}\n{text}"}
         written[path.with_name(SCHEMA)] = json.dumps(scene_schema(), indent=1) + "\n"
     check_output(path, ".yaml")
-    new = {file: text for file, text in written.items() if not _holds(file, text)}
+    new = {file: data for file, data in written.items() if not _holds(file, data)}
     for file in new if not options.overwrite else ():
         refuse_to_replace(file)
-    for file, text in new.items():
-        replace_whole(file, partial(Path.write_text, data=text))
+    for file, data in new.items():
+        replace_whole(file, partial(Path.write_text, data=data))
     print(f"{path}: {_sentence(text)}")
     print(f"to run it: {called()} run {path} -o {path.stem}.nc")
 
