@@ -176,7 +176,7 @@ def test_calls_that_are_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     sim = dpd.Simulation({key: CHAINS[key] for key in CHAINS if key != "steps"}, progress=False)
     for call, said in (
-        (lambda: sim.set(dd=1), "set: 'dd' no such; allowed: "),
+        (lambda: sim.set(dd=1), "set: 'dd' cannot change here; allowed: "),
         (lambda: sim.set(kT=1, gamm=2), "did you mean 'gamma'"),
         (lambda: sim.set({"seed": 2}), "'seed' cannot change"),
         (lambda: sim.run(0), "steps: '0' is out of range"),

@@ -302,8 +302,6 @@ class Simulation:
         found = [f"{key}.{name}" for key, names in every.items() if name in names]
         if len(found) != 1:
             near = suggestion(name, sorted({each for names in every.values() for each in names}))
-            what = (
-                f"is one of {', '.join(found)}; give it by its key" if found else f"no such; {near}"
-            )
-            raise UserError(f"set: {name!r} {what}")
+            what = f"is one of {', '.join(found)}; give it by its key"
+            raise UserError(f"set: {name!r} {what if found else f'cannot change here; {near}'}")
         return found[0]
