@@ -1,10 +1,7 @@
 """Starts of a user's own: beads where a file outside of the package puts them."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 
 import jsonschema
 import numpy as np
@@ -22,6 +19,7 @@ from dpd.scene.start import start_digest, start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start
 from dpd.start.common.quick import compile_start
+from tests.test_own_pages import command
 
 PAGE = '''"""Beads on a line."""
 
@@ -65,14 +63,6 @@ def folder(tmp_path, monkeypatch):
     data = {key: value for key, value in SCENE.items() if key != "pages"}
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump(data))
     return tmp_path
-
-
-def command(*arguments):
-    """Run a command in a process of its own."""
-    return subprocess.run(
-        [sys.executable, "-m", "dpd", *map(str, arguments)], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
 
 
 def on_a_line(beads, step):
