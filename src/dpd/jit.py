@@ -18,12 +18,14 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import dpd.numba_settings  # noqa: F401  before Numba, which reads it
+
+# isort: split
 import numba
 from numba import njit, types
 from numba.core.caching import NullCache
 from numba.extending import intrinsic, overload
 
-import dpd.numba_settings  # noqa: F401
 from dpd.digest import text_digest
 from dpd.errors import reason
 from dpd.lazy_parts import compilers

@@ -1,4 +1,4 @@
-"""What Numba reads when it is imported; so this comes before it, in every package with kernels.
+"""What Numba reads when it is imported; so this comes before it, with `dpd.jit`.
 
 A program that has imported Numba before has it read them again.
 

@@ -2,5 +2,3 @@
 
 Knows NumPy, Numba and `dpd.physics` only: no paper, no file format of the pipeline, no Snakemake.
 """
-
-import dpd.numba_settings  # noqa: F401

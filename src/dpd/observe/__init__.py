@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.simulation import Snapshot as Configuration
 from dpd.errors import UserError
 from dpd.observe.common.measured import Measured, MeasuredSums
 from dpd.observe.common.snapshot import Snapshot
@@ -50,6 +49,8 @@ def observables(
     -------
     list of Measured
     """
+    from dpd.engine.simulation import Snapshot as Configuration  # with Numba: to read takes none
+
     beside = {} if path is None else scene.files_beside(path)
     now = None if state is None else Snapshot(scene, Configuration(system, state))
     asked: list[Any] = []

@@ -3,5 +3,3 @@
 Each page has the parameters of its term as a named record, and force, energy and curvature side by
 side, as a textbook prints them. Nothing here knows how pairs are found.
 """
-
-import dpd.numba_settings  # noqa: F401
