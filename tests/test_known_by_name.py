@@ -5,7 +5,7 @@ import ast
 from dpd.digest import PACKAGE
 from dpd.page import Observable, Term, names
 
-ROOMS = ("api", "commands", "engine", "files.py", "page.py", "pipeline", "scene", "start")
+ROOMS = ("api", "commands", "engine", "files.py", "page", "pipeline", "scene", "start")
 KEYS = {*names(Term), *names(Observable)}
 # What every scene has, its repulsion, thermostat and integrator, is known to all. The rest is to
 # become less: where a file knows a page that does not stand here, give pages a hook.

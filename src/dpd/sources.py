@@ -31,10 +31,10 @@ HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
     "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
-    "dpd.own", "dpd.page", "dpd.pipeline.kept", "dpd.pipeline.sections",
-    "dpd.physics.common.automatic", "dpd.progress", "dpd.scene.changes",
-    "dpd.scene.limits", "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources",
-    "dpd.stages", "dpd.streams",
+    "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.observable", "dpd.page.start",
+    "dpd.page.term", "dpd.pipeline.kept", "dpd.pipeline.sections", "dpd.physics.common.automatic",
+    "dpd.progress", "dpd.scene.changes", "dpd.scene.limits", "dpd.scene.sections",
+    "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages", "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 # Kernels of the benchmark are compiled into folders of their own.

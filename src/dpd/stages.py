@@ -124,7 +124,7 @@ def unused(pages: frozenset[str]) -> frozenset[Path]:
         Modules of what acts in a scene.
     """
     terms = {Term.folder / f"{key}.py" for key in names(Term)}
-    brought = (source_of(path).named for path in (*terms, PACKAGE / "page.py"))
+    brought = (source_of(path).named for path in (*terms, PACKAGE / "page" / "term.py"))
     acting, waiting = set(), {path for page in pages if (path := file_of(page))}
     while waiting:
         acting |= waiting  # a page may take from another

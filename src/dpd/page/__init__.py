@@ -1,0 +1,50 @@
+"""What a page is: it says everything about one thing, and the house asks it.
+
+A page is a class in a file of its own: its settings, what it does to the world, and what it cannot
+be combined with. It registers by being a subclass of its kind with a key. The key is the name of
+its file, so reading a scene imports no page that the scene does not name. Nothing at the top of a
+page imports Numba: kernels come with the first step.
+"""
+
+from dpd.page.base import (
+    LARGEST_SEED,
+    MOST_STEPS,
+    NAMES,
+    OR_LIST,
+    OR_TABLE,
+    PARTS,
+    Axis,
+    Change,
+    NotNegative,
+    OneOrMore,
+    OneOrTable,
+    Page,
+    Pair,
+    PairTable,
+    PerPair,
+    PerSpecies,
+    Positive,
+    Refusals,
+    Section,
+    Species,
+    Triple,
+    find,
+    interval_setting,
+    is_table,
+    module_of,
+    names,
+    once,
+    part,
+    setting,
+)  # fmt: skip
+from dpd.page.observable import KINDS, Given, Observable
+from dpd.page.start import Start
+from dpd.page.term import BondForce, PairForce, Term, check_bonded, check_laws
+
+__all__ = [
+    "KINDS", "LARGEST_SEED", "MOST_STEPS", "NAMES", "OR_LIST", "OR_TABLE", "PARTS", "Axis",
+    "BondForce", "Change", "Given", "NotNegative", "Observable", "OneOrMore", "OneOrTable", "Page",
+    "Pair", "PairForce", "PairTable", "PerPair", "PerSpecies", "Positive", "Refusals", "Section",
+    "Species", "Start", "Term", "Triple", "check_bonded", "check_laws", "find", "interval_setting",
+    "is_table", "module_of", "names", "once", "part", "setting",
+]  # fmt: skip

@@ -1,0 +1,217 @@
+"""What pages of all kinds have in common: settings, changes of the world, the registry."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable, Iterator, Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
+
+# To look for plugins of pydantic among all installed packages takes 8 ms.
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator
+
+Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
+
+PACKAGE = Path(__file__).parent.parent
+MOST_STEPS = 10**12
+LARGEST_SEED = 2**63 - 1
+
+
+class Change(Enum):
+    """What a part of a scene does to the world that others take for granted.
+
+    The value says why a page that has said nothing of it cannot stand it.
+    """
+
+    SLIDES = "takes the images of the box to stay where they are"
+    STRETCHES = "takes the box to keep its size"
+    ENDS = "takes the fluid to repeat along every axis"
+    FLOWS = "holds in equilibrium only"
+    JUMPS = "needs a force without jumps"
+    PACE = "needs steps of one length while it samples"
+
+
+# --- settings
+
+N = TypeVar("N")
+SPECIES, PAIR, TRIPLE = r"^\S+$", r"^\S+ \S+$", r"^\S+ \S+ \S+$"
+# What a key of a table is, by its pattern, for messages.
+NAMES = {
+    SPECIES: "a species, as 'A'", PAIR: "a pair of species, as 'A B'",
+    TRIPLE: "three species along two bonds, as 'A B C'",
+}  # fmt: skip
+Species = Annotated[str, Field(pattern=SPECIES)]
+Pair = Annotated[str, Field(pattern=PAIR)]
+Triple = Annotated[str, Field(pattern=TRIPLE)]
+
+
+# Which branch a value is meant for, by its kind: so only errors of that are told.
+OR_TABLE = Discriminator(lambda value: "=table" if isinstance(value, dict | BaseModel) else "=one")
+OR_LIST = Discriminator(lambda value: "=list" if isinstance(value, list) else "=one")
+_One = Annotated[N, Tag("=one")]
+_PerSpecies = Annotated[dict[Species, N], Field(min_length=1), Tag("=table")]
+_PerPair = Annotated[dict[Pair, N], Field(min_length=1), Tag("=table")]
+PerSpecies = Annotated[_One[N] | _PerSpecies[N], OR_TABLE]
+PerPair = Annotated[_One[N] | _PerPair[N], OR_TABLE]
+OneOrMore = Annotated[_One[N] | Annotated[list[N], Field(min_length=1), Tag("=list")], OR_LIST]
+PairTable = Annotated[dict[Pair, N], Field(min_length=1)]
+Axis = Literal["x", "y", "z"]
+K = TypeVar("K")
+_Laws = Annotated[dict[K, N], Field(min_length=1), Tag("=table")]
+OneOrTable = Annotated[
+    _One[N] | _Laws[K, N], Discriminator(lambda value: "=table" if is_table(value) else "=one")
+]
+Positive = Annotated[float, Field(gt=0, le=1e6)]
+NotNegative = Annotated[float, Field(ge=0, le=1e6)]
+
+
+def is_table(value: object) -> bool:
+    """Whether something is a law for each pair or triple of species, not one for all."""
+    return isinstance(value, dict) and any(" " in str(key) for key in value)
+
+
+def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bounds: Any) -> Any:
+    """A setting: what it is, its default, its unit, and bounds as pydantic has them.
+
+    Parameters
+    ----------
+    of : str
+        What it names or is given for, which a scene must have: ``axis``, ``species`` (a value for
+        each, if it is a table), or ``some species``.
+    """
+    extra: Any = {key: value for key, value in {"unit": unit, "of": of}.items() if value}
+    given = {"default_factory": default} if callable(default) else {"default": default}
+    return Field(description=text, json_schema_extra=extra or None, **given, **bounds)
+
+
+def interval_setting(text: str) -> Any:
+    """How many steps lie between samples; if it is not given, the page's interval decides."""
+    return setting(text, 0, ge=1, le=MOST_STEPS)  # 0: the page decides
+
+
+class Section(BaseModel):
+    """Settings: nothing unknown, nothing converted, no infinity, never changed."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True,
+        validate_default=False,
+    )  # fmt: skip
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _given(cls, value):
+        """Nothing behind a colon is not the same as a key that is left out."""
+        if value is None:
+            raise ValueError("None (nothing after the colon) where a value is needed")
+        return value
+
+    def conflicts(self) -> Refusals:
+        """What its settings have against each other, whatever the scene."""
+        return iter(())
+
+
+# --- pages
+
+
+class Page(Section):
+    """A page; pages of a kind stand in one folder.
+
+    Attributes
+    ----------
+    bare : str
+        The setting that the whole section stands for, if it is no table of settings.
+    stands : frozenset of Change
+        Changes that it was made for.
+    cannot : dict of Change to str
+        Why not, where `Change` does not say it best.
+    """
+
+    folder: ClassVar[Path]  # each page in a file that is called by its key
+    package: ClassVar[str]
+    key: ClassVar[str] = ""
+    bare: ClassVar[str] = ""
+    stands: ClassVar[frozenset[Change]] = frozenset()
+    cannot: ClassVar[Mapping[Change, str]] = {}
+    _pages: ClassVar[dict[str, type[Page]]]
+
+    @classmethod
+    def allows(cls, change: Change) -> bool:
+        """Whether it can stand a change."""
+        return change in cls.stands and change not in cls.cannot
+
+    @classmethod
+    def why_not(cls, change: Change) -> str:
+        """Why it cannot stand a change."""
+        return cls.cannot.get(change, change.value)
+
+    @classmethod
+    def has_required(cls) -> bool:
+        """Whether a setting has no default."""
+        return any(field.is_required() for field in cls.model_fields.values())
+
+    def plain(self) -> Any:
+        """Its settings as plain data, as they stand in a file."""
+        data = self.model_dump(exclude_none=True, by_alias=True)
+        return data[self.bare] if self.bare else data
+
+    @classmethod
+    def summary(cls) -> str:
+        """Its description in one sentence."""
+        return " ".join((cls.__doc__ or "").split("\n\n")[0].split())
+
+    def __init_subclass__(cls, key: str = "", **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if key:
+            cls.key = key
+        if key and cls.__module__ == f"{cls.package}.{key}":  # others belong to the scene's files
+            cls._pages[key] = cls
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, key: str = "", **options: Any) -> None:
+        """Pydantic hands on the words of the class line, all of which are used by now."""
+
+
+def once(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a method of a page that takes a scene: what it finds is kept with the scene."""
+
+    def found(page: Any, scene: Any) -> Any:
+        kept, key = vars(scene).setdefault("_once", {}), (id(page), method.__name__)
+        if key not in kept:
+            kept[key] = page, method(page, scene)  # the page too, so that no other has its id
+        return kept[key][1]
+
+    found.__doc__ = method.__doc__
+    return found
+
+
+PARTS: list[Callable[..., Any]] = []
+
+
+def part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that formulas of a page call; in Python it stays as it is."""
+    PARTS.append(function)
+    return function
+
+
+# --- the registry
+
+
+def names(kind: type[Page]) -> list[str]:
+    """Keys of all pages of a kind; nothing is imported."""
+    files = (name for name in os.listdir(kind.folder) if name.endswith(".py"))
+    return sorted(name.removesuffix(".py") for name in files if not name.startswith("_"))
+
+
+def module_of(kind: type[Page], key: str) -> str:
+    """The module of a page."""
+    return f"{kind.package}.{key}"
+
+
+def find(kind: type[Page], key: str) -> Any:
+    """A page by its key, which there is."""
+    if key not in kind._pages:
+        importlib.import_module(module_of(kind, key))
+    return kind._pages[key]
