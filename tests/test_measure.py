@@ -12,6 +12,7 @@ import yaml
 
 from dpd.analysis.verdicts import COLUMNS
 from dpd.benchmark import beside, scaling, speed
+from dpd.benchmark.features import as_text, observing
 from dpd.benchmark.measure import MEASUREMENTS, measure
 from dpd.benchmark.schemes import labelled_schemes, schemes
 from dpd.benchmark.speed import installed
@@ -19,6 +20,7 @@ from dpd.benchmark.tension import profiles_known
 from dpd.benchmark.workloads import workload
 from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.page import Observable, names
 from dpd.pipeline import study
 from dpd.pipeline.paths import Results
 from dpd.pipeline.sections import Measurement
@@ -49,13 +51,7 @@ SIZES = {
         "begins": 1,
     },
     "schemes": {"scenes": {name: SMALL[name] for name in ("W1", "W2")}, "turns": 2},
-    "features": {
-        "scene": FLUID, "steps": 10, "turns": 2,
-        "watched": {
-            "g(r)": {"rdf": {"every": 10, "range": 2}},
-            "displacement": {"displacement": {"every": 5}},
-        },
-    },
+    "features": {"scene": FLUID, "steps": 10, "turns": 2},
     "tension": {"scene": SMALL_SLABS, "settling": 500, "samples": 400},
 }  # fmt: skip
 
@@ -250,8 +246,17 @@ def test_a_scheme_that_blows_up_is_left_out():
 @pytest.mark.thorough
 def test_features_have_a_cost(results):
     data = made(results, "features")
-    assert {"bonds (dimers)", "rigid core", "virial every step", "g(r)"} <= set(data.feature.values)
+    assert {"bonds (dimers)", "rigid core", "virial every step"} <= set(data.feature.values)
     assert (data.cost > 0).all() and (data.bare_cost > 0).all()
+
+
+@pytest.mark.thorough
+def test_every_observable_has_a_cost_where_it_measures_anything():
+    """A line for each, with its default interval; none for what only bonds have."""
+    table = observing({"fluid": FLUID.data | {"box": 4}}, 1, quiet)
+    assert {"thermo", "displacement", "trajectory"} < set(table.observable) < set(names(Observable))
+    lines = as_text(table).splitlines()
+    assert len(lines) == 2 + len(table) and "end_to_end" not in "".join(lines)
 
 
 @pytest.mark.few(1)

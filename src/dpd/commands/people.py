@@ -57,7 +57,8 @@ def _show(options: Namespace) -> None:
 
 
 def _bench(options: Namespace) -> None:
-    from dpd.benchmark import speed, whole
+    from dpd.benchmark import features, speed, whole
 
     print(speed.as_text(speed.against_lammps(say=print)))
     print(whole.as_text(whole.whole_runs(say=print)))
+    print(features.as_text(features.observing(say=print)))
