@@ -166,7 +166,7 @@ def draw(data):
     figure = plt.figure(figsize=(DOUBLE, 4.6))
     grid = figure.add_gridspec(2, len(MELTS), height_ratios=(1.15, 1))
     for k, (melt, color) in enumerate(zip(MELTS, (BLUE, RED))):
-        solid = figure.add_subplot(grid[0, k])
+        solid = figure.add_subplot(grid[0, k], projection="3d")
         field = data[f"{melt.sweep}_field"].values
         draw_isodensity(solid, field, 1.5, data[f"{melt.sweep}_edge"].values, color)
         drawn = float(data[f"{melt.sweep}_drawn"])

@@ -6,13 +6,9 @@ import xarray as xr
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
+from dpd.report.draw_fields import middles, slice_of, smoothed
 from dpd.report.style import DOUBLE, ORANGE, plt
-from paper_figures.cerius2_1998.shared import (
-    SMOOTHED,
-    draw_isodensity,
-    middle_slice,
-    smoothed_cells,
-)
+from paper_figures.cerius2_1998.shared import SMOOTH, draw_isodensity
 
 LEVEL = 0.4  # 1 / r_c^3, the density of A at which the manual draws its surface
 
@@ -28,7 +24,7 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "Densities are means over 20 configurations in 100 steps, in cubes with edges of 0.625 r_c, "
-    f"{SMOOTHED}, in the pictures and in the table. The box cuts bodies off where they are pale."
+    f"smoothed over {SMOOTH:g} r_c, in the pictures and in the table. The box cuts bodies off."
 )
 COLUMNS = 4
 SETTLED = 0.5  # share of the run that counts as ordered
@@ -43,7 +39,8 @@ def compute(sweeps):
     time = runs.field_time.values
     shown = columns_of(time)
     edge = np.array(first_scene(runs).box)
-    smooth = np.stack([smoothed_cells(each, edge) for each in values])
+    cells = [middles(count, along) for count, along in zip(values.shape[1:], edge)]
+    smooth = np.stack([smoothed(each, edge, cells, SMOOTH) for each in values])
     inside = np.where(smooth > LEVEL, smooth, 0).sum(axis=(1, 2, 3)) / smooth.sum(axis=(1, 2, 3))
     share = (smooth > LEVEL).mean(axis=(1, 2, 3))
     axes = ("x", "y", "z")
@@ -98,12 +95,12 @@ def draw(data):
     figure = plt.figure(figsize=(DOUBLE, 3.6))
     grid = figure.add_gridspec(2, count, height_ratios=(1, 1.15))
     edge = data.edge.values
-    slices = [middle_slice(field, edge) for field in data.density.values]
+    slices = [slice_of(field, edge, 2, edge[2] / 2, SMOOTH) for field in data.density.values]
     top = np.max(slices)
     for k in range(count):
         flat = figure.add_subplot(grid[0, k])
         image = flat.imshow(
-            slices[k].T, origin="lower", extent=(0, edge[0], 0, edge[1]),
+            slices[k], origin="lower", extent=(0, edge[0], 0, edge[1]),
             vmin=0, vmax=top, cmap="viridis",
         )  # fmt: skip
         flat.set(title=rf"$t$ = {float(data.shown_time[k]):.0f} $\tau$", xlabel="$x$ / $r_c$")
@@ -112,7 +109,7 @@ def draw(data):
             flat.set(ylabel="$y$ / $r_c$")
         else:
             flat.set(yticklabels=[])
-        solid = figure.add_subplot(grid[1, k])
+        solid = figure.add_subplot(grid[1, k], projection="3d")
         draw_isodensity(solid, data.density.values[k], LEVEL, edge, ORANGE)
     bar = figure.colorbar(image, ax=figure.axes[: 2 * count : 2], pad=0.01, shrink=0.9)
     bar.set_label(r"density of A / $r_c^{-3}$")

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from dpd.api.runs import run as run
     from dpd.api.sweeps import sweep as sweep
     from dpd.errors import UserError as UserError
-    from dpd.report.pictures.draw import draw as draw
+    from dpd.report.draw import draw as draw
     from dpd.scene.scene import Scene as Scene
 
 __version__ = "0.2.0"  # the one place: pyproject.toml reads it
@@ -42,7 +42,7 @@ _MODULES = {
     "Scene": "dpd.scene.scene",
     "Simulation": "dpd.api.live",
     "UserError": "dpd.errors",
-    "draw": "dpd.report.pictures.draw",
+    "draw": "dpd.report.draw",
     "extend": "dpd.api.runs",
     "load": "dpd.api.datasets",
     "run": "dpd.api.runs",

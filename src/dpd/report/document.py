@@ -479,9 +479,9 @@ python -m dpd convert run.nc field.vti --frame -1         # for ParaView
 ```
 
 Surfaces and files for ParaView need `pip install 'dpd-papers[draw]'`. For a picture, the field is
-averaged with a Gaussian of width 0.5 (`--smooth`). A surface is closed where the box ends, and what
-a face of the box cuts is pale. The values of a file for ParaView belong to cells: use its filter
-*Cell Data to Point Data* before *Contour*.
+averaged with a Gaussian of width 0.5 (`--smooth`). A surface is closed where the box ends. The
+values of a file for ParaView belong to cells: use its filter *Cell Data to Point Data* before
+*Contour*.
 
 The phase of a block copolymer is named by the peaks of its structure factor, 1 : 2 : 3 for lamellae
 and 1 : sqrt(3) : 2 for cylinders:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from dpd.analysis.statistics import COVERAGE
-from dpd.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY  # noqa: F401
+from dpd.report.colours import BLACK, BLUE, GREEN, LOOK, ORANGE, PURPLE, RED, SKY  # noqa: F401
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -30,27 +30,7 @@ class Look(NamedTuple):
     marker: str = "o"
 
 
-mpl.rcParams.update({
-    "font.size": 8,
-    "axes.labelsize": 8,
-    "axes.titlesize": 8,
-    "legend.fontsize": 7,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "axes.linewidth": 0.7,
-    "lines.linewidth": 1.0,
-    "lines.markersize": 3.5,
-    "legend.frameon": False,
-    "legend.handlelength": 1.8,
-    "figure.constrained_layout.use": True,
-    "savefig.dpi": 300,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "dpd-papers",
-})  # fmt: skip
+mpl.rcParams.update(LOOK)
 
 
 def panels(

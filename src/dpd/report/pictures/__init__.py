@@ -1,1 +1,0 @@
-"""Pictures and movies of beads and bonds."""
