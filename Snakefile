@@ -20,7 +20,6 @@ from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline import made_from, resources as asked
 from dpd.pipeline.order import priorities
-from dpd.pipeline.overlay import edited_in_vain
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.failures import say_at_exit
@@ -50,7 +49,7 @@ configfile: str(ROOT / "config" / "config.yaml")
 try:
     CONFIG = read_config(dict(config))
     STUDY = CONFIG["study"]
-    FIRST = read_study(STUDY).get("first", ())
+    FIRST = read_study(STUDY).first or ()
     LONGEST = CONFIG["longest_job"]
     PAGE = page_suffix(CONFIG["papers"], read_config()["papers"])
     REPORTED = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}
@@ -62,10 +61,6 @@ try:
         published(name)
 except UserError as problem:
     raise WorkflowError(str(problem)) from None
-
-if workflow.is_main_process:
-    for sentence in edited_in_vain(STUDY, REPORTED):
-        print(f"note: {sentence}.", file=sys.stderr)
 
 OUT = results_of(STUDY)
 # The shared page is that of all papers in config/config.yaml; others get one of their own.

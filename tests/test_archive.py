@@ -319,7 +319,7 @@ def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
     for study, number in (("quick", 1), (LONG_STUDY, 4)):
         written = whole_archive.keep(study, Machine("Some Processor", 2))
         assert len(written) == number and written[0] == kept / study / "verdicts.csv"
-    with pytest.raises(UserError, match="is not in config/studies"):
+    with pytest.raises(UserError, match="is none of the studies"):
         whole_archive.keep("quik", Machine("Some Processor", 2))
 
 
@@ -520,10 +520,9 @@ def test_statements_about_what_is_not_there(tmp_path, monkeypatch):
     """A sweep or an axis that the paper has not is refused with a suggestion."""
     from dpd.pipeline import study
 
-    for folder in ("papers", "studies"):
-        (tmp_path / folder).mkdir()
-    (tmp_path / "studies" / "fast.yaml").write_text("description: fast\n")
-    (tmp_path / "config.yaml").write_text("study: fast\n")
+    (tmp_path / "papers").mkdir()
+    given = {"study": "paper", "papers": ["one"], "studies": {"paper": {"description": "fast"}}}
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(given))
     monkeypatch.setattr(study, "CONFIG", tmp_path)
     for said, words in (
         ({"sweeps": ["fluids"]}, r"sampling\.0\.sweeps: no sweep 'fluids'"),
@@ -538,4 +537,4 @@ def test_statements_about_what_is_not_there(tmp_path, monkeypatch):
         }  # fmt: skip
         (tmp_path / "papers" / "one.yaml").write_text(yaml.safe_dump(given))
         with pytest.raises(UserError, match=words):
-            read_paper("one", "fast", only=[])
+            read_paper("one", "paper", only=[])

@@ -1,9 +1,11 @@
 """Bad papers and studies: one sentence with file, key, value and what is allowed."""
 
+import shutil
+
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.study import as_studied, read_paper
 from tests.test_bad_input import FLUID, WRONG, key_of, places, refusal, with_value
 
 
@@ -40,30 +42,29 @@ PAPER = {
     "measurements": ["lammps"],
     "figures": {"fig": {"sweeps": ["fluid"], "measurements": ["lammps"]}},
 }
-STUDY = {
-    "description": "A study",
-    "papers": {
-        "groot_warren_1997": {
-            "fluid": {
-                "scene": {"box": 5, "steps": {"sample": 5}, "duration": {"sample": 1}},
-                "sampling": 2,
-                "replicas": 1,
-                "axes": {"a": [15, 30], "scheme": ["euler"]},
-            }
-        }
+# The same, with what some studies have.
+STUDIED = with_value(
+    with_value(PAPER, ("sweeps", "fluid", "replicas"), {"paper": 2, "smoke": 1}),
+    ("sweeps", "fluid", "axes", "a", "values"),
+    {"paper": [15, 25], "smoke": [15, 30, 40]},
+)
+CONFIG = {
+    "study": "smoke", "papers": ["groot_warren_1997"],
+    "studies": {
+        "paper": {"description": "All."}, "smoke": {"description": "Less."}, "night": "smoke",
     },
-}
+}  # fmt: skip
 
 
 @pytest.fixture
 def unfold(monkeypatch):
-    """Unfold a paper under a study, both given as data."""
+    """Unfold a paper, and config.yaml, given as data."""
     import dpd.pipeline.study as module
 
-    def unfold(paper, study):
-        texts = {"papers": paper, "studies": study}
+    def unfold(paper, config=CONFIG, study="smoke"):
+        texts = {"papers": paper, "config": config}
         monkeypatch.setattr(module, "read_yaml", lambda path: texts[path.parent.name])
-        return read_paper("groot_warren_1997", "smoke")
+        return read_paper("groot_warren_1997", study)
 
     return unfold
 
@@ -109,58 +110,94 @@ PAPERS = [
 ]  # fmt: skip
 
 
-def test_the_paper_and_the_study_are_good(unfold):
+def test_the_paper_and_the_studies_are_good(unfold):
     """What the tables change is all that is wrong."""
-    assert len(unfold(PAPER, STUDY).sweeps["fluid"].points) == 8
-    assert len(unfold(PAPER, {"description": "none"}).sweeps["fluid"].points) == 16
+    assert len(unfold(PAPER).sweeps["fluid"].points) == 16
+    for study, points in (("paper", 16), ("smoke", 12), ("night", 12)):
+        assert len(unfold(STUDIED, study=study).sweeps["fluid"].points) == points
 
 
 @pytest.mark.parametrize(("paper", "named"), PAPERS, ids=lambda part: str(part)[-40:])
 def test_papers_that_cannot_be_meant(unfold, paper, named):
     """File, key, value, and what is allowed, before a point is unfolded."""
-    message = refusal(unfold, paper, {"description": "none"})
+    message = refusal(unfold, paper)
     assert message.startswith("config/papers/groot_warren_1997.yaml: ")
     for part in named:
         assert part in message, message
 
 
 @pytest.mark.parametrize(
-    ("change", "named"),
-    [({"scene": {"steps": {"sample": "many"}}}, ["fluid (", "steps.sample: 'many'"]),
-     ({"scene": {"box": None}}, ["fluid (", "box: None"]),
-     ({"axes": {"a": ["x"]}}, ["fluid (a=x", "repulsion.A A: 'x'"]),
-     ({"axes": {"q": [1]}}, ["axes: no axis 'q'; allowed: a, "]),
-     ({"replicas": None}, ["fluid.replicas: None"])],
+    ("place", "value", "named"),
+    [(("scene", "box"), {"paper": 8, "smoke": "wide"}, ["fluid (", "box: 'wide'"]),
+     (("scene", "box"), {"paper": 8, "smok": 6}, ["box: 'smok' stands beside 'paper'", "'smoke'"]),
+     (("replicas",), {"paper": 2, "smoke": 0}, ["fluid.replicas: 0", ">= 1"]),
+     (("sampling",), {"smoke": 0}, ["fluid.sampling: 0", "> 0"]),
+     (("axes", "a", "values"), {"paper": [1], "smoke": [2, 2]}, ["axes.a.values", "twice"]),
+     (("axes", "a", "labels"), {"smoke": [15]}, ["axes.a.labels", "a list"]),
+     (("axes", "scheme", "labels"), {"smoke": ["eule"]}, ["no label 'eule'", "'euler'"]),
+     (("axes",), {"smoke": {}, "a": {}}, ["fluid.axes: 'a' stands beside 'smoke'"])],
 )  # fmt: skip
-def test_a_mistake_of_a_study_is_not_blamed_on_the_paper_alone(unfold, change, named):
-    """Its file is named, and key and value."""
-    study = {"description": "none", "papers": {"groot_warren_1997": {"fluid": change}}}
-    message = refusal(unfold, PAPER, study)
-    for part in ("config/studies/smoke.yaml", *named):
+def test_mistakes_in_what_a_study_has(unfold, place, value, named):
+    """The paper's file is named, and key and value."""
+    message = refusal(unfold, with_value(PAPER, ("sweeps", "fluid", *place), value))
+    for part in ("config/papers/groot_warren_1997.yaml: sweeps.fluid", *named):
         assert part in message, message
 
 
-def test_where_there_is_no_axis_none_is_named(unfold):
-    """Nor is a list of nothing."""
-    study = {
-        "description": "none",
-        "papers": {"groot_warren_1997": {"fluid": {"axes": {"q": [1]}}}},
-    }
-    message = refusal(unfold, axes_of(), study)
-    assert message.endswith("no axis 'q'; there are none")
+def test_what_a_study_takes():
+    """Its own, or its parent's; nothing where neither has any, or null; also inside of lists."""
+    given = {
+        "box": {"paper": 8, "smoke": 6}, "seed": {"smoke": 3},
+        "pairs": {"paper": {"skin": 1}, "smoke": None},
+        "observe": ["thermo", {"rdf": {"every": {"paper": 9, "night": 4}}}, {"smoke": "bonds"}],
+        "empty": None,
+    }  # fmt: skip
+    known = ["paper", "smoke", "night"]
+    one = as_studied(given, ["paper"], known, "")
+    assert one == {
+        "box": 8, "pairs": {"skin": 1}, "observe": ["thermo", {"rdf": {"every": 9}}], "empty": None,
+    }  # fmt: skip
+    other = as_studied(given, ["night", "smoke", "paper"], known, "")
+    rdf = {"rdf": {"every": 4}}
+    assert other == {"box": 6, "seed": 3, "observe": ["thermo", rdf, "bonds"], "empty": None}
+
+
+@pytest.mark.parametrize(
+    ("studies", "named"),
+    [({"night": "quik"}, "studies.night: no study 'quik'"),
+     ({"a": "b", "b": "a"}, "its parents lead back to it"),
+     ({"night": {"parent": "paper"}}, "studies.night: the key 'description' is missing"),
+     ({"archive": "paper"}, "results/archive is not for a study")],
+)  # fmt: skip
+def test_bad_studies(unfold, studies, named):
+    """A parent that there is not, or that is a child; no description; a name that is taken."""
+    config = CONFIG | {"studies": CONFIG["studies"] | studies}
+    message = refusal(lambda: unfold(PAPER, config, next(iter(studies))))
+    assert message.startswith("config/config.yaml: ") and named in message
+
+
+def test_a_folder_of_studies(tmp_path, monkeypatch):
+    """As there used to be: what to write instead."""
+    import dpd.pipeline.study as module
+
+    (tmp_path / "config" / "studies").mkdir(parents=True)
+    shutil.copy(module.CONFIG / "config.yaml", tmp_path / "config")
+    monkeypatch.setattr(module, "CONFIG", tmp_path / "config")
+    said = "beside the value in config/papers, as {paper: 4000, quick: 400}"
+    assert said in refusal(module.studies)
 
 
 @pytest.mark.few(40)
-@pytest.mark.parametrize("place", list(places(PAPER)), ids=key_of)
+@pytest.mark.parametrize("place", list(places(STUDIED)), ids=key_of)
 def test_any_value_at_any_key_of_a_paper(unfold, place):
     """Either points with names of their own, or one sentence with the file."""
-    any_value(lambda value: unfold(with_value(PAPER, place, value), {"description": "none"}))
+    any_value(lambda value: unfold(with_value(STUDIED, place, value)))
 
 
-@pytest.mark.parametrize("place", list(places(STUDY)), ids=key_of)
-def test_any_value_at_any_key_of_a_study(unfold, place):
+@pytest.mark.parametrize("place", list(places(CONFIG)), ids=key_of)
+def test_any_value_at_any_key_of_the_configuration(unfold, place):
     """The same."""
-    any_value(lambda value: unfold(PAPER, with_value(STUDY, place, value)))
+    any_value(lambda value: unfold(PAPER, with_value(CONFIG, place, value)))
 
 
 def any_value(make):

@@ -179,9 +179,9 @@ def test_a_changed_contact_runs_again_and_an_unchanged_one_does_not(tmp_path):
     assert planned(folder, *ASKED) == {}
 
     edit(
-        folder / "config" / "studies" / "smoke.yaml",
-        "    contacts:\n      scene: {box: 20,",
-        "    contacts:\n      scene: {box: 20, core: {radius: 0.25},",
+        folder / "config" / "papers" / f"{PAPER}.yaml",
+        "  contacts:\n    scene:\n      <<: *monomers\n",
+        "  contacts:\n    scene:\n      <<: *monomers\n      core: {radius: 0.25, force: 100}\n",
     )
     done = snakemake(folder, *ASKED)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]

@@ -18,7 +18,7 @@ from dpd.files import read
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from tests.conftest import SCENE
-from tests.test_pipeline import copy_repository
+from tests.test_pipeline import copy_repository, edit
 
 FLUID = SCENE | {"observe": ["thermo"]}
 NO_SOURCE = {"__pycache__", "build"}
@@ -152,7 +152,7 @@ def sources_of(installed):
 @pytest.mark.parametrize(
     "stage",
     [
-        ("plan",), ("show", "quick", "liu_2008"), ("readme",), ("archive", "quick"),
+        ("plan",), ("readme",), ("archive", "quick"),
         ("report", "quick", "liu_2008", "--results", ".", "-o", "report.html"),
         ("simulate", "quick", "liu_2008", "fluid", "replica=0", "-o", "run.nc"),
     ],
@@ -170,10 +170,9 @@ def test_stages_of_the_pipeline_want_the_repository(installed, stage, tmp_path):
 def test_a_clone_with_an_installed_program(installed, tmp_path):
     """Papers and studies are those of the folder that it is called in."""
     copy_repository(tmp_path)
-    study = tmp_path / "config" / "studies" / "quick.yaml"
-    study.rename(study.with_name("mine.yaml"))
-    done = installed.dpd("show", "mine", "liu_2008", cwd=tmp_path)
-    assert done.returncode == 0 and "config/studies/mine.yaml" in done.stdout, done.stderr
+    edit(tmp_path / "config" / "config.yaml", "studies:\n", "studies:\n  mine: quick\n")
+    done = installed.dpd("simulate", "mine", "liu_2008", "melt", "x", "-o", "run.nc", cwd=tmp_path)
+    assert done.returncode == 1 and "did you mean 'melts'" in done.stderr, done.stderr
 
 
 def test_names_of_the_command(installed):

@@ -222,7 +222,7 @@ def test_a_summary_that_nobody_reads_is_no_failure(here, name):
 @pytest.mark.parametrize("where", [">/dev/full", "| true"])
 def test_what_is_only_printed_is_a_failure_if_it_cannot_be(here, where):
     """Unless the reader has left."""
-    command = f"{sys.executable} -m dpd show smoke groot_warren_1997 fluid {where}"
+    command = f"{sys.executable} -m dpd keys walls {where}"
     done = subprocess.run(
         ["bash", "-c", f"{command}; exit ${{PIPESTATUS[0]}}"], env=ENVIRONMENT, check=False,
         capture_output=True, text=True,

@@ -31,6 +31,13 @@ def config(tmp_path, monkeypatch):
     return tmp_path / "config"
 
 
+def add_study(config, name, given):
+    """One more in config.yaml."""
+    data = yaml.safe_load((config / "config.yaml").read_text())
+    data["studies"][name] = given
+    (config / "config.yaml").write_text(yaml.safe_dump(data))
+
+
 def copied(folder, old, new):
     """A file under a hostile name, where the file system has such names."""
     try:
@@ -53,21 +60,20 @@ def assert_one_sentence(make, name):
 @pytest.mark.parametrize("name", HOSTILE)
 def test_names_of_studies_and_papers(config, name):
     """Refused where they come from, even if there is such a file."""
-    copied(config / "studies", "smoke", name)
+    add_study(config, name, "smoke")
     copied(config / "papers", "groot_warren_1997", name)
     assert_one_sentence(lambda: read_config({"study": name}), name)
     assert_one_sentence(lambda: read_config({"papers": [name]}), name)
     assert_one_sentence(lambda: read_study(name), name)
     assert_one_sentence(lambda: read_paper(name, "smoke"), name)
-    study = {"description": "mine", "papers": {name: {}}}
-    (config / "studies" / "mine.yaml").write_text(yaml.safe_dump(study))
+    add_study(config, "mine", {"description": "mine", "first": [f"{name}.fluid"]})
     assert_one_sentence(lambda: read_study("mine"), name)
 
 
 @pytest.mark.parametrize("name", ["mine", "Mine-2.1", "_x", "2nd"])
 def test_names_that_are_good(config, name):
     """Letters, digits, points and hyphens inside."""
-    copied(config / "studies", "smoke", name)
+    add_study(config, name, "smoke")
     copied(config / "papers", "groot_warren_1997", name)
     found = read_config({"study": name, "papers": [name]})
     assert (found["study"], found["papers"]) == (name, [name])
@@ -90,7 +96,7 @@ def test_a_study_with_another_seed(config):
     for wrong in ("smoke-seed1", "smoke-seed02", "smoke-seed0"):
         with pytest.raises(UserError, match="2 or more"):
             read_study(wrong)
-    copied(config / "studies", "smoke", "smoke-seed3")
+    add_study(config, "smoke-seed3", "smoke")
     with pytest.raises(UserError, match="another name"):
         read_study("smoke-seed3")
 

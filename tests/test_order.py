@@ -8,7 +8,7 @@ import yaml
 import dpd.pipeline.study as module
 from dpd.errors import UserError
 from dpd.pipeline.order import priorities
-from dpd.pipeline.study import CONFIG, read_paper, read_study
+from dpd.pipeline.study import CONFIG, read_paper, read_study, studies
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +59,10 @@ def test_sweeps_that_come_first(papers):
 
 def test_studies_name_sweeps_that_there_are():
     """Those of the repository."""
-    for path in (CONFIG / "studies").glob("*.yaml"):
-        for name in read_study(path.stem).get("first", ()):
+    for study in studies():
+        for name in read_study(study).first or ():
             paper, sweep = name.rsplit(".", 1)
-            assert sweep in read_paper(paper, path.stem, [sweep]).sweeps
+            assert sweep in read_paper(paper, study, [sweep]).sweeps
 
 
 @pytest.mark.parametrize(
@@ -70,19 +70,20 @@ def test_studies_name_sweeps_that_there_are():
     [
         (
             "liu_2008.melt",
-            r"mine\.yaml: first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'",
+            r"studies\.mine\.first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'",
         ),
-        ("liu_2009.melts", r"mine\.yaml: first\.0: 'liu_2009' is not in config/papers"),
-        ("crgw_2019.hnc", r"mine\.yaml: first\.0: 'hnc' is calculated and has no runs"),
-        ("melts", r"mine\.yaml: first\.0: .*melts"),
+        ("liu_2009.melts", r"studies\.mine\.first\.0: 'liu_2009' is not in config/papers"),
+        ("crgw_2019.hnc", r"studies\.mine\.first\.0: 'hnc' is calculated and has no runs"),
+        ("melts", r"studies\.mine\.first\.0: .*melts"),
     ],
 )
 def test_refused(tmp_path, monkeypatch, said, words):
     """A paper or a sweep that is none, with what is allowed."""
     shutil.copytree(CONFIG, tmp_path / "config")
     monkeypatch.setattr(module, "CONFIG", tmp_path / "config")
-    study = {"description": "mine", "first": [said]}
-    (tmp_path / "config" / "studies" / "mine.yaml").write_text(yaml.safe_dump(study))
+    config = yaml.safe_load((CONFIG / "config.yaml").read_text())
+    config["studies"]["mine"] = {"description": "mine", "first": [said]}
+    (tmp_path / "config" / "config.yaml").write_text(yaml.safe_dump(config))
     with pytest.raises(UserError, match=words):
         for paper in ("liu_2008", "crgw_2019"):
             read_paper(paper, "mine")

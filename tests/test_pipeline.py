@@ -350,13 +350,13 @@ def test_an_edited_plot_reruns_plots(study):
 
 
 def test_an_edited_sweep_runs_only_its_new_point(study):
-    """A density added in the study: one run, and what follows from it."""
+    """A density added for the study: one run, and what follows from it."""
     runs = study / "results" / "smoke" / PAPER / "runs" / "equation_of_state_15"
     before = {path: path.stat().st_mtime_ns for path in runs.glob("*/run.nc")}
     edit(
-        study / "config" / "studies" / "smoke.yaml",
-        "density: [1, 2, 3, 5, 8]",
-        "density: [1, 2, 3, 4, 5, 8]",
+        study / "config" / "papers" / f"{PAPER}.yaml",
+        "smoke: [1, 2, 3, 5, 8]",
+        "smoke: [1, 2, 3, 4, 5, 8]",
     )
     expected = {
         "simulate": 1, "collect": 1, "draw_figure": 2, "join_verdicts": 1, "write_report": 1

@@ -15,7 +15,6 @@ from dpd import files
 from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
-from dpd.pipeline import overlay
 from dpd.pipeline.study import Figure, Paper
 from dpd.report import overhead, style
 from dpd.report.compare import compared, table_of
@@ -252,7 +251,6 @@ def test_a_page_without_git(monkeypatch, tmp_path):
     assert "git not found" not in commit()
     monkeypatch.setenv("PATH", str(tmp_path))
     assert commit() == "unknown: git not found"
-    assert overlay._committed("config/config.yaml") is None
 
 
 @pytest.mark.thorough

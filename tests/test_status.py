@@ -432,7 +432,7 @@ def test_what_is_no_study_and_no_run(here):
     Path("text.nc").write_text("mine")
     Path("note.txt").write_text("mine")
     cases = {
-        "folder": "no study in config/studies has the name 'folder'",
+        "folder": "no study in config/config.yaml has the name 'folder'",
         "text.nc": "not a whole NetCDF file",
         "note.txt": "not a whole NetCDF file",
         "gone.nc": "there is no such run; allowed: ",

@@ -12,8 +12,7 @@ import xarray as xr
 import yaml
 
 from dpd.errors import UserError
-from dpd.pipeline.overlay import replaced_values
-from dpd.pipeline.study import _check_seeds, read_config, read_paper
+from dpd.pipeline.study import _check_seeds, read_config
 from dpd.report.captions import sweep_line
 from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
@@ -296,79 +295,6 @@ def test_snakemake_from_elsewhere(mine, tmp_path):
     assert not (elsewhere / "results").exists()
     assert snakemake(mine / "config", *given, "-d", str(elsewhere)).returncode == 0
     assert (elsewhere / "results" / "quick" / "report-mine.html").is_file()
-
-
-def git(folder, *arguments):
-    """Run git there, as somebody."""
-    who = ("-c", "user.name=nobody", "-c", "user.email=nobody@nowhere")
-    subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
-
-
-@pytest.mark.thorough
-def test_an_edit_that_the_study_replaces_is_not_silent(tmp_path):
-    """One that the quick study replaces: what is in force, and where to edit it."""
-    folder = copy_repository(tmp_path / "copy")
-    notes = snakemake(folder, "-n").stderr
-    assert "config/studies/quick.yaml replaces values of config/papers/liu_2008.yaml" in notes
-    git(folder, "init", "-q")
-    git(folder, "add", "config")
-    git(folder, "commit", "-qm", "as it came")
-    assert "note:" not in snakemake(folder, "-n").stderr
-    paper = folder / "config" / "papers" / "groot_warren_1997.yaml"
-    edit(paper, "values: [1, 1.5, 2, 2.5, 3, 3.5, 4,", "values: [0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4,")
-    said = snakemake(folder, "-n")
-    assert "note:" not in said.stderr and "density=0.5,replica=0" in said.stdout
-    edit(paper, "17, 18, 20]", "17, 18, 20, 25]")
-    (note,) = re.findall("^note: .*", snakemake(folder, "-n").stderr, re.M)
-    assert "groot_warren_1997.yaml: sweeps.segregation_3.axes.excess was edited" in note
-    assert "changes nothing in the quick study" in note
-    assert "groot_warren_1997.segregation_3.axes.excess: [9, 10, 11, 12, 13, 14, 16, 18]" in note
-    assert "note:" not in snakemake(folder, "-n", "--config", "study=paper").stderr
-    edit(folder / "config" / "studies" / "quick.yaml", "14, 16, 18]", "14, 16, 18, 25]")
-    done = snakemake(folder, "-n")
-    assert "note:" not in done.stderr and "excess=25,replica=0" in done.stdout
-
-
-def test_what_a_study_replaces():
-    """Scenes key by key, items of lists by number, values and labels of axes, replicas."""
-    paper = yaml.safe_load("""
-sweeps:
-  melt:
-    scene: {box: 8, steps: {equilibrate: 1, sample: 2}, molecules: [{architecture: A 5}]}
-    axes: {force: {values: [1, 2]}, set: {values: {soft: {box: 7}, hard: {box: 8}}}}
-""")
-    changes = yaml.safe_load("""
-melt:
-  sampling: 0.5
-  replicas: 3
-  scene: {steps: {sample: 1}, molecules: {0: {architecture: A 2}}, seed: 4}
-  axes: {force: [2], set: [soft]}
-""")
-    found = {v.key: (v.paper, v.study) for v in replaced_values(paper, changes)}
-    assert found == {
-        "replicas": (None, 3),
-        "scene.steps.sample": (2, 1),
-        "scene.molecules.0.architecture": ("A 5", "A 2"),
-        "scene.seed": (None, 4),
-        "axes.force": ([1, 2], [2]),
-        "axes.set": (["soft", "hard"], ["soft"]),
-    }
-
-
-def test_show_says_where_each_value_comes_from(tmp_path):
-    """Of a sweep; and all that a study replaces in a paper."""
-    done = dpd("show", "quick", "groot_warren_1997", "segregation_3", cwd=tmp_path)
-    lines = {line.split()[0]: line for line in done.stdout.splitlines()[1:]}
-    assert "config/studies/quick.yaml, in place of [8, 9, 10, " in lines["axes.excess"]
-    assert "config/studies/quick.yaml, in place of 100000 of" in lines["scene.steps.sample"]
-    assert lines["scene.box"].split("  ")[-1].strip() == "config/papers/groot_warren_1997.yaml"
-    points = read_paper("groot_warren_1997", "quick").sweeps["segregation_3"].points
-    assert all(point.name in lines for point in points)
-    done = dpd("show", "quick", "groot_warren_1997", cwd=tmp_path)
-    assert "sweeps.segregation_3.axes.excess: [9, 10, 11, " in done.stdout
-    assert "sweeps.chains: 0.1 times as long" in done.stdout
-    done = dpd("show", "quick", "groot_warren_1997", "segregation", cwd=tmp_path)
-    assert done.returncode == 1 and "did you mean 'segregation_" in done.stderr
 
 
 @pytest.mark.thorough

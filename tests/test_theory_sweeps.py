@@ -15,7 +15,6 @@ from dpd.pipeline.calculate import calculate
 from dpd.pipeline.derived import resolved, write_derived
 from dpd.pipeline.jobs import jobs_of
 from dpd.pipeline.made_from import page_sources
-from dpd.pipeline.overlay import replaced_values, sweep_in_force
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.sections import ARGUMENTS
@@ -34,9 +33,9 @@ GIVEN = {
 }
 
 
-def unfolded(given=GIVEN, changes=None):
+def unfolded(given=GIVEN):
     """A sweep of theory."""
-    return unfold_theory("fluids", given, changes or {}, "sweeps.fluids", given["axes"], "quick")
+    return unfold_theory("fluids", given, "sweeps.fluids", given["axes"])
 
 
 def test_points_are_those_of_the_axes():
@@ -52,16 +51,11 @@ def test_points_are_those_of_the_axes():
     assert unfolded(longer).digest != sweep.digest
 
 
-def test_a_study_changes_arguments():
-    """Below `theory`, merged key by key; defaults of the schema are filled in."""
-    given = {"theory": {"second_virial": {"repulsion": 25, "samples": 9}}, "axes": {}}
-    sweep = unfolded(given, {"theory": {"second_virial": {"samples": 4}}})
+def test_defaults_of_arguments_are_filled_in():
+    """As the settings of the calculation have them."""
+    given = {"theory": {"second_virial": {"repulsion": 25, "samples": 4}}, "axes": {}}
     expected = {"repulsion": 25, "samples": 4, "beads": 1, "length": 0}
-    assert sweep.points[0].arguments == expected
-    (value,) = replaced_values(
-        {"sweeps": {"x": given}}, {"x": {"theory": {"second_virial": {"samples": 4}}}}
-    )
-    assert (value.key, value.paper, value.study) == ("theory.second_virial.samples", 9, 4)
+    assert unfolded(given).points[0].arguments == expected
 
 
 def test_every_calculation_takes_what_its_settings_say():
@@ -198,19 +192,18 @@ def test_a_point_without_a_solution_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "changes", "said"),
+    ("given", "said"),
     [
-        ({}, {}, "need either 'scene' or 'theory'"),
-        ({"scene": {}, "theory": {}}, {}, "need either 'scene' or 'theory'"),
-        ({"theory": {}, "replicas": 2}, {}, "paper.replicas: the sweep is calculated"),
-        ({"theory": {}}, {"sampling": 2}, "study.sampling: the sweep is calculated"),
-        ({"scene": {}}, {"theory": {}}, "study.theory: the sweep is simulated"),
+        ({}, "need either 'scene' or 'theory'"),
+        ({"scene": {}, "theory": {}}, "need either 'scene' or 'theory'"),
+        ({"theory": {}, "replicas": 2}, "paper.replicas: the sweep is calculated"),
+        ({"theory": {}, "sampling": 2}, "paper.sampling: the sweep is calculated"),
     ],
 )
-def test_keys_of_the_other_kind_are_refused(given, changes, said):
-    """In the paper and in the study."""
+def test_keys_of_the_other_kind_are_refused(given, said):
+    """Of a sweep that is calculated or simulated."""
     with pytest.raises(UserError, match=said):
-        check_kind(given, changes, "paper", "study")
+        check_kind(given, "paper")
 
 
 @pytest.mark.parametrize("name", ["vh1_vh2", "solvents", "vh1"])
@@ -253,15 +246,6 @@ def test_commands_keep_both_kinds_apart(capsys):
     assert "the stage for it is: python -m dpd calculate" in capsys.readouterr().err
     assert main(["calculate", "smoke", PAPER, "oligomers", "-o", "x.nc"]) == 1
     assert "the stages for it are: python -m dpd simulate" in capsys.readouterr().err
-
-
-def test_show_says_what_is_calculated():
-    """Each argument with its file."""
-    said = sweep_in_force("smoke", PAPER, "chain_virials")
-    assert "4 points, calculated" in said
-    assert "theory.second_virial.samples" in said
-    assert "in place of 100000 of config/papers/crgw_2019.yaml" in said
-    assert "replicas" not in said
 
 
 def test_plan_and_status_know_the_sweep():

@@ -154,7 +154,7 @@ def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int
     if isinstance(replicas, bool) or not isinstance(replicas, int) or replicas < 1:
         raise UserError(f"replicas: {replicas!r} is out of range; allowed: 1, 2, ...")
     given = {"scene": scene.data, "replicas": replicas}
-    return unfold("dpd", "sweep", given, {}, key, described, "")
+    return unfold("dpd", "sweep", given, key, described)
 
 
 def _workers(processes: int | None, threads: int) -> int:

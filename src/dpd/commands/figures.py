@@ -110,7 +110,7 @@ def _report(options: Namespace) -> None:
     from dpd.report.page import write_page
 
     papers = [read_paper(name, options.study) for name in options.papers]
-    description = read_study(options.study)["description"]
+    description = read_study(options.study).description
     # Set by the Snakefile: a parameter that differs every time would make the page again.
     begun, cores = (os.environ.get(f"DPD_{name}") for name in ("BEGUN", "CORES"))
     cost = overhead(options.results, float(begun), int(cores)) if begun and cores else ""

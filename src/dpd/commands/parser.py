@@ -30,7 +30,7 @@ GROUPS = {
     "draw": ["draw"],
     "repulsion": ["repulsion"],
     "parameters": ["parameters"],
-    "people": ["plan", "show", "bench"],
+    "people": ["plan", "bench"],
     "points": ["compile", "start", "simulate", "collect", "derive", "calculate", "measure"],
     "figures": [
         "figure", "verdicts", "compare", "report", "schemes", "archive", "restore", "redraw",

@@ -1,4 +1,4 @@
-"""What people ask before a study, or of the engine: costs, values in force, speed."""
+"""What people ask before a study, or of the engine: costs, speed."""
 
 from __future__ import annotations
 
@@ -20,12 +20,6 @@ def add_to(stages: Stages) -> None:
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
-    show = stages.add(
-        "show", _show, "say which values a study runs, and which file each comes from", prints=True
-    )
-    show.add_argument("study")
-    show.add_argument("paper")
-    show.add_argument("sweep", nargs="?", help="without it: what the study replaces in the paper")
     stages.add(
         "bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True
     )
@@ -45,15 +39,6 @@ def _plan(options: Namespace) -> None:
     with Progress(sweeps, "measuring rates") as progress:
         rows = plan(papers, progress=progress)
     print(as_text(rows, options.cores))
-
-
-def _show(options: Namespace) -> None:
-    from dpd.pipeline.overlay import overview, sweep_in_force
-
-    if options.sweep is None:
-        print(overview(options.study, options.paper))
-    else:
-        print(sweep_in_force(options.study, options.paper, options.sweep))
 
 
 def _bench(options: Namespace) -> None:

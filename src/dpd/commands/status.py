@@ -73,7 +73,7 @@ def _seen(path: Path | None, papers: list[str] | None) -> Study | OwnRuns:
     from dpd.pipeline.own_runs import ALLOWED, OwnRuns, result_of, runs_in
     from dpd.pipeline.paths import results_of
     from dpd.pipeline.status import Study
-    from dpd.pipeline.study import CONFIG, SEEDED, read_config
+    from dpd.pipeline.study import CONFIG, SEEDED, read_config, studies
 
     if path is None:
         study = read_config()["study"]
@@ -82,13 +82,14 @@ def _seen(path: Path | None, papers: list[str] | None) -> Study | OwnRuns:
         return OwnRuns(path)
     study = path.resolve().name
     seeded = SEEDED.fullmatch(study)
-    is_study = (CONFIG / "studies" / f"{seeded[1] if seeded else study}.yaml").is_file()
+    named = seeded[1] if seeded else study
+    is_study = (CONFIG / "config.yaml").is_file() and named in studies()
     if is_study and (path.is_dir() or not path.exists()):
         is_name = not path.is_dir() and str(path) == study  # as in `dpd status smoke`
         return Study(study, results_of(study).folder if is_name else str(path), papers)
     if path.is_dir():
         raise UserError(
-            f"{path}: no study in config/studies has the name {study!r}, and no run lies there; "
-            f"{ALLOWED}"
+            f"{path}: no study in config/config.yaml has the name {study!r}, and no run lies "
+            f"there; {ALLOWED}"
         )
     return OwnRuns(result_of(path))

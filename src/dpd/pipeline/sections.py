@@ -1,4 +1,4 @@
-"""What config/config.yaml, a study's file and a paper's file may say, and what theory takes."""
+"""What config/config.yaml and a paper's file may say, and what theory takes."""
 
 from __future__ import annotations
 
@@ -24,10 +24,33 @@ SERIES = Literal[
 Measurement = Literal["lammps", "scaling", "schemes", "features", "tension"]
 
 
+class Study(Section):
+    """How long and how large the simulations are; see `dpd.pipeline.study.as_studied`."""
+
+    description: str = setting("One line for the report.")
+    parent: str = setting("The study whose values it has where it has none of its own.", "paper")
+    first: list[Annotated[str, Field(pattern="[.]")]] | None = setting(
+        "Sweeps whose runs begin before those of all others, as paper.sweep, the one of the "
+        "greatest worth in front, so that a study that is stopped has made what matters most. Of "
+        "each of them the shortest run is first. If not given, the longest run of all is first.",
+        None,
+    )
+
+    def conflicts(self) -> Refusals:
+        """Sweeps that are there twice."""
+        first = self.first or []
+        for name in sorted({each for each in first if first.count(each) > 1}):
+            yield "first", f"{name!r} is there more than once; keep one"
+
+
 class Config(Section):
     """Which study of which papers."""
 
-    study: str = setting("Name of a file in config/studies.")
+    study: str = setting("Name of one of the studies.")
+    studies: dict[
+        str,
+        Annotated[Annotated[str, Tag("=one")] | Annotated[Study, Tag("=table")], OR_TABLE],
+    ] = setting("Studies by name; a name alone is that of the parent, as `night: quick`.")
     seed: int = setting(
         "That all random numbers of the study follow from. With another than 1 its results are "
         "results/STUDY-seedN, and STUDY-seedN is its name in all commands.", 1, ge=1, le=10**9,
@@ -38,43 +61,13 @@ class Config(Section):
     )  # fmt: skip
     papers: list[str] = setting("Names of files in config/papers.", min_length=1)
 
-
-class SweepChange(Section):
-    """What a study changes of a sweep."""
-
-    scene: dict[Any, Any] | None = setting("Parts of the scene to change, merged key by key.", None)
-    theory: dict[Any, Any] | None = setting(
-        "The same of what is calculated, where nothing is simulated.", None
-    )
-    sampling: Number | None = setting("Factor on the steps and durations of every run.", None)
-    replicas: int | None = setting("Runs of each point.", None, ge=1, le=1000)
-    axes: dict[str, Annotated[list[Value], Field(min_length=1)] | Labelled] | None = setting(
-        "New values of axes; if the paper gives the values as labels, the labels to keep.", None
-    )
-
-
-class Study(Section):
-    """How long and how large the simulations are.
-
-    A study changes the sweeps of the papers; what it does not name stays as the paper has it.
-    """
-
-    description: str = setting("One line for the report.")
-    first: list[Annotated[str, Field(pattern="[.]")]] | None = setting(
-        "Sweeps whose runs begin before those of all others, as paper.sweep, the one of the "
-        "greatest worth in front, so that a study that is stopped has made what matters most. Of "
-        "each of them the shortest run is first. If not given, the longest run of all is first.",
-        None,
-    )
-    papers: dict[str, dict[str, SweepChange]] | None = setting(
-        "Changes for each paper and sweep.", None
-    )
-
     def conflicts(self) -> Refusals:
-        """Sweeps that are there twice."""
-        first = self.first or []
-        for name in sorted({each for each in first if first.count(each) > 1}):
-            yield "first", f"{name!r} is there more than once; keep one"
+        """Studies without the one whose values the papers' files have first, and theirs."""
+        if "paper" not in self.studies:
+            yield "studies", "the study 'paper' is missing, of which all others are children"
+        for name, study in self.studies.items():
+            for key, text in () if isinstance(study, str) else study.conflicts():
+                yield f"studies.{name}.{key}", text
 
 
 class Derive(Section):
@@ -101,6 +94,9 @@ class SweptAxis(Section):
         "Numbers or names to put there; or a map from a label to the parts of the scene, or of the "
         "theory, that it changes."
     )
+    labels: list[Value] | None = setting(
+        "The labels of such a map that are taken; all if not given.", None, min_length=1
+    )
     offset: float = setting(
         "Added to each value before it is set, so a label can be an excess.", 0.0
     )
@@ -125,6 +121,7 @@ class SweepFile(Section):
     replicas: int = setting(
         "Number of runs of each point, each with a seed of its own.", 1, ge=1, le=1000
     )
+    sampling: Number = setting("Factor on the steps and durations of every run.", 1.0)
     series: list[SERIES] = setting(
         "Time series that the sweep file keeps whole, each NAME as NAME_series, if all runs share "
         "one time axis.", ["kT"],

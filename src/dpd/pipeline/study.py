@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
 CONFIG = ROOT / "config"
+WHERE, ROOT_STUDY = "config/config.yaml", "paper"  # whose values stand where no other is named
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 SEEDED = re.compile(r"(.*)-seed([0-9]+)")  # a study whose noise is not that of its file's name
 
@@ -58,6 +59,87 @@ class Paper:
     theory: dict = field(default_factory=dict)
 
 
+def studies() -> dict[str, Study]:
+    """All studies by name, as config/config.yaml has them."""
+    check_repository()
+    config = read_section(Config, read_yaml(CONFIG / "config.yaml"), WHERE)
+    if (CONFIG / "studies").exists():
+        raise UserError(
+            "config/studies: what a study changes stands beside the value in config/papers, as "
+            "{paper: 4000, quick: 400}, and its name in config/config.yaml, as studies: {night: "
+            "quick}; move it there and remove the folder"
+        )
+    found = {}
+    for name, given in config.studies.items():
+        key = f"{WHERE}: studies.{name}"
+        _check_name(f"{WHERE}: studies", name)
+        if name == "archive" or SEEDED.fullmatch(name):
+            raise UserError(f"{key}: results/{name} is not for a study; give it another name")
+        if isinstance(given, str):
+            given = Study(description=f"As {given}, with values of its own.", parent=given)
+        if name != ROOT_STUDY and given.parent not in config.studies:
+            said = suggestion(given.parent, config.studies)
+            raise UserError(f"{key}: no study {given.parent!r}; {said}")
+        found[name] = given
+    return found
+
+
+def lineage(study: str) -> list[str]:
+    """Names of a study, of its parent, and so on: the first one that a choice names decides.
+
+    Raises
+    ------
+    UserError
+        If a study is its own parent.
+    """
+    known, found = studies(), [file_and_seed("study", study)[0]]
+    while found[-1] != ROOT_STUDY:
+        parent = known[found[-1]].parent
+        if parent in found:
+            raise UserError(f"{WHERE}: studies.{parent}: its parents lead back to it")
+        found.append(parent)
+    return found
+
+
+def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -> Any:
+    """Plain data with what a study takes of each choice.
+
+    A choice has names of studies for keys, as ``{paper: 4000, quick: 400}``. Where it names none of
+    ``names``, or nothing is behind the name, its key or its place in a list is left out.
+
+    Parameters
+    ----------
+    value : object
+    names : list of str
+        Of `lineage`.
+    known : collection of str
+        Names of all studies.
+    key : str
+        File to name in messages, as "config/papers/liu_2008.yaml: ", and keys so far.
+
+    Raises
+    ------
+    UserError
+        If some keys are names of studies, and others are not.
+    """
+    if isinstance(value, list):
+        found = [as_studied(each, names, known, f"{key}{n}.") for n, each in enumerate(value)]
+        return [each for each, given in zip(found, value) if each is not None or given is None]
+    if not isinstance(value, dict):
+        return value
+    if named := [each for each in value if each in known]:
+        for each in value:
+            if each not in named:
+                raise UserError(
+                    f"{key.rstrip('.: ')}: {each!r} stands beside {named[0]!r}, the name of a "
+                    f"study, and is none; {suggestion(each, known)}"
+                )
+        taken = next((name for name in names if name in value), None)
+        return None if taken is None else as_studied(value[taken], names, known, key)
+    inside = {k: as_studied(each, names, known, f"{key}{k}.") for k, each in value.items()}
+    return {k: each for k, each in inside.items() if each is not None or value[k] is None}
+
+
 def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     """Study and papers as config/config.yaml and the command line have them.
 
@@ -74,17 +156,17 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
-    config = read_section(Config, config, "config/config.yaml").model_dump()
+    config = read_section(Config, config, WHERE).model_dump()
     if (seed := config.pop("seed")) != 1:
         config["study"] = f"{config['study']}-seed{seed}"
     file_and_seed("study", config["study"])
     for name in config["papers"]:
-        _known("papers", name, "papers")
+        _known("papers", name)
     return config
 
 
 def file_and_seed(key: str, study: str) -> tuple[str, int]:
-    """Name of a study's file, and the seed that all its random numbers follow from.
+    """Name of a study, and the seed that all its random numbers follow from.
 
     ``quick-seed2`` is the study ``quick`` with the seed 2. It is a study like any other, with
     results of its own, wherever a study is named.
@@ -97,34 +179,29 @@ def file_and_seed(key: str, study: str) -> tuple[str, int]:
     name, seed = study, 1
     if parts := SEEDED.fullmatch(str(study)):
         name, seed = parts[1], int(parts[2])
-        if (CONFIG / "studies" / f"{study}.yaml").is_file():
-            raise UserError(
-                f"config/studies/{study}.yaml: {study} is the study {name!r} with the seed {seed}; "
-                "give the file another name"
-            )
         if seed < 2 or study != f"{name}-seed{seed}":
             raise UserError(
                 f"{key}: {study!r}: a seed after the name of a study is 2 or more, without zeros "
                 f"before it; with the seed 1 it is {name!r}"
             )
-    _known(key, name, "studies")
+    _check_name(key, name)
+    if name not in studies():
+        raise UserError(
+            f"{key}: {shown(name)} is none of the studies in {WHERE}; {suggestion(name, studies())}"
+        )
     return name, seed
 
 
-def read_study(name: str) -> dict[str, Any]:
+def read_study(name: str) -> Study:
     """A study by name."""
     file, seed = file_and_seed("study", name)
-    where = f"config/studies/{file}.yaml"
-    if file == "archive":
-        raise UserError(f"{where}: results/archive is not for a study; give it another name")
-    study = read_yaml(CONFIG / "studies" / f"{file}.yaml")
-    read_section(Study, study, where)
+    study = studies()[file]
+    for number, said in enumerate(study.first or ()):
+        _known(f"{WHERE}: studies.{file}.first.{number}", said.rpartition(".")[0])
     if seed != 1:
-        study["description"] = f"With the seed {seed}: {study['description']}"
-    for paper in study.get("papers", {}):
-        _known(f"{where}: papers", paper, "papers")
-    for number, said in enumerate(study.get("first", ())):
-        _known(f"{where}: first.{number}", said.rpartition(".")[0], "papers")
+        return study.model_copy(
+            update={"description": f"With the seed {seed}: {study.description}"}
+        )
     return study
 
 
@@ -150,23 +227,15 @@ def read_paper(
     UserError
         If anything in the files is not allowed, or they do not fit together.
     """
-    _known("papers", name, "papers")
+    _known("papers", name)
     where = f"config/papers/{name}.yaml"
-    paper = read_yaml(CONFIG / "papers" / f"{name}.yaml")
+    first, seed = read_study(study).first or (), file_and_seed("study", study)[1]
+    given = read_yaml(CONFIG / "papers" / f"{name}.yaml")
+    paper = as_studied(given, lineage(study), studies(), f"{where}: ")
     read_section(PaperFile, paper, where)
-    studied = read_study(study)
-    study, seed = file_and_seed("study", study)
-    changes = studied.get("papers", {}).get(name, {})
-    _check_first(studied.get("first", ()), name, paper["sweeps"], f"config/studies/{study}.yaml")
-    for sweep in changes:
-        if sweep not in paper["sweeps"]:
-            raise UserError(
-                f"config/studies/{study}.yaml: papers.{name}: no sweep {sweep!r}; "
-                f"{suggestion(sweep, paper['sweeps'])}"
-            )
+    _check_first(first, name, paper["sweeps"], f"{WHERE}: studies.{lineage(study)[0]}")
     for sweep, given in paper["sweeps"].items():
-        there = f"config/studies/{study}.yaml: papers.{name}.{sweep}"
-        check_kind(given, changes.get(sweep, {}), f"{where}: sweeps.{sweep}", there)
+        check_kind(given, f"{where}: sweeps.{sweep}")
     _check_seeds(paper["sweeps"], f"{where}: sweeps")
     measurements = tuple(paper.get("measurements", ()))
     for measurement in measurements:
@@ -183,23 +252,21 @@ def read_paper(
         if sweep not in paper["sweeps"]:
             raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper['sweeps'])}")
     axes = {
-        sweep: described_axes(given, changes.get(sweep, {}), f"papers.{name}.{sweep}", study)
+        sweep: described_axes(given, f"{where}: sweeps.{sweep}.axes")
         for sweep, given in paper["sweeps"].items()
     }
     for sweep in paper["sweeps"]:
         check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
     sweeps, theory = {}, {}
     for sweep, given in paper["sweeps"].items():
-        change, key = changes.get(sweep, {}), f"{where}: sweeps.{sweep}"
+        key = f"{where}: sweeps.{sweep}"
         if only is not None and sweep not in only:
             continue
         described = axes[sweep] if point is None else narrowed(axes[sweep], point)
         if "theory" in given:
-            theory[sweep] = unfold_theory(sweep, given, change, key, described, study, seed)
+            theory[sweep] = unfold_theory(sweep, given, key, described, seed)
         else:
-            sweeps[sweep] = unfold(
-                name, sweep, given, change, key, described, study, CONFIG / "papers", seed
-            )
+            sweeps[sweep] = unfold(name, sweep, given, key, described, CONFIG / "papers", seed)
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
     reference = paper.get("reference", "")
@@ -212,11 +279,11 @@ def _check_first(first, name, sweeps, where):
         paper, _, sweep = said.rpartition(".")
         if paper == name and sweep not in sweeps:
             raise UserError(
-                f"{where}: first.{number}: {name} has no sweep {sweep!r}; "
+                f"{where}.first.{number}: {name} has no sweep {sweep!r}; "
                 f"{suggestion(sweep, sweeps)}"
             )
         if paper == name and "theory" in sweeps[sweep]:
-            raise UserError(f"{where}: first.{number}: {sweep!r} is calculated and has no runs")
+            raise UserError(f"{where}.first.{number}: {sweep!r} is calculated and has no runs")
 
 
 def _check_seeds(sweeps, key):
@@ -277,13 +344,14 @@ def check_repository() -> None:
         )
 
 
-def _known(key, name, folder):
+def _known(key, paper):
+    """Refuse a paper that there is not."""
     check_repository()
-    _check_name(key, name)
-    names = sorted(path.stem for path in (CONFIG / folder).glob("*.yaml"))
-    if name not in names:
+    _check_name(key, paper)
+    names = sorted(path.stem for path in (CONFIG / "papers").glob("*.yaml"))
+    if paper not in names:
         raise UserError(
-            f"{key}: {shown(name)} is not in config/{folder}; {suggestion(name, names)}"
+            f"{key}: {shown(paper)} is not in config/papers; {suggestion(paper, names)}"
         )
 
 

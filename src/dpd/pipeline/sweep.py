@@ -1,4 +1,4 @@
-"""A sweep: from a scene, axes and what a study changes to points, one a run."""
+"""A sweep: from a scene and axes to points, one a run."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
@@ -77,17 +77,20 @@ class Sweep:
         raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, names)}")
 
 
-def described_axes(
-    given: dict[str, Any], changes: dict[str, Any], key: str, study: str
-) -> dict[str, dict[str, Any]]:
-    """The axes of a sweep as a paper describes them, with the values of a study."""
-    described = dict(given.get("axes", {}))
-    there = f"config/studies/{study}.yaml: {key}.axes"
-    for axis, values in changes.get("axes", {}).items():
-        if axis not in described:
-            raise UserError(f"{there}: no axis {axis!r}; {suggestion(axis, described)}")
-        rule = described[axis]
-        described[axis] = rule | {"values": _chosen(rule["values"], values, f"{there}.{axis}")}
+def described_axes(given: dict[str, Any], key: str) -> dict[str, dict[str, Any]]:
+    """The axes of a sweep, each with those of its labels that are taken."""
+    described = {}
+    for axis, rule in given.get("axes", {}).items():
+        values = rule["values"]
+        if "labels" in rule and not isinstance(values, dict):
+            raise UserError(f"{key}.{axis}.labels: its values are a list; name those alone in it")
+        for label in rule.get("labels", ()):
+            if label not in values:
+                there = f"{key}.{axis}.labels"
+                raise UserError(f"{there}: no label {label!r}; {suggestion(label, values)}")
+        if "labels" in rule:
+            values = {label: values[label] for label in rule["labels"]}
+        described[axis] = rule | {"values": values}
     return described
 
 
@@ -106,21 +109,20 @@ def narrowed(described: dict[str, dict[str, Any]], point: str) -> dict[str, dict
 
 
 def unfold(
-    paper: str, name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
-    described: dict[str, dict[str, Any]], study: str, folder: str | Path = "", seed: int = 1,
+    paper: str, name: str, given: dict[str, Any], key: str, described: dict[str, dict[str, Any]],
+    folder: str | Path = "", seed: int = 1,
 ) -> Sweep:  # fmt: skip
     """All points of a sweep; paths of files to start from count from a folder."""
-    given = dict[str, Any]({"replicas": 1, "series": ["kT"]}) | given
-    base = merge(given["scene"], changes.get("scene", {}), f"{key}.scene")
-    replicas = changes.get("replicas", given["replicas"])
-    check_axes(described, replicas, key)
-    axes = [*axes_of(described, key), Axis("replica", tuple(range(replicas)), "1", "replica")]
+    given = dict[str, Any]({"replicas": 1, "series": ["kT"], "sampling": 1}) | given
+    check_axes(described, given["replicas"], key)
+    replicas = Axis("replica", tuple(range(given["replicas"])), "1", "replica")
+    axes = [*axes_of(described, key), replicas]
     seeds = f"{paper}/{given.get('seeds', name)}" + (f"/seed {seed}" if seed != 1 else "")
     points = []
-    for at, labels, where in places(axes, key, study if changes else ""):
-        scene = placed(base, described, labels, key, where)
+    for at, labels, where in places(axes, key):
+        scene = placed(given["scene"], described, labels, key, where)
         check_blocks(scene, where)
-        scene = _sampled(scene, changes.get("sampling", 1))
+        scene = _sampled(scene, given["sampling"])
         scene = _with_seeds(scene, seeds, at, labels[-1])
         points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
     derived = tuple(
@@ -131,11 +133,11 @@ def unfold(
 
 
 def axes_of(described: dict[str, dict[str, Any]], key: str) -> list[Axis]:
-    """The axes that a paper and a study describe."""
+    """The axes that a sweep describes."""
     return [_axis(name, rule, key) for name, rule in described.items()]
 
 
-def places(axes: Sequence[Axis], key: str, study: str) -> Iterator[tuple[str, tuple, str]]:
+def places(axes: Sequence[Axis], key: str) -> Iterator[tuple[str, tuple, str]]:
     """Name and labels of each point on some axes, and what to call it in messages.
 
     Parameters
@@ -143,13 +145,10 @@ def places(axes: Sequence[Axis], key: str, study: str) -> Iterator[tuple[str, tu
     axes : list of Axis
     key : str
         File and key of the sweep.
-    study : str
-        The study that changes it; nothing if none does.
     """
-    changed = f", changed by config/studies/{study}.yaml" if study else ""
     for labels in product(*(axis.labels for axis in axes)):
         at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
-        yield at, labels, f"{key} ({at}){changed}" if at else f"{key}{changed}"
+        yield at, labels, f"{key} ({at})" if at else key
 
 
 def placed(
@@ -167,16 +166,6 @@ def _axis(name, rule, key):
         raise UserError(f"{key}.axes.{name}: a list of values needs 'set', the key to put them in")
     units, long_name = rule.get("units", "1"), rule.get("long_name", name.replace("_", " "))
     return Axis(name, tuple(values), units, long_name)
-
-
-def _chosen(values, change, key):
-    """New values of an axis: other numbers, or some of its labels."""
-    if not isinstance(values, dict) or isinstance(change, dict):
-        return change
-    for label in change:
-        if label not in values:
-            raise UserError(f"{key}: no label {label!r}; {suggestion(label, values)}")
-    return {label: values[label] for label in change}
 
 
 def _changes(rule, label, key):

@@ -14,7 +14,6 @@ from dpd.errors import UserError, suggestion
 from dpd.pipeline.points import check_axes
 from dpd.pipeline.sections import ARGUMENTS
 from dpd.pipeline.sweep import Axis, axes_of, placed, places
-from dpd.scene.changes import merge
 from dpd.sentences import read_section
 
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
@@ -61,15 +60,15 @@ class TheorySweep:
         return value_digest([self.calculation, axes, points])
 
 
-def check_kind(given: dict[str, Any], changes: dict[str, Any], key: str, there: str) -> None:
+def check_kind(given: dict[str, Any], key: str) -> None:
     """Refuse a sweep that has both a scene and a theory, or none, or what belongs to the other.
 
     Parameters
     ----------
-    given, changes : dict
-        The sweep as the paper has it, and what the study changes.
-    key, there : str
-        What to call them in messages.
+    given : dict
+        The sweep as the paper has it.
+    key : str
+        File and key to name in messages.
 
     Raises
     ------
@@ -79,28 +78,23 @@ def check_kind(given: dict[str, Any], changes: dict[str, Any], key: str, there: 
         raise UserError(f"{key}: need either 'scene' or 'theory', and not both")
     strange = SIMULATED_ALONE if "theory" in given else ("theory",)
     kind = "is calculated and has no runs" if "theory" in given else "is simulated"
-    for place, keys in ((key, given), (there, changes)):
-        for name in strange:
-            if name in keys:
-                raise UserError(f"{place}.{name}: the sweep {kind}; take this key out")
+    for name in strange:
+        if name in given:
+            raise UserError(f"{key}.{name}: the sweep {kind}; take this key out")
 
 
 def unfold_theory(
-    name: str, given: dict[str, Any], changes: dict[str, Any], key: str,
-    described: dict[str, dict[str, Any]], study: str, seed: int = 1,
-) -> TheorySweep:  # fmt: skip
+    name: str, given: dict[str, Any], key: str, described: dict[str, dict[str, Any]], seed: int = 1
+) -> TheorySweep:
     """All points of a sweep of theory.
 
     Parameters
     ----------
     name : str
-    given, changes : dict
+    given, key
         As in `check_kind`.
-    key : str
-        File and key to name in messages.
     described : dict
-        Its axes with the values of the study.
-    study : str
+        Its axes.
     seed : int
         Of the study, for what is sampled.
 
@@ -109,12 +103,12 @@ def unfold_theory(
     UserError
         If a calculation or an argument is not allowed.
     """
-    base = merge(given["theory"], changes.get("theory", {}), f"{key}.theory")
+    base = given["theory"]
     calculation = _calculation(base, key)
     check_axes(described, 1, key)
     axes = axes_of(described, key)
     points = []
-    for at, labels, where in places(axes, key, study if changes else ""):
+    for at, labels, where in places(axes, key):
         theory = placed(base, described, labels, key, where)
         _calculation(theory, key)
         arguments = read_section(

@@ -1,6 +1,6 @@
 """config/README.md: keys of the files in config, and what result files hold."""
 
-from dpd.pipeline.sections import ARGUMENTS, Config, PaperFile, Study
+from dpd.pipeline.sections import ARGUMENTS, Config, PaperFile
 from dpd.report.keys import rows_of, scene_rows, section_rows, text_of
 from dpd.report.variables import run_table, sweep_table, verdict_table
 from dpd.scene.sections import Basics
@@ -11,21 +11,26 @@ INTRODUCTION = """# Configuration and result files
 `src/dpd/physics`, of observables in `src/dpd/observe`, of the rest in `src/dpd/scene/sections.py`
 and `src/dpd/pipeline/sections.py`. Edit those.
 
-- `config.yaml` says which study of which papers `snakemake` makes.
-- `papers/` holds one file for each paper: its sweeps and its figures, at the paper's own sizes. A
-  *sweep* is a family of runs that differ in one or more parameters.
-- `studies/` holds changes of these sweeps: how long they run, how large they are, and which values
-  their parameters have.
+- `config.yaml` says which study of which papers `snakemake` makes. A *study* says how long and how
+  large the simulations are.
+- `papers/` holds one file for each paper: its sweeps and its figures. A *sweep* is a family of runs
+  that differ in one or more parameters. What a study changes stands beside the value: `box: {paper:
+  10, smoke: 6}`.
 - Systems to run alone are in `src/dpd/scenes`; `python -m dpd new` lists them, and `python -m dpd
   new fluid` writes one into your folder. A *scene* is one system and how long it is simulated. With
   `--schema`, editors that have a YAML language server complete its keys.
 
 ## Edit a sweep
 
-Change the `values` of an axis in the paper's file. If the study replaces them, change them in the
-study's file. `python -m dpd show STUDY PAPER SWEEP` says which file each value comes from.
-`snakemake` tells you when you have edited, since the last commit, a value that its study replaces.
-Only new points of the sweep are run.
+Change the `values` of an axis in the paper's file. Only new points of the sweep are run.
+
+## Add a study
+
+Give it a line in `config.yaml`, as `studies: {night: quick}`. It is `quick`, but for the values
+that you give it in the papers' files, as `sample: {paper: 100000, quick: 5000, night: 40000}`: a
+value, the values of an axis, the number of replicas, a whole section. A study that is not named
+there takes what its parent takes, and `paper` is the parent of all. A key that has no value for a
+study, or `null`, is left out. `--config study=night` makes it.
 
 ## Run a study with other random numbers
 
@@ -56,8 +61,8 @@ A label of the scene's sweep may then change nothing itself, as in `values: {GW:
 The random numbers of a sweep follow from its name, so all its points would run again under another
 name. To keep the runs that you have:
 
-1. Rename the sweep in the paper's file, in the `sweeps` of its figures, in every study that names
-   it and in the figure files that read it. Give it its former name as `seeds: OLD_NAME`.
+1. Rename the sweep in the paper's file, in the `sweeps` of its figures, and in the figure files
+   that read it. Give it its former name as `seeds: OLD_NAME`.
 2. `mv results/STUDY/PAPER/runs/OLD_NAME results/STUDY/PAPER/runs/NEW_NAME`, for each study.
 
 Then `snakemake` gathers the runs again and simulates nothing. It keeps no record of files that were
@@ -547,7 +552,6 @@ def config_readme() -> str:
     parts = [INTRODUCTION]
     for name, text, rows in (
         ("Config", text_of(Config), rows_of(Config, "")),
-        ("Study", text_of(Study), rows_of(Study, "")),
         ("Paper", text_of(PaperFile), rows_of(PaperFile, "")),
         ("Theory", THEORY, theory),
         ("Scene", text_of(Basics), scene_rows()),

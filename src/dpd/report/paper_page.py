@@ -92,7 +92,7 @@ def _study(name, study, table, modules):
     titles = {figure: m.TITLE for figure, m in modules.items() if figure not in missing}
     text = STUDY.format(
         study=study,
-        description=read_study(study)["description"],
+        description=read_study(study).description,
         counts=counts(table),
         deviations=deviations(table),
         figures=figure_counts(table, titles),
