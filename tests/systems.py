@@ -7,6 +7,7 @@ import numpy as np
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State, System
 from dpd.jit import COMPILES
+from dpd.physics.angle import Angle
 from dpd.physics.bond import BondLaw
 from dpd.physics.common.records import bond_record
 from dpd.physics.core import Core
@@ -65,6 +66,12 @@ def harmonic(stiffness, length, number=None):
     """Harmonic bonds as kernels have them; of tables, ``number`` is the place of each bond's."""
     laws = np.stack(np.broadcast_arrays(stiffness, length), axis=-1).reshape(-1, 2).tolist()
     return bond_record([BondLaw(stiffness=c, length=rest) for c, rest in laws], number)
+
+
+def harmonic_angles(stiffness, angle, number=None):
+    """The same of angles, in radians."""
+    laws = np.stack(np.broadcast_arrays(stiffness, angle), axis=-1).reshape(-1, 2).tolist()
+    return bond_record([Angle(stiffness=k, angle=rest) for k, rest in laws], number)
 
 
 def make_simulation(system, position, velocity, species=None, identity=None, threads=1):

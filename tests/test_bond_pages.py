@@ -13,7 +13,7 @@ from dpd.errors import LostRun, UserError
 from dpd.files import read
 from dpd.jit import COMPILES
 from dpd.scene.scene import Scene
-from dpd.scene.start import start_bond, start_description, start_digest
+from dpd.scene.start import start_description, start_digest
 from dpd.stages import run_sources, start_sources
 from dpd.start.common.make import make_start, system_of
 from tests.test_own_pages import command
@@ -160,9 +160,9 @@ def test_an_edited_law_is_another_one(folder):
 
 WRONG = [
     (OWN | BOND, "quartic: the scene has 'bond' as well; keep one law of bonds"),
-    (PLAIN, "bond: molecules of several beads need one of bond, fene, morse_bond, as 'bond: {sti"),
+    (PLAIN, "molecules: those of several beads need a law of bonds, one of bond, fene, morse_bond"),
     (OWN | {"quartic": {"stiffness": {"A A": 1, "B A": 2}}},
-     "quartic.stiffness: no law for the pair 'B B', which is bonded; add 'B B: ...'"),
+     "quartic.stiffness: no value for the pair 'B B'; add 'B B: ...'"),
     (OWN | {"quartic": {"stiffness": STIFF | {"A C": 1}}}, "stiffness.A C: no molecule has"),
     (OWN | {"quartic": {"stiffnes": 1}}, "quartic: unknown key 'stiffnes'; allowed: stiffness, fo"),
     (OWN | {"quartic": {"stiffness": 0}}, "stiffness 0, fourth 0, length 0.5: at this"),
@@ -171,7 +171,7 @@ WRONG = [
      "quartic: every molecule is a single bead; remove the key"),
     (OWN | {"integrator": {"scheme": "auto"}}, "measured with 'bond', not 'quartic'"),
     (PLAIN | {"fene": FENE, "start": RELAX | {"forces": BOND}},
-     "start.forces: unknown key 'bond'; allowed: core, gamma, fene"),
+     "start.forces: unknown key 'bond'; allowed: core, fene, gamma"),
     (PLAIN | {"fene": FENE, "start": RELAX | {"forces": {"fene": {"length": -1}}}},
      "start.forces.fene.length: -1 is out of range; allowed: > 0"),
 ]  # fmt: skip
@@ -211,8 +211,9 @@ def test_a_start_may_have_another_law():
     scene = Scene(PLAIN | {"fene": FENE, "start": RELAX})
     softer = Scene(PLAIN | {"fene": FENE, "start": RELAX | {"forces": {"fene": {"stiffness": 9}}}})
     assert start_digest(scene) != start_digest(softer)
-    law = start_bond(softer)
-    assert (law.stiffness, law.length) == (9, 1.5) and start_bond(scene) is scene.bond_force
+    law = softer.start_terms["fene"]
+    assert (law.stiffness, law.length) == (9, 1.5)
+    assert scene.start_terms["fene"] is scene.bond_force
 
 
 def test_the_page_of_the_documentation(folder):

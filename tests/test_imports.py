@@ -25,8 +25,8 @@ ORDER = (
     ("jit", "own"),
     ("compiling", "lazy_parts"),
     ("numba_settings",),
-    ("files", "interrupts", "sources"),
-    ("arguments", "digest", "drafts", "errors", "page", "progress", "streams", "theory"),
+    ("files", "interrupts", "page", "sources"),
+    ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),
     ("laws",),
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}

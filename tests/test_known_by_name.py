@@ -20,12 +20,8 @@ KNOWN = {
     "pipeline/sight.py": {"pressure"},
     "pipeline/simulate.py": {"pressure"},
     "pipeline/status_text.py": {"pressure"},
-    "scene/limits.py": {"core"},  # start.forces
-    "scene/scene.py": {"angle", "bond", "bonds"},  # what follows from molecules
     "scene/sections.py": {"thermo"},  # the observable of a scene that names none
-    "scene/start.py": {"angle", "core"},
-    "start/common/make.py": {"angle", "bond", "core", "walls"},
-    "start/polymerize.py": {"angle"},
+    "start/common/make.py": {"pair"},  # a field of the engine's system
 }
 OF_ALL = {"integrator", "repulsion", "thermostat"}
 

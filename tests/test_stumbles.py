@@ -34,7 +34,7 @@ def test_a_density_that_chains_miss_by_little_is_noted(tmp_path):
     """333 chains of 9 beads make 2.997 instead of 3; a density that is met gets no note."""
     assert Scene(SCENE).notes == []
     scene = Scene(CHAINS)
-    assert [density.found for density in scene.missed_densities] == [pytest.approx(2.997)]
+    assert scene.missed_densities == {0: (3, pytest.approx(2.997))}
     done = dpd("run", write(tmp_path / "scene.yaml", CHAINS), "-o", "run.nc", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (

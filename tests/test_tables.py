@@ -152,7 +152,7 @@ def test_what_is_wrong_is_told_with_row_and_column(folder, text, said):
 @pytest.mark.parametrize(
     ("given", "said"),
     [({"A B": "none.csv"}, "none.csv: cannot be read"),
-     ({"A B": "unlike.csv", "B A": "unlike.csv"}, "pair.B A: is there in the other order, too"),
+     ({"A B": "unlike.csv", "B A": "soft.csv"}, "in the other order; keep one"),
      ({"A C": "unlike.csv"}, "pair.A C: no molecule has the species 'C'"),
      ({"A": "unlike.csv"}, "'A' is no name here; allowed: a pair of species"),
      ({"A B": 3}, "pair.A B: 3 is not text"), ("unlike.csv", "is not keys and values")],

@@ -20,7 +20,7 @@ from dpd.pipeline.kept import last_configuration
 from dpd.scene.architecture import MOST_BEADS, length_of, tree_of
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
-from dpd.scene.start import start_description, start_forces
+from dpd.scene.start import start_description
 from dpd.start.common.make import make_start, system_of
 from dpd.start.common.matching import order_of
 from dpd.start.common.trees import Trees
@@ -46,16 +46,14 @@ def molecule(architecture, count=1):
 )
 def test_architectures(architecture, beads, parents):
     """A bracket without a number hangs on the bead before it; one with a number is repeated."""
-    found = tree_of(architecture)
-    assert "".join(found.beads) == beads
-    assert found.parents == tuple(parents)
+    assert tree_of(architecture) == (tuple(beads), tuple(parents))
     assert length_of(architecture) == len(beads)
 
 
 def test_names_of_several_letters():
     """As public files have them; a digit that stands apart is a number of beads."""
-    assert tree_of("Head 2 tail (Arm)").beads == ("Head", "Head", "tail", "Arm")
-    assert tree_of("(W1 c3(Na+)C-3_b 2)1").beads == ("W1", "c3", "Na+", "C-3_b", "C-3_b")
+    assert tree_of("Head 2 tail (Arm)")[0] == ("Head", "Head", "tail", "Arm")
+    assert tree_of("(W1 c3(Na+)C-3_b 2)1")[0] == ("W1", "c3", "Na+", "C-3_b", "C-3_b")
 
 
 # Text of some parts, species of the beads, bonds, and the last bead along the chain.
@@ -234,10 +232,10 @@ def test_bonds_of_a_scene():
     kinds = [(COMB, 4), ("A B A", 3), ("B (A) C", 2), ("D", 5)]
     expected, first = [], 0
     for architecture, count in kinds:
-        tree = tree_of(architecture)
+        beads, parents = tree_of(architecture)
         for _ in range(count):
-            expected += [(p + first, b + first) for b, p in enumerate(tree.parents) if p >= 0]
-            first += len(tree.beads)
+            expected += [(p + first, b + first) for b, p in enumerate(parents) if p >= 0]
+            first += len(beads)
     assert [tuple(bond) for bond in bonds.tolist()] == expected
 
 
@@ -268,10 +266,10 @@ def test_one_angle_for_all():
 @pytest.mark.parametrize(
     ("change", "named"),
     [
-        ({"bond": {k: v for k, v in PAIRS.items() if k != "D C"}}, ["bond", "'C D'", "no law"]),
+        ({"bond": {k: v for k, v in PAIRS.items() if k != "D C"}}, ["bond", "'C D'", "no value"]),
         ({"bond": PAIRS | {"A B": {"stiffness": 1}}}, ["bond.A B", "other order"]),
         ({"bond": PAIRS | {"A D": {"stiffness": 1}}}, ["bond.A D", "bonded", "'A A'"]),
-        ({"bond": PAIRS | {"A X": {"stiffness": 1}}}, ["bond.A X", "bonded"]),
+        ({"bond": PAIRS | {"A X": {"stiffness": 1}}}, ["bond.A X", "'X'"]),
         ({"bond": PAIRS | {"stiffness": 3}}, ["bond", "'stiffness'", "no name here"]),
         ({"bond": {"length": 3}}, ["bond", "'stiffness' is missing"]),
         ({"bond": {}}, ["bond"]),
@@ -335,7 +333,8 @@ def test_start_forces_change_each_law_of_a_table():
     """What start.forces.bond names, in all of them; angles act while the start relaxes."""
     start = {"forces": {"bond": {"stiffness": 9}}, "relax": {"steps": 9, "dt": 0.01}}
     angle = {"A B A": {"stiffness": 3, "angle": 120}}
-    forces = start_forces(Scene(SCENE | {"bond": PAIRS, "angle": angle, "start": start}))
+    scene = Scene(SCENE | {"bond": PAIRS, "angle": angle, "start": start})
+    forces = start_description(scene)["forces"]
     assert {pair: law["length"] for pair, law in forces["bond"].items()} == {
         pair: law.get("length", 0) for pair, law in PAIRS.items()
     }
@@ -362,9 +361,9 @@ def test_chains_grow_with_a_law_for_each_pair():
     apart = start.position[:, one] - start.position[:, other]
     apart -= 10 * np.round(apart / 10)
     length = np.sqrt((apart**2).sum(axis=0))
-    means = [length[scene.bonds.law == law].mean() for law in range(3)]
+    means = [length[scene.joined[2].law == law].mean() for law in range(3)]
     assert means[2] > 0.5 > 0.45 > max(means[:2])
-    assert "angle" not in start_forces(scene)
+    assert "angle" not in start_description(scene)["forces"]
 
 
 def test_trees_come_in_one_piece():

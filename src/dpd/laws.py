@@ -37,7 +37,7 @@ def laws_of_page(page: Any, scene: Any) -> dict[str, Any]:
     """The laws of a page by pairs of bonded species; itself, by no name, if it has no table."""
     if not page.tables():
         return {"": page}
-    return {" ".join(pair): law_between(page, *pair) for pair in scene.bonded_species}
+    return {" ".join(pair): law_between(page, *pair) for pair in scene.species_along(2)}
 
 
 def energies(law: Any, r: np.ndarray) -> np.ndarray:

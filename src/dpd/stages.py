@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from dpd.digest import PACKAGE, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
 from dpd.scene.scene import NEEDED
-from dpd.scene.start import start_description
 from dpd.sources import file_of, kept, source_of, sources_digest
 
 if TYPE_CHECKING:
@@ -89,14 +88,10 @@ def _terms(scene, of_kernels=False):
 
 def _terms_of_start(scene):
     """The same while its first configuration is made: friction is that of pairs."""
-    description, known = (
-        start_description(scene),
-        {key: module_of(Term, key) for key in names(Term)},
-    )
-    own = description.get("own", {})
-    known |= {key: type(term).__module__ for key, term in scene.terms.items()}
-    acting = {known[key] for key in (*NEEDED, *description.get("forces", {}), *own) if key in known}
-    return acting.union(*(scene.terms[key].modules(scene) for key in own))
+    acting = scene.start_terms if scene.start.acts else {}
+    terms = [*(scene.terms[key] for key in NEEDED), *acting.values()]
+    named = (module for term in acting.values() for module in term.modules(scene))
+    return {type(term).__module__ for term in terms}.union(named)
 
 
 def _digest_of(stage, pages):

@@ -9,7 +9,6 @@ from dpd.engine.loop import run
 from dpd.engine.queries.configurational import force_and_curvature
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.physics.angle import Angle
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -22,6 +21,7 @@ from tests.systems import (
     by_identity,
     fewer_in_python,
     harmonic,
+    harmonic_angles,
     make_simulation,
     make_system,
     random_beads,
@@ -45,9 +45,9 @@ def joined(kind):
 def laws(tabled, members, triples):
     """One law for all bonds and one for all angles, or a table of each."""
     if not tabled:
-        return harmonic(60.0, 0.5), Angle(7.0, 2.0)
+        return harmonic(60.0, 0.5), harmonic_angles(7.0, 2.0)
     bond = harmonic(np.array([60.0, 20.0, 90.0]), np.array([0.5, 0.0, 0.8]), members[:, 1] % 3)
-    angle = Angle(np.array([7.0, 3.0]), np.array([2.0, np.pi]), triples[:, 2] % 2)
+    angle = harmonic_angles(np.array([7.0, 3.0]), np.array([2.0, np.pi]), triples[:, 2] % 2)
     return bond, angle
 
 
@@ -123,7 +123,7 @@ def three_beads(angle, rest, stiffness=5.0):
     position = np.array([[1.0, 0, 0], [0, 0, 0], 0.8 * arm]).T + 3.0
     system = make_system(
         box, repulsion=np.zeros((1, 1)), kT=0.0, bond=harmonic(0.0, 1.0),
-        members=np.array([[0, 1], [1, 2]], np.uint32), angle=Angle(stiffness, rest),
+        members=np.array([[0, 1], [1, 2]], np.uint32), angle=harmonic_angles(stiffness, rest),
         angle_members=np.array([[0, 1, 2]], np.uint32),
     )  # fmt: skip
     simulation = make_simulation(system, position, np.zeros((3, 3)))
@@ -161,7 +161,7 @@ def test_beads_at_the_same_place_feel_no_angle():
     """A bond without a length has no direction."""
     members = np.array([[0, 1], [1, 2]], np.uint32)
     system = make_system(
-        BOX_3D, bond=harmonic(10.0, 0.0), members=members, angle=Angle(5.0, 2.0),
+        BOX_3D, bond=harmonic(10.0, 0.0), members=members, angle=harmonic_angles(5.0, 2.0),
         angle_members=np.array([[0, 1, 2]], np.uint32), kT=0.0, repulsion=np.zeros((1, 1)),
     )  # fmt: skip
     simulation = make_simulation(system, np.full((3, 3), 1.5), np.zeros((3, 3)))

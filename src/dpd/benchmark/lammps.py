@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.scene.bonding import laws_of
+from dpd.page import is_table
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -104,7 +104,7 @@ def _commands(scene, state, skin, seed, folder):
     commands += [f"{name}_style harmonic" for name, _ in terms if name in data]
     commands.append(f"read_data {folder / 'beads'}")
     for name, rest in terms:
-        for kind, law in enumerate(laws_of(data.get(name, {})), start=1):
+        for kind, law in enumerate(_laws(data.get(name, {})), start=1):
             # The energy there is K (x - x_0)^2, without the half.
             commands.append(f"{name}_coeff {kind} {law['stiffness'] / 2} {law[rest]}")
     if "core" in data:
@@ -131,6 +131,11 @@ def _commands(scene, state, skin, seed, folder):
     return [*commands, "run 0"]
 
 
+def _laws(given):
+    """Laws of a section, in the order of its table."""
+    return list(given.values()) if is_table(given) else [given] if given else []
+
+
 def _write_beads(path, scene, state):
     """Box, beads, bonds and angles as a data file."""
     position, velocity = state.by_identity(state.position), state.by_identity(state.velocity)
@@ -142,13 +147,13 @@ def _write_beads(path, scene, state):
         kind = state.by_identity(state.species) + 1
     joined = {
         name: members
-        for name, members in (("bond", scene.bonds), ("angle", scene.angles))
+        for name, members in (("bond", scene.joined[2]), ("angle", scene.joined[3]))
         if name in scene.data
     }
     edges = [*scene.box, 1.0][:3]
     lines = ["beads", "", f"{scene.beads} atoms", f"{len(scene.species)} atom types"]
     for name, (members, _) in joined.items():
-        types = len(laws_of(scene.data[name]))
+        types = len(_laws(scene.data[name]))
         lines += [f"{len(members)} {name}s", f"{types} {name} types"]
     low = [0.0, 0.0, -0.5 if scene.dimension == 2 else 0.0]
     lines += [f"{a} {a + e} {k}lo {k}hi" for a, e, k in zip(low, edges, "xyz")]

@@ -16,7 +16,6 @@ from dpd.engine.pair import CLOSEST
 from dpd.engine.rows import push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.jit import inlined
-from dpd.physics.angle import Angle
 from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ class Angles(NamedTuple):
 
     Attributes
     ----------
-    law : Angle
+    law : record
         What acts in each.
     members : (n, 3) uint32 array
         Identities of the three beads, the middle one in between.
@@ -38,7 +37,7 @@ class Angles(NamedTuple):
         Where batches of angles begin and end: those of the molecules of each batch of bonds.
     """
 
-    law: Angle
+    law: Any
     members: np.ndarray
     batch: np.ndarray
 

@@ -14,7 +14,6 @@ from dpd.physics.thermostat import Friction
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dpd.physics.angle import Angle
     from dpd.physics.body_force import BodyForce
     from dpd.physics.core import Core
     from dpd.physics.integrator import Scheme
@@ -128,7 +127,7 @@ class System:
         The law of all bonds, or of each.
     angle_members : (n, 3) uint32 array or None
         Identities of the three beads of each angle, the middle one in between.
-    angle : Angle or None
+    angle : record or None
         The law of all angles, or of each.
     skin : float
         0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
@@ -164,7 +163,7 @@ class System:
     members: np.ndarray | None = None
     bond: Any = None
     angle_members: np.ndarray | None = None
-    angle: Angle | None = None
+    angle: Any = None
     skin: float = 0.0
     per_bead: bool = False
     many_body: ManyBody | None = None

@@ -29,6 +29,7 @@ from dpd.page.base import (
     Species,
     Triple,
     find,
+    inside,
     interval_setting,
     is_table,
     module_of,
@@ -39,12 +40,14 @@ from dpd.page.base import (
 )  # fmt: skip
 from dpd.page.observable import KINDS, Given, Observable
 from dpd.page.start import Start
-from dpd.page.term import BondForce, PairForce, Term, check_bonded, check_laws
+from dpd.page.tables import check_species, check_table, no_species
+from dpd.page.term import BondedForce, BondForce, PairForce, Term
 
 __all__ = [
     "KINDS", "LARGEST_SEED", "MOST_STEPS", "NAMES", "OR_LIST", "OR_TABLE", "PARTS", "Axis",
-    "BondForce", "Change", "Given", "NotNegative", "Observable", "OneOrMore", "OneOrTable", "Page",
-    "Pair", "PairForce", "PairTable", "PerPair", "PerSpecies", "Positive", "Refusals", "Section",
-    "Species", "Start", "Term", "Triple", "check_bonded", "check_laws", "find", "interval_setting",
-    "is_table", "module_of", "names", "once", "part", "setting",
+    "BondForce", "BondedForce", "Change", "Given", "NotNegative", "Observable", "OneOrMore",
+    "OneOrTable", "Page", "Pair", "PairForce", "PairTable", "PerPair", "PerSpecies", "Positive",
+    "Refusals", "Section", "Species", "Start", "Term", "Triple", "check_species", "check_table",
+    "find", "inside", "interval_setting", "is_table", "module_of", "names", "no_species", "once",
+    "part", "setting",
 ]  # fmt: skip

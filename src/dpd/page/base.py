@@ -92,6 +92,12 @@ def interval_setting(text: str) -> Any:
     return setting(text, 0, ge=1, le=MOST_STEPS)  # 0: the page decides
 
 
+def inside(key: str, problems: Refusals) -> Refusals:
+    """Problems of what stands under a key."""
+    for place, problem in problems:
+        yield ".".join(filter(None, (key, place))), problem
+
+
 class Section(BaseModel):
     """Settings: nothing unknown, nothing converted, no infinity, never changed."""
 

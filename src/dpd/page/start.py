@@ -14,24 +14,10 @@ if TYPE_CHECKING:
     from typing import Self
 
 
-class StartCore(Section):
-    """Rigid core, as above."""
-
-    radius: float | None = setting(
-        "Core radius r_s; 0 for none.", None, unit="r_c", ge=0, lt=0.5
-    )  # fmt: skip
-    force: float | None = setting("Force F_max.", None, unit="kT / r_c", ge=0, le=1e6)
-    smooth: float | None = setting("Width of its edge.", None, unit="r_c", ge=0, le=1)
-
-
 class StartForces(Section):
-    """Forces of growth and relaxation, where they are not those of the run.
-
-    A scene's bonds have their key here as well, with the settings that are others.
-    """
+    """Forces of growth and relaxation; terms have their key here, with the settings that differ."""
 
     model_config = ConfigDict(extra="allow")
-    core: StartCore | None = setting("Rigid core, as above.", None)
     gamma: float | None = setting("Friction.", None, ge=0, le=1e6)
 
 
@@ -50,8 +36,8 @@ class Start(Page):
     work : int
         Steps of the engine that take about as long as it does, beside those of ``relax``. Where it
         takes any, forces act in it, and a job of its own makes it for all runs that share it.
-    without : tuple of str
-        Terms that do not act in it.
+    joins : int
+        Beads that laws along bonds join at most which act in it.
     records : dict of str to tuple
         What it tells of how it came about, by name: dimensions, units, long_name.
     places : tuple of str
@@ -62,7 +48,7 @@ class Start(Page):
     package = "dpd.start"
     _pages: ClassVar[dict[str, type[Page]]] = {}
     work: ClassVar[int] = 0
-    without: ClassVar[tuple[str, ...]] = ()
+    joins: ClassVar[int] = 3
     records: ClassVar[Mapping[str, tuple[tuple[str, ...], str, str]]] = {}
     places: ClassVar[tuple[str, ...]] = ()
 
@@ -74,8 +60,9 @@ class Start(Page):
         "Seed of the start, if not that of the run.", None, ge=0, le=LARGEST_SEED
     )
     forces: StartForces = setting(
-        "Forces of growth and relaxation, where they are not those of the run: core, gamma, and "
-        "under their key settings of the scene's bonds, as {bond: {stiffness: 100}}.", StartForces,
+        "Forces of growth and relaxation, where they are not those of the run: gamma, and under "
+        "their key settings of a rigid core, of bonds and of angles, as {bond: {stiffness: 100}}.",
+        StartForces,
     )  # fmt: skip
     relax: Relax | None = setting(
         "Steps with gw-vv before the run, shared by all runs from the same start.", None

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from dpd.page.base import PACKAGE, Change, Page, Refusals
+from dpd.page.base import PACKAGE, Change, Page, Refusals, inside, is_table
+from dpd.page.tables import check_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,7 +25,11 @@ class Term(Page):
     in_kernels : bool
         Whether kernels know it.
     in_start : bool
-        Whether it acts while a start grows and relaxes, as it does in the run.
+        Whether it acts while a start grows and relaxes.
+    own_in_start : bool
+        Whether it may do so with other settings, which ``start.forces`` has under its key.
+    joins : int
+        Beads along bonds that a law of it joins; 0 if it is none of bonds.
     keeps_apart : bool
         Whether it keeps beads apart that attract each other otherwise: repulsions may be negative.
     """
@@ -37,6 +42,8 @@ class Term(Page):
     makes: ClassVar[frozenset[Change]] = frozenset()
     in_kernels: ClassVar[bool] = True
     in_start: ClassVar[bool] = False
+    own_in_start: ClassVar[bool] = False
+    joins: ClassVar[int] = 0
     keeps_apart: ClassVar[bool] = False
 
     def changes(self, scene: Any) -> frozenset[Change]:
@@ -107,9 +114,21 @@ class Term(Page):
         """The series of a pressure that it holds, out of what a run measured; and at what value."""
         return None, 0.0
 
+    def changed(self, given: Mapping[str, Any]) -> Any:
+        """Its settings as plain data, with some others; of a table of laws, in each."""
+        plain = self.plain()
+        if is_table(plain):
+            return {name: law | given for name, law in plain.items()}
+        return plain | given
+
     def record(self, scene: Any) -> Any:
-        """What kernels get; None where nothing of it acts."""
+        """What kernels get under its key; None where nothing of it acts."""
         return None
+
+    def records(self, scene: Any) -> dict[str, Any]:
+        """The same and what else they get of it, by names of `dpd.engine.state.System`."""
+        record = self.record(scene)
+        return {} if record is None else {self.key: record}
 
 
 class PairForce(Term):
@@ -120,6 +139,8 @@ class PairForce(Term):
     are plain Python with `math`, and end at the cutoff, r = 1. Functions that they call are marked
     with `part`.
     """
+
+    in_start = True
 
     def force(self, r: float, w: float) -> float:
         """Minus the slope of the energy, in kT / r_c; positive where beads are pushed apart."""
@@ -133,7 +154,7 @@ class PairForce(Term):
         """Tables that have not a value for each pair of species."""
         for name in type(self).model_fields:
             if isinstance(value := getattr(self, name), dict):
-                yield from scene.check_pairs(name, value, 1)
+                yield from inside(name, check_table(value, scene, scene.pairs, 1))
 
     def modules(self, scene: Any) -> tuple[str, ...]:
         """What adds it to the repulsion."""
@@ -151,7 +172,32 @@ class PairForce(Term):
         return f"schemes were measured without {self.key!r}; take gw-vv and try dt"
 
 
-class BondForce(Term):
+class BondedForce(Term):
+    """Laws along bonds, of two beads or of three in a row: one for all, or by their species."""
+
+    in_start = True
+    own_in_start = True
+    joins = 2
+
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """Its tables by the species that it joins, by settings; a bare one by no name."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return {
+            "" if name == self.bare else name: value
+            for name, value in fields.items() if isinstance(value, dict)
+        }  # fmt: skip
+
+    def laws(self, scene: Any) -> dict[str, Any]:
+        """Pages of numbers by the species that they join; one for all by no name."""
+        if self.bare:
+            law = getattr(self, self.bare)
+            return law if isinstance(law, dict) else {"": law}
+        from dpd.laws import laws_of_page
+
+        return laws_of_page(self, scene)
+
+
+class BondForce(BondedForce):
     """A law of bonds; a scene names one of those that there are.
 
     As in a `PairForce` a setting is the number of the bond at hand, whether a scene gives one for
@@ -163,9 +209,12 @@ class BondForce(Term):
     ----------
     caption : str
         The law in captions, with its settings in braces; if not given, its settings by name.
+    example : str
+        Of its section, for who needs bonds and has none.
     """
 
     caption: ClassVar[str] = ""
+    example: ClassVar[str] = ""
 
     def force(self, r: float) -> float:
         """Minus the slope of the energy, in kT / r_c; positive where the ends are pushed apart."""
@@ -184,21 +233,6 @@ class BondForce(Term):
 
         return least_energy(self)
 
-    def laws(self, scene: Any) -> dict[str, Any]:
-        """What acts along bonds, by pairs of species: pages of numbers; one for all by no name."""
-        from dpd.laws import laws_of_page
-
-        return laws_of_page(self, scene)
-
-    def changed(self, given: dict[str, Any]) -> Any:
-        """Its settings as plain data, with some others in the place of its own."""
-        return self.plain() | given
-
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """Its tables by pairs of bonded species, by settings."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: value for name, value in fields.items() if isinstance(value, dict)}
-
     def unknown(self, scene: Any) -> Refusals:
         """Pairs that are not bonded, and bonded ones without a value."""
         if not scene.has_bonds:
@@ -206,8 +240,7 @@ class BondForce(Term):
             yield "", f"{text} several beads, as 'A 10'"
             return
         for name, table in self.tables().items():
-            for pair, problem in check_bonded(table, scene.bonded_species):
-                yield ".".join(filter(None, (name, pair))), problem
+            yield from inside(name, check_table(table, scene, scene.species_along(2)))
 
     def refuses(self, scene: Any) -> Refusals:
         """Bonds that are too long for the box."""
@@ -218,34 +251,3 @@ class BondForce(Term):
     def untried(self) -> str:
         """With harmonic bonds is how schemes were measured."""
         return f"schemes were measured with 'bond', not {self.key!r}; take gw-vv and try dt"
-
-
-def check_laws(table: Mapping[str, Any], there: list[tuple[str, ...]]) -> Refusals:
-    """Laws that are there twice, or for beads that are nowhere bonded.
-
-    Parameters
-    ----------
-    table : dict
-        Laws by the names of species along bonds, which may be read from either end.
-    there : list of tuple of str
-        The species of all beads that are bonded so, each as its lesser direction.
-    """
-    seen: set[str] = set()
-    for name in table:
-        along = tuple(name.split())
-        if " ".join(along[::-1]) in seen:
-            yield name, "is there in the other order, too; keep one"
-        seen.add(name)
-        if min(along, along[::-1]) not in there:
-            allowed = ", ".join(repr(" ".join(each)) for each in there[:20])
-            yield name, f"no molecule has these beads bonded; allowed: {allowed}"
-
-
-def check_bonded(table: Mapping[str, Any], bonded: list[tuple[str, ...]]) -> Refusals:
-    """A table by pairs of bonded species: as `check_laws`, and bonded pairs that are not in it."""
-    unfit = list(check_laws(table, bonded))
-    yield from unfit
-    for pair in bonded if not unfit else ():
-        if not {" ".join(pair), " ".join(pair[::-1])}.intersection(table):
-            named = " ".join(pair)
-            yield "", f"no law for the pair {named!r}, which is bonded; add '{named}: ...'"

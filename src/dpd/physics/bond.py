@@ -47,22 +47,9 @@ class HarmonicBonds(BondForce, key="bond"):
     """
 
     bare = "law"
+    example = "{stiffness: 2, length: 0}"
     caption = "bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
     law: OneOrTable[BondLaw, Pair] = setting("One law, or one for each pair of species.")
-
-    def laws(self, scene: Any) -> dict[str, Any]:
-        """By pairs of species; one law for all by no name."""
-        return self.law if isinstance(self.law, dict) else {"": self.law}
-
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """The table of laws, which is the whole section."""
-        return {"": self.law} if isinstance(self.law, dict) else {}
-
-    def changed(self, given: dict[str, Any]) -> Any:
-        """The law with changes; of a table, each law."""
-        if isinstance(self.law, dict):
-            return {pair: law.model_dump() | given for pair, law in self.law.items()}
-        return self.law.model_dump() | given
 
     def untried(self) -> str:
         """With such bonds is how schemes were measured."""

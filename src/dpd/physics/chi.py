@@ -14,7 +14,7 @@ from pydantic import Field
 
 from dpd.errors import UserError
 from dpd.laws import numbers_of
-from dpd.page import PairTable, Refusals, Term, setting
+from dpd.page import PairTable, Refusals, Term, no_species, setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,7 +56,7 @@ class Chi(Term, key="chi"):
         given = scene.terms["repulsion"].pairs
         for name in names:
             if name not in scene.species:
-                refuse(scene.no_species(name))
+                refuse(no_species(name, scene.species))
         if one == other:
             refuse("a species mixes with itself, it has no chi; give its 'repulsion' alone")
         for key in (pair, f"{other} {one}"):

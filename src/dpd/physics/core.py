@@ -25,6 +25,8 @@ CUTOFF = 1.0
 class RigidCore(Term, key="core"):
     """Rigid core; within twice the radius the force is constant (Liu et al. 2008, Eq. 5)."""
 
+    in_start = True
+    own_in_start = True
     radius: float = setting("Core radius r_s; 0 for none.", unit="r_c", ge=0, lt=0.5)
     force: NotNegative = setting("Force F_max.", unit="kT / r_c")
     smooth: float = setting(
@@ -50,6 +52,13 @@ class RigidCore(Term, key="core"):
     def changes(self, scene: Any) -> frozenset[Change]:
         """A jump of the force, where there is a core."""
         return frozenset({Change.JUMPS}) if self.radius else frozenset()
+
+    def records(self, scene: Any) -> dict[str, Any]:
+        """The repulsion with the core."""
+        if not self.radius:
+            return {}
+        core = Core(scene.repulsion, 2.0 * self.radius, float(self.force), self.smooth or None)
+        return {"pair": core}
 
 
 class Core(NamedTuple):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from pydantic import Field, Tag
 
 from dpd.errors import UserError, reason, shown
-from dpd.page import OR_TABLE, PairForce, PairTable, Refusals, Section, setting
+from dpd.page import OR_TABLE, PairForce, PairTable, Refusals, Section, check_table, setting
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -80,13 +80,7 @@ class TabulatedForces(PairForce, key="pair"):
 
     def unknown(self, scene: Any) -> Refusals:
         """Pairs of other species, and those that are there twice."""
-        for pair in self.files:
-            one, other = pair.split()
-            for name in dict.fromkeys((one, other)):
-                if name not in scene.species:
-                    yield pair, scene.no_species(name)
-            if one > other and f"{other} {one}" in self.files:
-                yield pair, "is there in the other order, too; keep one"
+        yield from check_table(self.files, scene, scene.pairs, "")
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """Number and end of the table of each pair of species, 0 for none, and all tables."""

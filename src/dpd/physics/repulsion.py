@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field
 
-from dpd.page import PairTable, Refusals, Term, setting
+from dpd.page import PairTable, Refusals, Term, check_table, setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,7 +38,7 @@ class SoftRepulsion(Term, key="repulsion"):
 
     def unknown(self, scene: Any) -> Refusals:
         """Pairs of species without a value, or with two."""
-        yield from scene.check_pairs("", scene.repulsions, 25)
+        yield from check_table(scene.repulsions, scene, scene.pairs, 25)
 
     def refuses(self, scene: Any) -> Refusals:
         """An attraction that nothing stands against."""

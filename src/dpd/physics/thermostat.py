@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from dpd.page import NotNegative, Refusals, Term, setting
+from dpd.page import NotNegative, Refusals, Term, check_species, check_table, inside, setting
 
 # A table by pairs of species; for langevin by species.
 _Table = Annotated[
@@ -46,9 +46,16 @@ class Thermostat(Term, key="thermostat"):
 
     def unknown(self, scene: Any) -> Refusals:
         """A table that has not a friction for each pair of species, or for each species."""
-        if isinstance(self.gamma, dict):
-            check = scene.check_species if self.kind == "langevin" else scene.check_pairs
-            yield from check("gamma", self.gamma, 4.5)
+        if not isinstance(self.gamma, dict):
+            return
+        single = [name for name in self.gamma if " " not in name and self.kind == "dpd"]
+        if single:
+            text = f"one value for each pair of species: write '{single[0]} {single[0]}'"
+            yield f"gamma.{single[0]}", text
+        elif self.kind == "dpd":
+            yield from inside("gamma", check_table(self.gamma, scene, scene.pairs, 4.5))
+        else:
+            yield from inside("gamma", check_species(self.gamma, scene.species, 4.5))
 
     def frictions(self) -> list[float]:
         """All values of gamma."""

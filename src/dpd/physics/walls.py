@@ -164,6 +164,10 @@ class SoftWalls(Term, key="walls"):
         """At rest and in the bulk is what schemes were measured."""
         return "schemes were measured in the bulk at rest; with walls take gw-vv"
 
+    def records(self, scene: Any) -> dict[str, Any]:
+        """The planes, and their friction."""
+        return {"walls": self.record(scene), "wall_friction": float(self.gamma)}
+
     def record(self, scene: Any) -> Walls:
         """The planes at both ends of each axis."""
         axes = list(self.axes())

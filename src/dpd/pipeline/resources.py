@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dpd.scene.start import relaxing
-
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
@@ -27,7 +25,7 @@ BATCHES = {"short": 1.0, "medium": 10.0}  # to the minutes that a run of it take
 
 def start_bead_steps(scene: Scene) -> int:
     """Work of a first configuration, as `dpd.scene.scene.Scene.work` has that of a run."""
-    return scene.beads * (relaxing(scene) + scene.start.work)
+    return scene.beads * (scene.relaxing + scene.start.work)
 
 
 def minutes(bead_steps: float, attempt: int, longest: int) -> int:

@@ -11,8 +11,8 @@ import numpy as np
 from markupsafe import Markup
 
 from dpd.laws import numbers_of
+from dpd.page import is_table
 from dpd.report.notation import typeset
-from dpd.scene.bonding import laws_of
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -224,12 +224,12 @@ def _system(scenes):
 
 def _missed(scenes):
     """What whole molecules make of a density that they cannot meet; of the worst scene."""
-    missed = [density for scene in scenes for density in scene.missed_densities]
+    missed = [pair for scene in scenes for pair in scene.missed_densities.values()]
     if not missed:
         return ""
-    worst = max(missed, key=lambda density: density.share)
+    asked, found = max(missed, key=lambda pair: abs(pair[1] / pair[0] - 1))
     most = "at worst " if len(scenes) > 1 else ""
-    return f" ({most}density {worst.found:.4g} of whole molecules in place of {worst.asked:g})"
+    return f" ({most}density {found:.4g} of whole molecules in place of {asked:g})"
 
 
 def _molecules(scenes):
@@ -339,7 +339,8 @@ def _bond(scenes):
 
 
 def _angle(scenes):
-    laws = [law for scene in scenes for law in laws_of(scene.data.get("angle", {}))]
+    pages = [scene.terms["angle"].plain() for scene in scenes if "angle" in scene.terms]
+    laws = [law for page in pages for law in (page.values() if is_table(page) else [page])]
     if not laws:
         return ""
     stiffness, angle = (span([law[key] for law in laws]) for key in ("stiffness", "angle"))

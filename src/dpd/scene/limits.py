@@ -1,4 +1,4 @@
-"""What a scene may ask for: sizes that can be run, and settings that have an effect."""
+"""What is refused of a scene: names that there are not, sizes, pages that do not go together."""
 
 from __future__ import annotations
 
@@ -6,17 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.errors import UserError
-from dpd.page import MOST_STEPS
-from dpd.scene.architecture import length_of
-from dpd.scene.start import relaxing, start_forces
+from dpd.page import MOST_STEPS, BondForce, Term, check_species, find, inside, names, no_species
 
 if TYPE_CHECKING:
-    from dpd.page import Refusals
+    from collections.abc import Iterator
+
+    from dpd.page import Page, Refusals
     from dpd.scene.scene import Scene
 
+AXES = "xyz"
 CUTOFF = 1.0
-MOST_BEADS = 10**8  # 31 GB of state
 MOST_WORK = 10**15  # bead-steps: about two years on one core
 MOST_SPECIES = 256  # a bead's species is one byte
 MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counters
@@ -25,93 +24,72 @@ MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counter
 MOST_MISSED = 0.01
 
 
-def check_beads(data: dict[str, Any], where: str) -> None:
-    """Refuse more beads than fit, before molecules are written out bead by bead.
-
-    Parameters
-    ----------
-    data : dict
-        A valid scene with defaults.
-    where : str
-        File to name in messages.
-
-    Raises
-    ------
-    UserError
-    """
-    box = data["box"]
-    volume = float(np.prod(box if isinstance(box, list) else [box] * data["dimension"]))
-    total = 0
-    for place, kind in enumerate(data["molecules"]):
-        length = length_of(kind["architecture"], f"{where}: molecules.{place}.architecture")
-        beads = (
-            max(length, kind["density"] * volume) if "density" in kind else kind["count"] * length
-        )
-        total += beads
-        if total > MOST_BEADS:
-            key = "density" if "density" in kind else "count"
-            raise UserError(
-                f"{where}: molecules.{place}.{key}: {kind[key]:g} makes {total:.3g} beads in all; "
-                f"allowed: <= {MOST_BEADS}"
-            )
+def unknown_names(scene: Scene) -> Refusals:
+    """Axes and species that settings name, and that are not there."""
+    if "mass" in scene.data:
+        yield from inside("mass", check_species(scene.data["mass"], scene.species, ""))
+    pages: dict[str, Page] = {**scene.terms, "start": scene.start}
+    pages |= {f"observe.{key}": page for key, page in scene.observe.items()}
+    for key, term in scene.terms.items():
+        yield from inside(key, term.unknown(scene))
+    for key, page in pages.items():
+        for name, of, value in _named(page):
+            yield from inside(f"{key}.{name}", _unknown(scene, of, value))
 
 
-def limits(scene: Scene) -> Refusals:
-    """What is too large or too small, and settings that would be without effect.
-
-    Yields
-    ------
-    tuple of str
-        A key, and what is wrong.
-    """
-    if len(scene.species) > MOST_SPECIES:
-        yield "molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}"
-    yield from _of_box(scene)
-    yield from _of_length(scene)
-    yield from _of_start(scene)
+def _named(page: Page) -> Iterator[tuple[str, str, Any]]:
+    """Settings that name axes or species, what they name, and their values."""
+    for name, field in type(page).model_fields.items():
+        extra, value = field.json_schema_extra, getattr(page, name)
+        if isinstance(extra, dict) and "of" in extra and value is not None:
+            yield name, str(extra["of"]), value
 
 
-def _of_box(scene):
-    """Edges and volume."""
-    for edge in scene.period:
-        if edge < 2 * (CUTOFF + scene.skin):
-            yield (
-                "pairs.skin",
-                f"{scene.skin:g} needs a box of at least {2 * (CUTOFF + scene.skin):g}, an edge "
-                f"is {edge:g}; use search: cells",
-            )
-    if scene.volume > MOST_CELLS:
-        yield "box", f"a volume of {scene.volume:g} is too large; allowed: <= {MOST_CELLS}"
+def _unknown(scene, of, value):
+    if isinstance(value, dict):
+        yield from check_species(value, scene.species, "..." if of == "species" else "")
+        return
+    for name in value if isinstance(value, list) else [value]:
+        if of == "axis" and name in AXES[scene.dimension :]:
+            allowed = ", ".join(AXES[: scene.dimension])
+            yield "", f"{name!r} is no axis in {scene.dimension} dimensions; allowed: {allowed}"
+        elif of != "axis" and isinstance(value, list) and name not in scene.species:
+            yield "", no_species(name, scene.species)
 
 
 def densities(scene: Scene) -> Refusals:
     """Densities that whole molecules cannot meet."""
-    for place, (kind, given) in enumerate(zip(scene.molecules, scene.data["molecules"])):
-        if kind.count < 1:
+    for place, (asked, found) in scene.missed_densities.items():
+        key, kind = f"molecules.{place}.density", scene.molecules[place]
+        if not found:
+            volume = f"{scene.volume:g} r_c^{scene.dimension}"
+            beads = f"one molecule of {len(kind.beads)} beads"
+            yield key, f"{asked:g} is not {beads} in a box of {volume}"
+        elif abs(found / asked - 1) > MOST_MISSED:
+            fitting = (found / asked) ** (1 / scene.dimension)
+            edges = [f"{fitting * edge:.6g}" for edge in scene.box]
+            box = f"[{', '.join(edges)}]" if isinstance(scene.data["box"], list) else edges[0]
             yield (
-                f"molecules.{place}.density",
-                f"{given['density']:g} is not one molecule of {len(kind.beads)} beads in a box of "
-                f"{scene.volume:g} r_c^{scene.dimension}",
-            )
-    for density in scene.missed_densities:
-        if density.share > MOST_MISSED and density.found:
-            fitting = (density.found / density.asked) ** (1 / scene.dimension)
-            edges = ", ".join(f"{fitting * edge:.6g}" for edge in scene.box)
-            edges = f"[{edges}]" if isinstance(scene.data["box"], list) else edges.split(",")[0]
-            count = scene.molecules[density.place].count
-            yield (
-                f"molecules.{density.place}.density",
-                f"{density.asked:g} is not met: {scene.sizes(density)}, {density.share:.1%} off; "
-                f"allowed: {MOST_MISSED:.0%}. Write 'box: {edges}', in which {count} of them fit, "
-                f"or 'count: {count}' instead of the density",
+                key,
+                f"{asked:g} is not met: {scene.sizes(place)}, {abs(found / asked - 1):.1%} off; "
+                f"allowed: {MOST_MISSED:.0%}. Write 'box: {box}', in which {kind.count} of them "
+                f"fit, or 'count: {kind.count}' instead of the density",
             )
 
 
-def _of_length(scene):
-    """Steps and bead-steps of relaxation and run."""
+def limits(scene: Scene) -> Refusals:
+    """What is too large or too small, and what sections and pages have against each other."""
+    if len(scene.species) > MOST_SPECIES:
+        yield "molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}"
+    reach, edge = 2 * (CUTOFF + scene.skin), min(scene.period)
+    if edge < reach:
+        text = f"{scene.skin:g} needs a box of at least {reach:g}, an edge is {edge:g}"
+        yield "pairs.skin", f"{text}; use search: cells"
+    if scene.volume > MOST_CELLS:
+        yield "box", f"a volume of {scene.volume:g} is too large; allowed: <= {MOST_CELLS}"
     if scene.steps.sample < 1:
         yield "steps.sample", "nothing to sample; set steps.sample or duration.sample"
-    steps = sum(scene.steps) + relaxing(scene)
+    steps = sum(scene.steps) + scene.relaxing
     work = scene.beads * steps
     if steps > MOST_STEPS or work > MOST_WORK:
         yield (
@@ -119,29 +97,31 @@ def _of_length(scene):
             f"{steps:.3g} steps, {work:.3g} bead-steps; allowed: <= {MOST_STEPS:.0e} steps and "
             f"<= {MOST_WORK:.0e} bead-steps, about two years on one core",
         )
-
-
-def _of_start(scene):
-    """Forces of growth and relaxation, which act there as whole forces."""
-    own = scene.data["start"]["forces"]
-    by_species = scene.friction.ndim == 1 if isinstance(scene.friction, np.ndarray) else False
-    if by_species and "gamma" not in own and scene.start.acts:
+    per_bead = np.ndim(scene.friction) == 1
+    if per_bead and scene.start.forces.gamma is None and scene.start.acts:
         yield (
             "thermostat.gamma",
             "one value for each species, and the start is relaxed or grown with friction between "
             "pairs; add start.forces.gamma, as 4.5",
         )
-    forces = start_forces(scene)
-    core = forces.get("core", {})
-    for key in ("radius", "force"):
-        if "core" in own and key not in core:
-            yield (
-                "start.forces.core",
-                f"the key {key!r} is missing, and the scene has no 'core' to take it from",
-            )
-    if 2 * core.get("radius", 0) + core.get("smooth", 0) > CUTOFF:
-        yield (
-            "start.forces.core",
-            f"a core of diameter {2 * core['radius']:g} and an edge of {core.get('smooth', 0):g} "
-            "go past the cutoff; allowed: <= 1 together",
-        )
+    yield from _bonds(scene)
+    for key, page in [*scene.terms.items(), ("start", scene.start)]:
+        yield from inside(key, page.refuses(scene))
+    for key, term in scene.terms.items():
+        for change, other in scene.made.items():
+            if other != key and not term.allows(change):
+                text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
+                yield key, f"{text}, remove one of them"
+
+
+def _bonds(scene):
+    """One law for bonds where there are some."""
+    bonds = [key for key, term in scene.terms.items() if isinstance(term, BondForce)]
+    if len(bonds) > 1:
+        yield bonds[1], f"the scene has {bonds[0]!r} as well; keep one law of bonds"
+    if scene.has_bonds and not bonds:
+        pages = {key: find(Term, key) for key in names(Term)} | scene.own_pages
+        known = {key: page for key, page in pages.items() if issubclass(page, BondForce)}
+        example = next(f"'{key}: {page.example}'" for key, page in known.items() if page.example)
+        text = f"those of several beads need a law of bonds, one of {', '.join(known)}"
+        yield "molecules", f"{text}, as {example}"

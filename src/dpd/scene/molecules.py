@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+
+NOBODY = -1  # instead of the number of a law, where none acts
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,14 @@ class Molecule:
             for k in around[place + 1 :]
         ]
         return np.array(found, np.int64).reshape(-1, 3)
+
+    def along(self, size: int) -> np.ndarray:
+        """Its bonds, of 2 beads, or its triples, of 3."""
+        return self.bonds if size == 2 else self.triples
+
+    def species_along(self, size: int) -> list[tuple[str, ...]]:
+        """Names of the species of these beads."""
+        return [tuple(self.beads[bead] for bead in beads) for beads in self.along(size).tolist()]
 
     @cached_property
     def middle(self) -> tuple[int, int]:
@@ -135,23 +145,48 @@ def _way_to_farthest(neighbours, first):
     return way[::-1]
 
 
-@dataclass(frozen=True)
-class MissedDensity:
-    """A density that whole molecules cannot meet.
+class Joined(NamedTuple):
+    """Beads that laws join: the two of bonds, or the three of angles.
 
     Attributes
     ----------
-    place : int
-        Of the kind of molecule in the scene.
-    asked, found : float
-        Beads per r_c^dimension in the scene, and of whole molecules in its box.
+    members : (n, 2) or (n, 3) uint32 array
+        Numbers of the beads, molecule after molecule.
+    law : None or (n,) uint16 array
+        The number of the law in the table; None where one law is for all.
     """
 
-    place: int
-    asked: float
-    found: float
+    members: np.ndarray
+    law: np.ndarray | None
 
-    @property
-    def share(self) -> float:
-        """By how much it is missed, relative to what is asked for."""
-        return abs(self.found / self.asked - 1)
+
+def joined(molecules: Sequence[Molecule], laws: Mapping[str, Any], size: int) -> Joined:
+    """What laws join in all molecules, without the pairs or triples that a table does not name.
+
+    Parameters
+    ----------
+    laws : dict
+        By the species that they join, which may be read from either end; one for all by no name.
+    size : int
+        2 for bonds, 3 for angles.
+    """
+    members, numbers, first = [np.zeros((0, size), np.int64)], [np.zeros(0, np.int64)], 0
+    for kind in molecules:
+        inside = kind.along(size)
+        number = np.zeros(len(inside), np.int64)
+        if "" not in laws:
+            number = numbers_of(laws, kind.species_along(size))
+            inside, number = inside[number != NOBODY], number[number != NOBODY]
+        starts = first + len(kind.beads) * np.arange(kind.count)
+        members.append((starts[:, None, None] + inside).reshape(-1, size))
+        numbers.append(np.tile(number, kind.count))
+        first += len(kind.beads) * kind.count
+    law = None if "" in laws else np.concatenate(numbers).astype(np.uint16)
+    return Joined(np.concatenate(members).astype(np.uint32), law)
+
+
+def numbers_of(table: Mapping[str, Any], names: Sequence[tuple[str, ...]]) -> np.ndarray:
+    """The number of the law for each pair or triple of species; `NOBODY` where there is none."""
+    number = {tuple(key.split()): place for place, key in enumerate(table)}
+    found = [number.get(each, number.get(each[::-1], NOBODY)) for each in names]
+    return np.array(found, np.int64)

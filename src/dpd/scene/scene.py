@@ -6,7 +6,7 @@ import json
 import math
 import os
 from functools import cached_property, partial
-from itertools import pairwise
+from itertools import combinations_with_replacement, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,23 +15,11 @@ import numpy as np
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import blame, check_slope, file_of, load
-from dpd.page import (
-    BondForce,
-    Change,
-    Observable,
-    Page,
-    PairForce,
-    Refusals,
-    Start,
-    Term,
-    find,
-    names,
-)
+from dpd.page import BondForce, Change, Observable, PairForce, Refusals, Start, Term, find, names
 from dpd.scene.architecture import tree_of
-from dpd.scene.bonding import Joined, all_species, joined
 from dpd.scene.changes import changed
-from dpd.scene.limits import check_beads, densities, limits
-from dpd.scene.molecules import MissedDensity, Molecule
+from dpd.scene.limits import AXES, CUTOFF, densities, limits, unknown_names
+from dpd.scene.molecules import Joined, Molecule, joined
 from dpd.scene.schedule import Stage, enter
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml, value_of
@@ -40,12 +28,9 @@ from dpd.sentences import attempt
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-CUTOFF = 1.0
-AXES = "xyz"
+NEEDED = ("integrator", "repulsion", "thermostat")  # in every scene
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
-FINEST = 1.0  # r_c, thickness of layers across a flow
-LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
 
 
 class Steps(NamedTuple):
@@ -77,6 +62,8 @@ class Scene:
     observe : dict of str to Observable
         By key, with ``every`` filled in.
     start : Start
+    own_pages : dict of str to type
+        Pages of one's own, by key.
     page_files : dict of str to str
         Digests of the files of one's own pages, by their whole paths.
     stages : list of Stage
@@ -104,8 +91,10 @@ class Scene:
         self.chosen = None  # type: dict[str, Any] | None
         self.terms: dict[str, Any] = {}
         self.start: Any = None
+        self.start_changes: dict[str, Any] = {}  # terms with settings of `start.forces`
         self.observe: dict[str, Any] = {}
         self.page_files: dict[str, str] = {}
+        self.own_pages: dict[str, Any] = {}
         self.stages: list[Stage] = []
         try:
             self._build(data, folder)
@@ -117,21 +106,21 @@ class Scene:
             raise
 
     def _build(self, data, folder):
-        self._own = self._pages(data, folder)
+        self._load_pages(data, folder)
         self._read(data)
-        check_beads(self.data, self.where)
         self.start = self.start.found(folder, self.where)
-        self.data["start"] = self.start.plain()
         self.terms = {key: term.found(folder, self.where) for key, term in self.terms.items()}
         self.refuse(densities(self))
-        self.refuse(self._names())
-        for key in self._own.keys() & self.terms.keys():
+        self.refuse(unknown_names(self))
+        for key in self.own_pages.keys() & self.terms.keys():
             check_slope(self.terms[key], self)
-        for key, term in self.terms.items():
-            self.terms[key] = term.completed(self)
-            self.data[key] = self.terms[key].plain()
-        self.refuse(self._refusals())
-        self.observe = {key: self._with_interval(page) for key, page in self.observe.items()}
+        self.terms = {key: term.completed(self) for key, term in self.terms.items()}
+        plain = {key: page.plain() for key, page in (*self.terms.items(), ("start", self.start))}
+        self.data |= plain
+        self.refuse(limits(self))
+        for key, page in self.observe.items():
+            every = page.every or max(1, min(page.steps_between(self), self.steps.sample))
+            self.observe[key] = page.model_copy(update={"every": every})
         self.refuse(self.unobserved(self.made))
         self.stages = [Stage(0, self)]
         for place, each in enumerate(self.data.get("schedule", [])):
@@ -186,11 +175,11 @@ class Scene:
         equilibrate, sample = self.steps
         times = f"{self.tau(equilibrate):g} + {self.tau(sample, equilibrate):g} tau"
         given = zip(self.molecules, self.data["molecules"])
+        bonds = f", {len(self.bonded)} bonds" if self.has_bonds else ""
         lines = {
             "box": f"{edges} r_c",
-            "beads": f"{self.beads}, {self.density:.4g} per r_c^{self.dimension}",
+            "beads": f"{self.beads}, {self.density:.4g} per r_c^{self.dimension}{bonds}",
             "molecules": "; ".join(f"{k.count} of {each['architecture']}" for k, each in given),
-            "bonds": str(len(self.bonded)) if self.has_bonds else "",
             **{
                 key: _in_a_line(self.data[key])
                 for key in ("mass", *self.terms, "schedule")
@@ -204,9 +193,8 @@ class Scene:
 
     # --- reading
 
-    def _pages(self, data, folder):
-        """Observables of one's own, by key; files are named by their whole paths from then on."""
-        found: dict[str, Any] = {}
+    def _load_pages(self, data, folder):
+        """Pages of one's own; files are named by their whole paths from then on."""
         given = data.get("pages", [])
         for place, one in enumerate(given if isinstance(given, list) else []):
             named = one if isinstance(one, dict) else {"path": one, "sha256": ""}
@@ -215,31 +203,50 @@ class Scene:
                 continue  # which is told with all else that is wrong
             path = os.path.abspath(os.path.join(folder, path))
             loaded, now = load(path, f"{self.where}: pages.{place}", digest)
-            if path not in self.page_files and (twice := sorted(found.keys() & loaded.keys())):
+            twice = sorted(self.own_pages.keys() & loaded.keys())
+            if path not in self.page_files and twice:
                 raise UserError(
                     f"{self.where}: pages.{place}: {path}: {twice[0]!r} is a page of another file "
                     "as well; take another key"
                 )
-            found |= loaded
+            self.own_pages |= loaded
             self.page_files[path] = now
-        return found
+
+    def _keys(self, kind):
+        """Of all pages of a kind, those of one's own last."""
+        own = [key for key, page in self.own_pages.items() if issubclass(page, kind)]
+        return [*names(kind), *own]
+
+    def _find(self, kind, key):
+        """The page of a key that there is."""
+        own = self.own_pages.get(key)
+        return own if own and issubclass(own, kind) else find(kind, key)
 
     def _read(self, data):
         """Settings of all sections and pages, with their defaults."""
-        own = [key for key, page in self._own.items() if issubclass(page, Term)]
-        kinds = [*names(Term), *own]
+        wrong: list[str] = []
+
+        def read(page, given, key, **more):
+            found, problems = attempt(page, given, key, **more)
+            wrong.extend(problems)
+            return found
+
+        kinds = self._keys(Term)
         sections = [*kinds, "start"]
         basic = {key: value for key, value in data.items() if key not in sections}
-        basics, wrong = attempt(Basics, basic, more=sections)
+        basics = read(Basics, basic, "", more=sections)
         for key in kinds:
             if key in data or key in NEEDED:
-                page = self._own[key] if key in own else find(Term, key)
-                self.terms[key] = self._page(page, data, key, wrong)
-        self.start = self._start(data.get("start", {}), wrong)
+                page = self._find(Term, key)
+                if key not in data and page.has_required():
+                    wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
+                else:
+                    self.terms[key] = read(page, data.get(key, {}), key)
+        self.start = self._start(data.get("start", {}), wrong, read)
         for item in basics.observe if basics else ():
-            self._add_observable(item, wrong)
+            self._add_observable(item, wrong, read)
         if not wrong:
-            self._check_start_forces(self.start.forces, wrong)
+            self._change_start_forces(wrong, read)
         if wrong:
             raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
         self.data = basics.model_dump(exclude_none=True, by_alias=True, exclude={"pages"})
@@ -247,65 +254,56 @@ class Scene:
         self.data["start"] = self.start.plain()
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
 
-    def _page(self, page, data, key, wrong):
-        if key not in data and page.has_required():
-            wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
-            return None
-        found, problems = attempt(page, data.get(key, {}), key)
-        wrong += problems
-        return found
-
-    def _start(self, given, wrong):
+    def _start(self, given, wrong, read):
         """The first configuration, by its method."""
-        own = {key: page for key, page in self._own.items() if issubclass(page, Start)}
-        known, method = [*names(Start), *own], Start.model_fields["method"].default
+        known, method = self._keys(Start), Start.model_fields["method"].default
         if isinstance(given, dict) and isinstance(given.get("method"), str):
             method = given["method"]
         if method not in known:
             wrong.append(f"start.method: {shown(method)} is not known; {suggestion(method, known)}")
             return None
-        page = own.get(method) or find(Start, method)
+        page = self._find(Start, method)
         if isinstance(given, dict):
             given = _without_others(page, given, wrong)
-        found, problems = attempt(page, given, "start")
-        wrong += problems
-        return found
+        return read(page, given, "start")
 
-    def _check_start_forces(self, forces, wrong):
-        """Settings of the bonds that are others while the start is made."""
-        for key, given in (forces.model_extra or {}).items():
-            bond = self.bond_force
-            if bond is None or key != bond.key:
-                known = [*type(forces).model_fields, *([bond.key] if bond else [])]
+    def _change_start_forces(self, wrong, read):
+        """Terms that act otherwise while the start is made."""
+        forces = self.start.forces
+        for key, given in dict(forces.model_extra or {}).items():
+            terms = self._keys(Term)
+            if key not in terms or not self._may_act_in_start(key):
+                known = sorted([*type(forces).model_fields, *filter(self._may_act_in_start, terms)])
                 wrong.append(f"start.forces: unknown key {shown(key)}; {suggestion(key, known)}")
                 continue
-            changed = bond.changed(given) if isinstance(given, dict) else given
-            wrong += attempt(type(bond), changed, f"start.forces.{key}")[1]
+            page, place = self._find(Term, key), f"start.forces.{key}"
+            whole = given
+            if key in self.terms and isinstance(given, dict):
+                whole = self.terms[key].changed(given)
+            if (found := read(page, whole, place)) is not None:
+                self.start_changes[key] = found
+                if not page.bare:  # numbers as its settings have them
+                    forces.model_extra[key] = {each: found.plain()[each] for each in given}
 
-    def _add_observable(self, item, wrong):
+    def _may_act_in_start(self, key):
+        page = self._find(Term, key)
+        return page.own_in_start and (key in self.terms or not page.joins)
+
+    def _add_observable(self, item, wrong, read):
         """An observable by name, or by name with settings."""
         if isinstance(item, dict) and len(item) != 1:
             wrong.append(f"observe: {shown(item)} should be one name with its settings, as a list "
                          "item: - rdf: {range: 3}")  # fmt: skip
             return
         name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
-        own = {key: page for key, page in self._own.items() if issubclass(page, Observable)}
-        known = [*names(Observable), *own]
+        known = self._keys(Observable)
         if name not in known:
             wrong.append(f"observe: {shown(name)} is not known; {suggestion(name, known)}")
         elif name in self.observe:
             wrong.append(f"observe: {name!r} is there more than once; keep one")
         else:
-            page = own.get(name) or find(Observable, name)
-            self.observe[name], problems = attempt(page, settings, f"observe.{name}")
-            wrong += problems
-
-    def _with_interval(self, page):
-        """An observable that knows how many steps lie between its samples."""
-        if page.every:
-            return page
-        every = max(1, min(page.steps_between(self), self.steps.sample))
-        return page.model_copy(update={"every": every})
+            page = self._find(Observable, name)
+            self.observe[name] = read(page, settings, f"observe.{name}")
 
     # --- refusing
 
@@ -315,128 +313,35 @@ class Scene:
         if found:
             raise UserError("\n".join(found))
 
-    def _names(self) -> Refusals:
-        """Axes and species that pages name, and that are not there."""
-        for key, term in self.terms.items():
-            for inside, problem in term.unknown(self):
-                yield f"{key}.{inside}" if inside else key, problem
-        sections = [("", self._masses()), *((f"{key}.", page) for key, page in self.terms.items())]
-        sections += [("start.", self.start)]
-        sections += [(f"observe.{key}.", page) for key, page in self.observe.items()]
-        for inside, page in sections:
-            for name, (of, value) in page.items() if isinstance(page, dict) else _named(page):
-                key = f"{inside}{name}"
-                if of == "axis":
-                    yield from self._axes_there(key, value)
-                elif isinstance(value, dict):
-                    yield from self.check_species(key, value, None if of == "species" else "")
-                else:
-                    yield from self._species_there(key, value)
-
-    def _masses(self):
-        return {"mass": ("some species", self.data["mass"])} if "mass" in self.data else {}
-
-    def _axes_there(self, key, value):
-        for name in value if isinstance(value, list) else [value]:
-            if name in AXES and AXES.index(name) >= self.dimension:
-                allowed = ", ".join(AXES[: self.dimension])
-                text = f"{name!r} is no axis in {self.dimension} dimensions; allowed: {allowed}"
-                yield key, text
-
-    def _species_there(self, key, names):
-        for name in names if isinstance(names, list) else ():
-            if name not in self.species:
-                yield key, self.no_species(name)
-
-    def _refusals(self) -> Refusals:
-        """What sections and terms have against each other."""
-        yield from limits(self)
-        bonds = [key for key, term in self.terms.items() if isinstance(term, BondForce)]
-        if len(bonds) > 1:
-            yield bonds[1], f"the scene has {bonds[0]!r} as well; keep one law of bonds"
-        if self.has_bonds and not bonds:
-            pages = {key: find(Term, key) for key in names(Term)} | self._own
-            known = [key for key, page in pages.items() if issubclass(page, BondForce)]
-            text = f"molecules of several beads need one of {', '.join(known)}"
-            yield "bond", f"{text}, as 'bond: {{stiffness: 2, length: 0}}'"
-        for key, page in [*self.terms.items(), ("start", self.start)]:
-            for inside, problem in page.refuses(self):
-                yield f"{key}.{inside}" if inside else key, problem
-        for key, term in self.terms.items():
-            for change, other in self.made.items():
-                if other != key and not term.allows(change):
-                    text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
-                    yield key, f"{text}, remove one of them"
-
     def unobserved(self, made: Mapping[Change, str]) -> Refusals:
         """What observables have against the scene, and the changes that it makes."""
         for key, page in self.observe.items():
             for inside, problem in page.refusals(self, made):
                 yield f"observe.{key}.{inside}" if inside else "observe", problem
 
-    def no_species(self, name: str) -> str:
-        """In words that no molecule has a species, and what may be meant."""
-        found = f"no molecule has the species {name!r}"
-        for other in self.species:
-            if other.startswith(name) and other[len(name) :].isdigit():
-                meant = f"'{name} {other[len(name) :]}', several beads of {name}"
-                return f"{found}; allowed: {', '.join(self.species)}; did you mean {meant}?"
-        return f"{found}; {suggestion(name, self.species)}"
-
-    def check_species(
-        self, key: str, values: Mapping[str, Any], example: float | str | None = None
-    ) -> Refusals:
-        """A table by species: unknown names, and species without a value.
-
-        Parameters
-        ----------
-        example : float or str or None
-            A usual value, for messages; "" where species may be left out.
-        """
-        for name in values:
-            if name not in self.species:
-                pair = "one value for each species, not for pairs" if " " in name else ""
-                yield f"{key}.{name}", pair or self.no_species(name)
-        if example == "" or not set(values) <= set(self.species):
-            return  # the latter may be what is missing
-        for name in self.species:
-            if name not in values:
-                add = f"add '{name}: {'...' if example is None else f'{example:g}'}'"
-                yield key, f"no value for the species {name!r}; {add}, or give one number for all"
-
-    def check_pairs(self, key: str, values: Mapping[str, float], example: float) -> Refusals:
-        """A table by pairs of species: unknown names, two values of a pair, pairs without one."""
-        known = True
-        for pair, value in values.items():
-            place, pair_names = f"{key}.{pair}" if key else pair, pair.split()
-            if len(pair_names) != 2:
-                yield place, f"one value for each pair of species: write '{pair} {pair}'"
-                return
-            for name in dict.fromkeys(pair_names):
-                if name not in self.species:
-                    yield place, self.no_species(name)
-                    known = False
-            swapped = values.get(f"{pair_names[1]} {pair_names[0]}", value)
-            if swapped != value and pair_names == sorted(pair_names):
-                yield place, f"{value:g}, but {swapped:g} in the other order"
-        for i, one in enumerate(self.species if known else ()):
-            for other in self.species[i:]:
-                if f"{one} {other}" not in values and f"{other} {one}" not in values:
-                    pair = f"{one} {other}"
-                    yield key, f"no value for the pair {pair!r}; add '{pair}: {example:g}'"
-
     # --- what it is
 
     @property
     def own_forces(self) -> list[PairForce]:
-        """Pair forces of one's own, in the order of their files."""
+        """Pair forces beside the repulsion, in the order of their files."""
         return [term for term in self.terms.values() if isinstance(term, PairForce)]
 
     @property
     def bond_force(self) -> BondForce | None:
         """The law of its bonds."""
-        found = (term for term in self.terms.values() if isinstance(term, BondForce))
-        return next(found, None)
+        return next((t for t in self.terms.values() if isinstance(t, BondForce)), None)
+
+    @property
+    def start_terms(self) -> dict[str, Any]:
+        """What acts while a start grows and relaxes, by key: of the scene, but for changes."""
+        acting = {key: term for key, term in self.terms.items() if term.in_start}
+        acting |= self.start_changes
+        return {key: term for key, term in acting.items() if term.joins <= self.start.joins}
+
+    @property
+    def relaxing(self) -> int:
+        """Steps of relaxation of its first configuration."""
+        return self.start.relax.steps if self.start.relax else 0
 
     @cached_property
     def made(self) -> dict[Change, str]:
@@ -531,32 +436,32 @@ class Scene:
         return self.beads / self.volume
 
     @cached_property
-    def missed_densities(self) -> list[MissedDensity]:
-        """Densities of the scene that whole molecules miss by more than `NOTED_MISSED`."""
-        missed = []
+    def missed_densities(self) -> dict[int, tuple[float, float]]:
+        """Densities asked for and found, by kinds whose whole molecules miss them."""
+        missed = {}
         for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
             found = kind.count * len(kind.beads) / self.volume
-            density = MissedDensity(place, given.get("density", found), found)
-            if density.share > NOTED_MISSED:
-                missed.append(density)
+            if abs(found / given.get("density", found) - 1) > NOTED_MISSED:
+                missed[place] = given["density"], found
         return missed
 
-    @cached_property
+    def sizes(self, place: int) -> str:
+        """Box, count and the density that they make, in words."""
+        kind = self.molecules[place]
+        edges = " x ".join(f"{edge:g}" for edge in self.box)
+        of = f" of {len(kind.beads)} beads" if len(kind.beads) > 1 else ""
+        density = kind.count * len(kind.beads) / self.volume
+        return f"{kind.count} molecules{of} in a box of {edges} make {density:.4g}"
+
+    @property
     def notes(self) -> list[str]:
         """Sentences for a person on what the scene does not quite get."""
         missed = [
-            f"molecules.{density.place}.density: {self.sizes(density)} instead of "
-            f"{density.asked:g} ({density.share:.2%} off)"
-            for density in self.missed_densities
+            f"molecules.{place}.density: {self.sizes(place)} instead of {asked:g} "
+            f"({abs(found / asked - 1):.2%} off)"
+            for place, (asked, found) in self.missed_densities.items()
         ]
         return missed + [note for term in self.terms.values() for note in term.notes(self)]
-
-    def sizes(self, density: MissedDensity) -> str:
-        """Box, count and the density that they make, in words."""
-        kind = self.molecules[density.place]
-        edges = " x ".join(f"{edge:g}" for edge in self.box)
-        of = f" of {len(kind.beads)} beads" if len(kind.beads) > 1 else ""
-        return f"{kind.count} molecules{of} in a box of {edges} make {density.found:.4g}"
 
     @cached_property
     def repulsion(self) -> np.ndarray:
@@ -571,7 +476,11 @@ class Scene:
     @cached_property
     def friction(self) -> float | np.ndarray:
         """gamma: a number, or one by pairs of species, or for langevin by species."""
-        return self.friction_of(self.data["thermostat"]["gamma"])
+        gamma = self.data["thermostat"]["gamma"]
+        if not isinstance(gamma, dict):
+            return float(gamma)
+        by_pair = any(" " in name for name in gamma)
+        return self.by_pair(gamma) if by_pair else np.array(self.by_species(gamma))
 
     @cached_property
     def masses(self) -> np.ndarray | None:
@@ -586,30 +495,21 @@ class Scene:
         return 1.0 if self.masses is None else float(self.masses.min())
 
     @cached_property
-    def bonds(self) -> Joined:
-        """All bonds, molecule after molecule; empty where every molecule is a single bead."""
-        return self.bonds_with({} if self.bond_force is None else self.bond_force.laws(self))
-
-    def bonds_with(self, laws: Mapping[str, Any]) -> Joined:
-        """The same with other laws, by pairs of species, or by no name."""
-        return joined(self, laws, lambda kind: kind.bonds)
+    def joined(self) -> dict[int, Joined]:
+        """What laws join, by the number of beads: all bonds, and angles that a law names."""
+        laws: dict[int, Any] = {2: {}, 3: {}}
+        laws |= {term.joins: term.laws(self) for term in self.terms.values() if term.joins}
+        return {size: joined(self.molecules, each, size) for size, each in laws.items()}
 
     @property
     def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
-        return self.bonds.members
-
-    @cached_property
-    def angles(self) -> Joined | None:
-        """All angles, molecule after molecule; None without them."""
-        if "angle" not in self.data:
-            return None
-        return joined(self, self.data["angle"], lambda kind: kind.triples)
+        return self.joined[2].members
 
     @property
     def angled(self) -> np.ndarray:
         """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
-        return np.zeros((0, 3), np.uint32) if self.angles is None else self.angles.members
+        return self.joined[3].members
 
     @cached_property
     def lengths(self) -> np.ndarray:
@@ -680,27 +580,20 @@ class Scene:
             table[i, j] = table[j, i] = value
         return table
 
-    def friction_of(self, gamma: float | Mapping[str, float]) -> float | np.ndarray:
-        """Friction as the engine takes it: a number, or an array by pairs or by species."""
-        if not isinstance(gamma, dict):
-            return float(gamma)  # type: ignore[arg-type]
-        by_pair = any(" " in name for name in gamma)
-        return self.by_pair(gamma) if by_pair else np.array(self.by_species(gamma))
+    @property
+    def pairs(self) -> list[tuple[str, ...]]:
+        """All pairs of species, each once."""
+        return list(combinations_with_replacement(self.species, 2))
 
     @property
     def has_bonds(self) -> bool:
         """Whether any molecule has several beads."""
         return any(len(kind.beads) > 1 for kind in self.molecules)
 
-    @cached_property
-    def bonded_species(self) -> list[tuple[str, ...]]:
-        """Species of all bonded pairs, each once."""
-        return all_species(self, lambda kind: kind.bonds)
-
-    @cached_property
-    def angled_species(self) -> list[tuple[str, ...]]:
-        """Species of all beads in angles, each three once."""
-        return all_species(self, lambda kind: kind.triples)
+    def species_along(self, size: int) -> list[tuple[str, ...]]:
+        """Species of all bonded pairs, or triples, each once, in the order in which they come."""
+        found = (name for kind in self.molecules for name in kind.species_along(size))
+        return list(dict.fromkeys(min(name, name[::-1]) for name in found))
 
     # --- what terms do to the space and to the flow
 
@@ -761,23 +654,6 @@ class Scene:
         """The axis of a profile: the one named, or the one across which things change most."""
         return self.across[0] if name is None else AXES.index(name)
 
-    def flow_layers(self, extent: tuple[float, ...]) -> tuple[tuple[int, float], ...]:
-        """The axes across which a driven flow changes, each with the thickness of layers.
-
-        In cells that are cut by these layers the flow's profile is fitted to the velocities of
-        beads.
-
-        Parameters
-        ----------
-        extent : tuple of float
-            Edges of the space that beads fill.
-        """
-        if not self.flows:
-            return ()
-        axes = self.across
-        least = LEAST * (1 + len(axes)) * math.prod(extent[axis] for axis in axes) / self.beads
-        return tuple((axis, max(FINEST, least ** (1 / len(axes)))) for axis in axes)
-
     @property
     def brakes(self) -> bool:
         """Whether friction with what is no bead takes up momentum, along all axes."""
@@ -794,9 +670,6 @@ class Scene:
         if self.brakes:
             return ()
         return tuple(axis for axis in range(self.dimension) if axis not in self.ended)
-
-
-NEEDED = ("integrator", "repulsion", "thermostat")  # in every scene
 
 
 def _without_others(page, given, wrong):
@@ -825,12 +698,3 @@ def _in_a_line(value: Any) -> str:
         return f"{value:g}" if isinstance(value, float) else str(value)
     parts = (f"{name}: {_in_a_line(part)}" for name, part in value.items())
     return f"{{{', '.join(parts)}}}"
-
-
-def _named(page: Page) -> Iterable[tuple[str, tuple[str, Any]]]:
-    """Settings that name axes or species: what they name, and their values."""
-    for name, field in type(page).model_fields.items():
-        extra = field.json_schema_extra
-        value = getattr(page, name)
-        if isinstance(extra, dict) and "of" in extra and value is not None:
-            yield name, (str(extra["of"]), value)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Tag
+from pydantic import Field, Tag, field_validator
 
 from dpd.page import (
     LARGEST_SEED,
@@ -16,8 +17,10 @@ from dpd.page import (
     Species,
     setting,
 )
+from dpd.scene.architecture import length_of
 
 CUTOFF = 1.0
+MOST_BEADS = 10**8  # 31 GB of state
 Edge = Annotated[float, Field(gt=0, le=1e6)]
 
 
@@ -34,6 +37,12 @@ class MoleculeKind(Section):
         "Beads of these molecules per r_c^dimension.", None, gt=0, le=1000
     )
     count: int | None = setting("Number of molecules, instead of a density.", None, ge=1, le=10**8)
+
+    @field_validator("architecture")
+    @classmethod
+    def _readable(cls, text):
+        length_of(text)
+        return text
 
 
 class Pairs(Section):
@@ -141,3 +150,16 @@ class Basics(Section):
                 f"an edge of {min(edges):g} is smaller than two cutoffs, a bead would meet another "
                 f"one twice; allowed: >= {2 * CUTOFF:g}",
             )
+        total = 0.0
+        for place, kind in enumerate(self.molecules):
+            length = length_of(kind.architecture)
+            given = (kind.density or 0) * math.prod(edges) + (kind.count or 0) * length
+            total += max(length, given)
+            if total > MOST_BEADS:  # before molecules are written out bead by bead
+                key = "count" if kind.density is None else "density"
+                yield (
+                    f"molecules.{place}.{key}",
+                    f"{getattr(kind, key):g} makes {total:.3g} beads in all; allowed: <= "
+                    f"{MOST_BEADS}",
+                )
+                return

@@ -50,7 +50,7 @@ class Polymerize(Start, key="polymerize"):
     """
 
     work = 10_000  # more than any melt has taken so far
-    without = ("angle",)
+    joins = 2
     records = {name: (("round",), *told) for name, told in RECORD.items()} | {
         "relax_crossings": (("look",), "1", "pairs of crossing bonds while the melt relaxed")
     }

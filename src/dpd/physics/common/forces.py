@@ -16,7 +16,6 @@ from numba.extending import overload
 from dpd.jit import INLINED, method
 
 if TYPE_CHECKING:
-    from dpd.physics.angle import Angle
     from dpd.physics.body_force import BodyForce
     from dpd.physics.common.exchange import Exchange
     from dpd.physics.common.langevin import Langevin
@@ -37,7 +36,7 @@ class Forces(NamedTuple):
     many_body : ManyBody or None
     bond : record or None
         See `dpd.physics.common.records.bond_record`.
-    angle : Angle or None
+    angle : record or None
     friction : Friction or None
     langevin : Langevin or None
     exchange : Exchange or None
@@ -49,7 +48,7 @@ class Forces(NamedTuple):
     pair: Soft | Core
     many_body: ManyBody | None = None
     bond: Any = None
-    angle: Angle | None = None
+    angle: Any = None
     friction: Friction | None = None
     langevin: Langevin | None = None
     exchange: Exchange | None = None

@@ -80,14 +80,14 @@ def pair_record(page: PairForce, scene: Any) -> Any:
 
 
 def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
-    """The numbers of laws of bonds.
+    """The numbers of laws along bonds.
 
     Parameters
     ----------
     laws : list
         See `dpd.laws`.
-    number : None or (bonds,) uint16 array
-        The place of each bond's law, where there are several.
+    number : None or (n,) uint16 array
+        The place of the law of each bond, or angle, where there are several.
     """
     each = [numbers_of(law) for law in laws]
     values: dict[str, Any] = each[0]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.scene.bonding import numbers_of, species_along
+from dpd.scene.molecules import numbers_of
 
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
@@ -56,7 +56,7 @@ def _along(kind, flight):
     """The length of each step of a random flight along a molecule, or of all."""
     if not isinstance(flight, dict):
         return flight
-    numbers = numbers_of(flight, species_along(kind, kind.bonds))
+    numbers = numbers_of(flight, kind.species_along(2))
     return np.array(list(flight.values()))[numbers][:, None]
 
 

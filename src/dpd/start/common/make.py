@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,14 +14,14 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.own import told_of
-from dpd.page import is_table
+from dpd.page import PairForce
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at
 from dpd.physics.common.records import bond_record
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
-from dpd.scene.bonding import laws_of
-from dpd.scene.start import start_bond, start_description, start_forces, start_work
+from dpd.scene.molecules import joined
+from dpd.scene.start import start_description, start_work
 from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
     from dpd.scene.scene import Scene
 
+FINEST = 1.0  # r_c, thickness of layers across a flow
+LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
 NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw other numbers
 
 
@@ -42,69 +45,55 @@ def system_of(scene: Scene) -> System:
     -------
     System
     """
-    data = scene.data
-    thermostat, integrator = data["thermostat"], scene.terms["integrator"].named
+    thermostat, integrator = scene.data["thermostat"], scene.terms["integrator"].named
     system = System(
         box=scene.period,
-        pair=_pair(scene, data.get("core")),
-        kT=float(thermostat["kT"]),
+        kT=scene.kT,
         friction=scene.friction,
         gaussian=thermostat["noise"] == "gaussian",
         dt=scene.dt,
         scheme=scheme_named(integrator.scheme, float(integrator.lambda_)),
-        seed=data["seed"],
+        seed=scene.data["seed"],
         skin=scene.skin,
         per_bead=thermostat["kind"] == "langevin",
         masses=scene.masses,
-        wall_friction=float(data.get("walls", {}).get("gamma", 0)),
-        **_records(scene),
-        **_bonding(scene, scene.bond_force, data.get("angle")),
+        **_records(scene, scene.terms),
     )
-    return replace(system, flow=scene.flow_layers(system.extent))
+    return replace(system, flow=_flow_layers(scene, system.extent))
 
 
-def _records(scene):
-    """What kernels get of terms, by their keys, which `System` has too."""
-    records = ((key, term.record(scene)) for key, term in scene.terms.items())
-    return {key: record for key, record in records if record is not None}
+def _records(scene, terms):
+    """What kernels get of some terms, by names of `System`."""
+    found: dict[str, Any] = {"pair": Soft(scene.repulsion)}
+    for term in terms.values():
+        found |= term.records(scene)
+        if term.joins:
+            laws = term.laws(scene)
+            members, number = joined(scene.molecules, laws, term.joins)
+            record = bond_record(list(laws.values()), number)
+            found |= (
+                dict(bond=record, members=members)
+                if term.joins == 2
+                else dict(angle=record, angle_members=members)
+            )
+    own = [term for term in terms.values() if isinstance(term, PairForce)]
+    if own:
+        from dpd.physics.common.own_pairs import with_own
 
-
-def _bonding(scene, bond, angle):
-    """Bonds and angles of a scene, as `System` has them, with these laws."""
-    found = dict.fromkeys(("bond", "members", "angle", "angle_members"))
-    if bond is not None:
-        laws = bond.laws(scene)
-        found["members"], number = scene.bonds_with(laws)
-        found["bond"] = bond_record(list(laws.values()), number)
-    if angle is not None:
-        stiffness, angle = _values(angle, "stiffness", "angle")
-        found["angle_members"], number = scene.angles
-        from dpd.physics.angle import Angle
-
-        found["angle"] = Angle(stiffness, np.deg2rad(angle), number)
+        found["pair"] = with_own(found["pair"], own, scene)
     return found
 
 
-def _values(given, *keys):
-    """Values of one law for all as numbers; of a table as arrays."""
-    laws = laws_of(given)
-    values = (np.array([float(law[key]) for law in laws]) for key in keys)
-    return values if is_table(given) else map(float, np.concatenate(list(values)))
+def _flow_layers(scene, extent):
+    """The axes across which a driven flow changes, each with the thickness of layers.
 
-
-def _pair(scene, core):
-    """The conservative force between pairs."""
-    found: Any = Soft(scene.repulsion)
-    if core is not None and core["radius"]:
-        width = float(core.get("smooth", 0)) or None
-        from dpd.physics.core import Core
-
-        found = Core(scene.repulsion, 2.0 * core["radius"], float(core["force"]), width)
-    if not scene.own_forces:
-        return found
-    from dpd.physics.common.own_pairs import with_own
-
-    return with_own(found, scene.own_forces, scene)
+    In cells that are cut by these layers the flow's profile is fitted to the velocities of beads.
+    """
+    if not scene.flows:
+        return ()
+    axes = scene.across
+    least = LEAST * (1 + len(axes)) * math.prod(extent[axis] for axis in axes) / scene.beads
+    return tuple((axis, max(FINEST, least ** (1 / len(axes)))) for axis in axes)
 
 
 def start_system(scene: Scene, dt: float) -> System:
@@ -117,20 +106,18 @@ def start_system(scene: Scene, dt: float) -> System:
     scene : Scene
     dt : float
     """
-    forces = start_forces(scene)
-    at_rest: Any = {key: None for key in _records(scene) if not scene.terms[key].in_start}
+    gamma, seed = scene.start.forces.gamma, start_description(scene)["seed"]
+    absent: Any = dict.fromkeys(_records(scene, scene.terms))
     return replace(
         system_of(scene),
-        friction=scene.friction_of(forces["gamma"]),
+        friction=scene.friction if gamma is None else float(gamma),
         gaussian=False,
         per_bead=False,
-        pair=_pair(scene, forces.get("core")),
         dt=float(dt),
         scheme=scheme_named("gw-vv"),
-        seed=start_description(scene)["seed"] + NOISE_OF_ITS_OWN,
+        seed=seed + NOISE_OF_ITS_OWN,
         skin=scene.skin_at(dt),
-        **at_rest,
-        **_bonding(scene, start_bond(scene), forces.get("angle")),
+        **absent | _records(scene, scene.start_terms),
     )
 
 

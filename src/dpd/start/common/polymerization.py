@@ -21,8 +21,8 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.scene.bonding import numbers_of
-from dpd.scene.start import start_bond, start_description
+from dpd.scene.molecules import numbers_of
+from dpd.scene.start import start_description
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import relaxed, start_system
 from dpd.start.common.velocities import thermal_velocities
@@ -167,8 +167,7 @@ class Growth:
 
 def _laws_of_pairs(scene):
     """(species, species) array of the numbers of the laws of bonds."""
-    bond = start_bond(scene)
-    assert bond is not None  # something grows
+    (bond,) = (term for term in scene.start_terms.values() if term.joins)
     pairs = list(product(scene.species, repeat=2))
     table = numbers_of(bond.laws(scene), pairs).reshape((len(scene.species),) * 2)
     return np.maximum(table, 0).astype(np.uint16)  # pairs without a law are never bonded
