@@ -31,7 +31,7 @@ ORDER = (
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
 # What a figure of a paper is made of; a picture of chains measures them as runs do.
-FOR_FIGURES = {"analysis", "report", "theory", "errors", "observe"}
+FOR_FIGURES = {"analysis", "report", "theory", "errors", "observe", "page", "scene"}
 
 
 def room_of(module):
@@ -123,7 +123,7 @@ def test_of_the_pipeline_a_report_knows_papers_and_paths():
     "paper", sorted({path.parent.name for path in ROOT.glob("paper_figures/*/*.py")})
 )
 def test_figures_import_what_is_for_them(paper):
-    """Analysis, theory and looks: no engine, no scene, no pipeline."""
+    """Analysis, theory and looks, scenes of runs, and settings: no engine, no pipeline."""
     for path in (ROOT / "paper_figures" / paper).glob("*.py"):
         rooms = {room_of(name) for name in imported(path)}
         assert rooms <= FOR_FIGURES, f"{path.name}: {rooms - FOR_FIGURES}"

@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
 
-from dpd.analysis.stability import (
+from dpd.report.figures import load_module
+from paper_figures.benchmark.drift import (
     FAR,
     LOST,
     NO_POWER,
@@ -19,7 +20,6 @@ from dpd.analysis.stability import (
     outcome,
     power_law,
 )
-from dpd.report.figures import load_module
 
 BOUNDARIES = [
     (1.0, STABLE, True), (1.0195, STABLE, False), (0.9805, STABLE, False), (1.0205, OFF, False),

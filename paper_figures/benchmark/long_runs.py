@@ -6,10 +6,10 @@ import xarray as xr
 from scipy.special import stdtrit
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.stability import SURE, power_law
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points
 from dpd.report.text import with_error
+from paper_figures.benchmark.drift import SURE, power_law
 
 SHOWS_TEMPERATURE = True
 

@@ -7,7 +7,9 @@ import pandas as pd
 import xarray as xr
 from matplotlib.lines import Line2D
 
-from dpd.analysis.stability import (
+from dpd.report.style import BLACK, BLUE, ORANGE, RED, Look, panels
+from dpd.report.text import with_error
+from paper_figures.benchmark.drift import (
     FAR,
     LOST,
     OFF,
@@ -17,8 +19,6 @@ from dpd.analysis.stability import (
     falling,
     outcome,
 )
-from dpd.report.style import BLACK, BLUE, ORANGE, RED, Look, panels
-from dpd.report.text import with_error
 
 SHOWS_TEMPERATURE = True
 

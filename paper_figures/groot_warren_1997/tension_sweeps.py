@@ -9,12 +9,12 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import over_replicas
-from dpd.analysis.surface_tension import slab_tension
+from paper_figures.groot_warren_1997.surface_tension import slab_tension
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from dpd.analysis.surface_tension import SlabTension
+    from paper_figures.groot_warren_1997.surface_tension import SlabTension
 
 TENSION = "kT / r_c^2"
 VARIABLES = {
@@ -46,12 +46,12 @@ def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         The names of `VARIABLES` over all axes but ``replica``; ``settled`` is 1 or 0, see
-        `dpd.analysis.surface_tension.SlabTension`.
+        `paper_figures.groot_warren_1997.surface_tension.SlabTension`.
 
     Raises
     ------
     UserError
-        As `dpd.analysis.surface_tension.slab_tension`.
+        As `paper_figures.groot_warren_1997.surface_tension.slab_tension`.
     """
     axes = [str(name) for name in sweep.scene.dims if name != "replica"]
     shape = [sweep.sizes[name] for name in axes]

@@ -371,7 +371,7 @@ third more.
 
 ```python
 import dpd
-from dpd.analysis.surface_tension import slab_tension
+from paper_figures.groot_warren_1997.surface_tension import slab_tension  # in a clone
 
 found = slab_tension(dpd.run("slabs.yaml"))  # observes thermo, profile and stress_profile
 print(found.of_profile, found.of_tensor)  # the tension in two ways, with errors
@@ -493,7 +493,7 @@ and 1 : sqrt(3) : 2 for cylinders:
 
 ```python
 import dpd
-from dpd.analysis.morphology import phase_of, strengths_of
+from paper_figures.cerius2_1998.phases import phase_of, strengths_of  # in a clone
 
 run = dpd.load("run.nc")  # of a scene that observes structure_factor
 phase = phase_of(strengths_of(run, "A"))
