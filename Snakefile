@@ -15,7 +15,6 @@ BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from dpd.analysis.published import entries_of, published
-from dpd.benchmark.workloads import WORKLOADS, workload
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline import made_from, resources as asked

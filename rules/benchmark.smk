@@ -9,7 +9,6 @@ rule measure:
         OUT.log("{paper}", "measurements", "{measurement}"),
     params:
         sources=stage_digest("measure"),
-        scenes=value_digest([workload(name).digest for name in WORKLOADS]),
     priority: 0
     threads: workflow.cores
     resources:

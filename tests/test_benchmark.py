@@ -1,15 +1,16 @@
 """What speed is measured against: the same system in both codes."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from dpd.benchmark import whole
-from dpd.benchmark.lammps import TABLE, Lammps, _write_beads, _write_core
-from dpd.benchmark.speed import as_text, installed
-from dpd.benchmark.workloads import STUDIES, workload
+from benchmarks import measure
+from benchmarks.costs import whole_run
+from benchmarks.lammps import TABLE, Lammps, _write_beads, _write_core, installed
+from benchmarks.systems import STUDIES, workload
+from dpd.commands import options
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
+from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -122,12 +123,9 @@ def test_forces_of_trees_are_those_of_lammps(dimension):
 @pytest.mark.few("oligomers")
 @pytest.mark.parametrize("name", ["oligomers", "shear"])
 def test_whole_runs_beside_the_bare_loop(name):
-    """Of a small system in the place of the real one: both rates, their ratio, and what it is."""
+    """Of a small system in the place of the real one: both rates."""
     scene = workload(name, box=6, steps={"sample": 60}, start={})
-    table = whole.beside_bare(name, scene, make_start(scene), turns=2)
-    assert (table.whole > 0).all() and (table.bare > 0).all()
-    (line,) = whole.as_text(table).splitlines()[1:]
-    assert line.startswith(name) and STUDIES[name].system in line
+    assert (whole_run(scene, make_start(scene), turns=2) > 0).all()
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -135,10 +133,29 @@ def test_the_scenes_of_studies_are_valid(name):
     assert workload(name).beads > 1000 and workload(name).observe
 
 
-def test_text_of_a_machine_without_lammps():
-    """Our own rates, and how to get the others."""
-    rows = [("W1", turn, 100, 5e6 + turn, np.nan, np.nan) for turn in range(3)]
-    columns = ["workload", "turn", "beads", "own", "lammps", "skin"]
-    text = as_text(pd.DataFrame(rows, columns=columns))
-    assert "5.00 million bead-steps" in text
-    assert "not installed" in text and "ratio" not in text
+def test_rates_are_kept_beside_the_last_ones(tmp_path, monkeypatch):
+    """Of this processor; with a ratio where there is something to compare with."""
+    monkeypatch.setattr(measure, "HISTORY", tmp_path / "history.csv")
+    rates = {
+        "W1": ("fluid", np.array([5e6, 6e6, 7e6]), np.array([1e6, 2e6, 2e6])),
+        "W2": ("melt", np.array([4e6] * 3), np.full(3, np.nan)),
+    }
+    first = measure.rows_of(rates)
+    text = measure.as_text(first, rates, measure.history())
+    assert "6.00 million bead-steps per second (5.00 to 7.00), ratio 3.50   fluid" in text
+    assert "4.00 to 4.00)   melt" in text
+    measure.append(first)
+    measure.append(first.assign(rate=1.0, processor="another"))
+    rates["W1"] = ("fluid", np.array([3e6] * 3), np.array([1e6] * 3))
+    text = measure.as_text(measure.rows_of(rates), rates, measure.history())
+    assert f"ratio 3.00; at {first.commit[0]}: 6.00, ratio 3.50   fluid" in text
+    kept = measure.history()
+    assert list(kept.columns) == measure.COLUMNS and len(kept) == 4
+    assert kept.rate.tolist() == [6, 4, 1, 1]
+
+
+def test_outside_of_a_clone(tmp_path, monkeypatch):
+    """Speed is not measured, and a sentence says where it is."""
+    monkeypatch.setattr(options, "ROOT", tmp_path)
+    with pytest.raises(UserError, match="in a clone of the repository"):
+        options.benchmarks()

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from itertools import chain
@@ -14,7 +15,7 @@ from dpd.digest import PACKAGE, ROOT
 ORDER = (
     ("__main__",),
     ("commands",),
-    ("api", "report", "benchmark"),
+    ("api", "report"),
     ("pipeline",),
     ("analysis", "start", "observe"),
     ("particles",),
@@ -75,6 +76,14 @@ def test_imports_go_down(module):
         if room_of(name) != own and ROWS[room_of(name)] <= ROWS[own]
     }  # fmt: skip
     assert not up, f"dpd.{module} stands below, or beside, what it imports: {', '.join(sorted(up))}"
+
+
+def test_what_measures_speed_is_no_part_of_the_package():
+    """Only the commands that call it name it."""
+    knowing = {name for name, path in MODULES.items() if "benchmarks()" in path.read_text()}
+    assert knowing == {"commands.options", "commands.people", "commands.points"}
+    text = "".join(path.read_text() for path in MODULES.values())
+    assert not re.search(r"^\s*(from|import) benchmarks", text, re.M)
 
 
 def test_a_scene_knows_no_term():

@@ -6,8 +6,8 @@ Its ``compute stress/cartesian`` shares out pairs along the same straight lines.
 import numpy as np
 import pytest
 
+from benchmarks.tension import Profiled, normal_and_tangential, profiles_known
 from dpd.analysis.statistics import block_mean_and_error, mean_and_error
-from dpd.benchmark.tension import Profiled, normal_and_tangential, profiles_known
 from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.simulation import Simulation
 from dpd.observe.common.measured import Measured

@@ -8,8 +8,8 @@ further out that is our wall, down to 1 r_c behind ours.
 import numpy as np
 import pytest
 
+from benchmarks.lammps import installed, lammps_module
 from dpd.analysis.statistics import mean_and_error
-from dpd.benchmark.lammps import lammps_module
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
 from dpd.particles.formats import write
@@ -27,15 +27,6 @@ FLUID = {
     "steps": {"sample": 10},
 }
 BEADS = 450
-
-
-def installed():
-    """Whether LAMMPS can be loaded."""
-    try:
-        lammps_module()
-    except (ImportError, OSError):
-        return False
-    return True
 
 
 pytestmark = pytest.mark.skipif(not installed(), reason="LAMMPS is optional")

@@ -10,14 +10,13 @@ import pytest
 import xarray as xr
 import yaml
 
+from benchmarks import beside, scaling
+from benchmarks.costs import labelled_schemes, observing, observing_as_text, schemes
+from benchmarks.lammps import installed
+from benchmarks.measure import MEASUREMENTS, measure
+from benchmarks.systems import workload
+from benchmarks.tension import profiles_known
 from dpd.analysis.verdicts import COLUMNS
-from dpd.benchmark import beside, scaling, speed
-from dpd.benchmark.features import as_text, observing
-from dpd.benchmark.measure import MEASUREMENTS, measure
-from dpd.benchmark.schemes import labelled_schemes, schemes
-from dpd.benchmark.speed import installed
-from dpd.benchmark.tension import profiles_known
-from dpd.benchmark.workloads import workload
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.page import Observable, names
@@ -184,8 +183,7 @@ def test_tension_beside_lammps(results):
 
 def test_without_lammps(monkeypatch, tmp_path):
     """Our own values, NaN for the others, and a figure that says so."""
-    for module in (speed, beside):
-        monkeypatch.setattr(module, "installed", lambda: False)
+    monkeypatch.setattr(beside, "installed", lambda: False)
     path = tmp_path / "benchmark" / "measurements" / "lammps.nc"
     measure("lammps", path, quiet, **SIZES["lammps"] | {"scenes": {"W1": FLUID}})
     data = made(tmp_path, "lammps")
@@ -253,10 +251,10 @@ def test_features_have_a_cost(results):
 @pytest.mark.thorough
 def test_every_observable_has_a_cost_where_it_measures_anything():
     """A line for each, with its default interval; none for what only bonds have."""
-    table = observing({"fluid": FLUID.data | {"box": 4}}, 1, quiet)
-    assert {"thermo", "displacement", "trajectory"} < set(table.observable) < set(names(Observable))
-    lines = as_text(table).splitlines()
-    assert len(lines) == 2 + len(table) and "end_to_end" not in "".join(lines)
+    found = observing({"fluid": FLUID.data | {"box": 4}}, 1, quiet)
+    assert {"thermo", "displacement", "trajectory"} < set(found) < set(names(Observable))
+    lines = observing_as_text(found, ["fluid"]).splitlines()
+    assert len(lines) == 2 + len(found) and "end_to_end" not in "".join(lines)
 
 
 @pytest.mark.few(1)

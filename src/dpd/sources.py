@@ -23,8 +23,10 @@ from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-# The packages that are followed: `dpd` itself, and the figures of papers.
+# The packages that are followed: `dpd` itself, and of a clone the figures of papers and benchmarks.
 HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
+if (ROOT / "benchmarks" / "measure.py").is_file():
+    HOMES["benchmarks"] = ROOT / "benchmarks"
 # Modules that decide no number and no picture, whoever imports them. They check input and word
 # messages, and what they fill in stands in a scene's own digest (defaults, a scheme chosen); or
 # they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
@@ -37,8 +39,6 @@ DECIDE_NOTHING = (
     "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages", "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
-# Kernels of the benchmark are compiled into folders of their own.
-OWN_KERNELS = PACKAGE / "benchmark"
 DATA = "DATA_FILES"  # name of the list, in a module, of files beside it that it reads
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
@@ -127,7 +127,7 @@ def kernel_digest() -> str:
         kernels = [
             path
             for path in sorted(PACKAGE.rglob("*.py"))
-            if OWN_KERNELS not in path.parents and file_of(COMPILER) in source_of(path).imports
+            if file_of(COMPILER) in source_of(path).imports
         ]
         kernels += sorted((PACKAGE / "physics").glob("*.py"))  # whose formulas they get in records
         return sources_digest(*kernels)

@@ -30,7 +30,7 @@ STAGES = {
     "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),
     "figure": ("dpd.report.figures",),
     "report": ("dpd.report.page", "dpd.report.overhead"),
-    "measure": ("dpd.benchmark.measure",),
+    "measure": ("benchmarks.measure",),
 }
 # A run uses statistics only to sum up its series, which are in its file, and to warn in words.
 NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})

@@ -129,8 +129,8 @@ def _schemes(options: Namespace) -> None:
 
 
 def _archive(options: Namespace) -> None:
-    from dpd.benchmark.measure import processor
     from dpd.report.manifest import Machine
+    from dpd.report.provenance import processor
     from dpd.report.whole_archive import keep
 
     machine = Machine(processor(), os.cpu_count() or 1)

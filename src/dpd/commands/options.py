@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.arguments import THREADS_PER_CORE, count, seconds
+from dpd.digest import ROOT
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Collection
+    from types import ModuleType
 
     from dpd.pipeline.sweep import Sweep
     from dpd.pipeline.theory import TheorySweep
@@ -102,3 +106,14 @@ def data_of(options: Namespace, names: Collection[str]) -> dict[str, Path]:
         if name not in given:
             raise UserError(f"--data: none of the files is {name!r}, which is needed; add its file")
     return {name: given[name] for name in names}
+
+
+def benchmarks() -> ModuleType:
+    """The module `benchmarks.measure`, which stands beside the package in a clone alone."""
+    if not (ROOT / "benchmarks" / "measure.py").is_file():
+        raise UserError(
+            f"{ROOT / 'benchmarks'}: there is no such folder; speed is measured in a clone of the "
+            "repository: change into one"
+        )
+    sys.path.insert(0, str(ROOT))
+    return importlib.import_module("benchmarks.measure")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dpd.commands.options import benchmarks
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -42,8 +43,4 @@ def _plan(options: Namespace) -> None:
 
 
 def _bench(options: Namespace) -> None:
-    from dpd.benchmark import features, speed, whole
-
-    print(speed.as_text(speed.against_lammps(say=print)))
-    print(whole.as_text(whole.whole_runs(say=print)))
-    print(features.as_text(features.observing(say=print)))
+    benchmarks().bench()

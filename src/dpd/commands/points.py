@@ -11,6 +11,7 @@ from dpd.commands.options import (
     add_data,
     add_derived,
     add_threads,
+    benchmarks,
     data_of,
     resolved_sweep,
     sweep_of,
@@ -147,8 +148,7 @@ def _calculate(options: Namespace) -> None:
 
 
 def _measure(options: Namespace) -> None:
-    from dpd.benchmark.measure import measure
     from dpd.files import check_room
 
     check_room(options.output, LITTLE)
-    measure(options.name, options.output, say=lambda line: print(line, flush=True))
+    benchmarks().measure(options.name, options.output, say=lambda line: print(line, flush=True))

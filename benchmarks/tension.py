@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from dpd.benchmark.lammps import Lammps, lammps_module
-from dpd.benchmark.timing import labelled, simulation_of, starts_of
-from dpd.benchmark.workloads import WORKLOADS, workload
+from benchmarks.lammps import Lammps, lammps_module
+from benchmarks.systems import WORKLOADS, workload
+from benchmarks.timing import labelled, simulation_of, starts_of
 from dpd.observe.common.blocks import BLOCKS
 from dpd.observe.common.measured import Measured
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import xarray as xr
-
-    from dpd.engine.state import State
 
 SLABS = "W4"  # the workload: slabs, 8 x 8 x 20, a_AB 37
 WIDTH = 0.5  # r_c, of a slice
@@ -31,35 +22,29 @@ SKIN = 0.3  # r_c, of LAMMPS's list
 class Profiled(Lammps):
     """LAMMPS with a profile of the pressure along z.
 
-    Its ``compute stress/cartesian`` shares out pairs along the same straight lines.
-
-    Parameters
-    ----------
-    scene : Scene
-    state : State
-    width : float
-        Of a slice in r_c.
+    Its ``compute stress/cartesian`` shares out pairs along the same straight lines; slices have a
+    width in r_c.
     """
 
-    def __init__(self, scene: Scene, state: State, width: float = WIDTH) -> None:
+    def __init__(self, scene, state, width=WIDTH):
         super().__init__(scene, state, SKIN)
         self._per_freedom = scene.beads / (scene.beads - 1)  # as ours counts, see ThermalMotion
         self._code.command(f"compute profile all stress/cartesian z {width} NULL 0")
         self._code.command("run 0 post no")
 
-    def profile(self) -> np.ndarray:
+    def profile(self):
         """(2, 3, slices) array: kinetic and virial part of xx, yy and zz in each slice."""
         columns = np.array(self._code.numpy.extract_compute("profile", 0, 2)).T
         kinetic, virial = columns[2:8].reshape(2, 3, -1)
         return np.array([self._per_freedom * kinetic, virial])
 
 
-def normal_and_tangential(profile: np.ndarray) -> np.ndarray:
+def normal_and_tangential(profile):
     """(..., 2, slices) array of (..., 3, slices): zz, and the mean of xx and yy."""
     return np.stack([profile[..., 2, :], profile[..., :2, :].mean(axis=-2)], axis=-2)
 
 
-def profiles_known() -> bool:
+def profiles_known():
     """Whether there is a LAMMPS with what the profile needs."""
     try:
         code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
@@ -70,11 +55,11 @@ def profiles_known() -> bool:
     return known
 
 
-def tension_beside_lammps(
-    scene: Scene | None = None, settling: int = 5000, samples: int = 6000,
-    say: Callable[[str], None] = print,
-) -> xr.Dataset:  # fmt: skip
+def tension_beside_lammps(scene=None, settling=5000, samples=6000, say=print):
     """Profiles of normal and tangential pressure of both codes, going on from one state.
+
+    ``normal`` and ``tangential`` over code, block and slice; NaN where there is no LAMMPS with the
+    package EXTRA-COMPUTE.
 
     Parameters
     ----------
@@ -85,12 +70,6 @@ def tension_beside_lammps(
     samples : int
         `EVERY` steps apart, at least `BLOCKS`.
     say : callable
-
-    Returns
-    -------
-    xarray.Dataset
-        ``normal`` and ``tangential`` over code, block and slice. NaN where there is no LAMMPS with
-        the package EXTRA-COMPUTE.
     """
     scene = scene or workload(SLABS)
     watch = {"steps": {"sample": samples}, "observe": [{"stress_profile": {"bin": WIDTH}}]}
@@ -121,7 +100,7 @@ def tension_beside_lammps(
     )
 
 
-def own_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
+def own_profile(scene, begin, samples):
     """(block, 2, slices) array: normal and tangential pressure by this engine."""
     own = simulation_of(scene, begin)
     observed = Measured(StressProfile(every=1, bin=WIDTH), scene, own.system)
@@ -132,7 +111,7 @@ def own_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
     return np.stack([found[f"{name}_pressure_profile"][1] for name in DIRECTIONS], axis=1)
 
 
-def lammps_profile(scene: Scene, begin: State, samples: int) -> np.ndarray:
+def lammps_profile(scene, begin, samples):
     """The same by LAMMPS."""
     other, taken = Profiled(scene, begin), []
     for _ in range(samples):
