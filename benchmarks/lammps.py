@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.page import is_table
+from dpd.page import BondForce, PairForce, is_table
 
 TABLE = 4000  # entries of the table that stands for a rigid core
 NEAREST = 1e-3  # r_c, where it begins
@@ -92,7 +92,8 @@ class Lammps:
 def _commands(scene, state, skin, seed, folder):
     """What sets LAMMPS up and gets it ready to run."""
     data = scene.data
-    if scene.own_forces or (scene.bond_force and "bond" not in data):
+    other = [key for key, term in scene.terms.items() if isinstance(term, PairForce | BondForce)]
+    if set(other) - {"bond"}:
         raise UserError(f"{scene.where}: the comparison knows repulsion, core, bond and angle only")
     kT, gamma = data["thermostat"]["kT"], data["thermostat"]["gamma"]
     _write_beads(folder / "beads", scene, state)

@@ -400,7 +400,7 @@ def test_a_cell_of_a_notebook(folder, monkeypatch):
     force = cell(MORSE, 3)["Morse"]
     asked = SCENE | {"morse": {"depth": {"A A": 1, "A B": 0, "B B": 3}}}
     scene = Scene(asked, pages=[page, force])
-    assert Scene.of_result(json.dumps(scene.data), "run.nc").own_forces[0].depth["B B"] == 3
+    assert Scene.of_result(json.dumps(scene.data), "run.nc").terms["morse"].depth["B B"] == 3
     with pytest.raises(UserError, match="'Morse' stands in no file"):
         exec(MORSE, names := {"__name__": "__main__"})
         Scene(asked, pages=[names["Morse"]])

@@ -77,7 +77,7 @@ def test_the_grid_is_as_exact_as_it_should_be(folder):
     w = 1 - r
     write("wave.csv", r, -(np.sin(np.pi * w) ** 2), -np.pi * np.sin(2 * np.pi * w), form="%.12g")
     scene = Scene(PLAIN | {"pair": {"A A": "wave.csv"}})
-    record = pair_record(scene.own_forces[0], scene)
+    record = pair_record(scene.terms["pair"], scene)
     law = record._replace(table=1, end=1.0)
     spline = CubicSpline(r, -np.pi * np.sin(2 * np.pi * w))
     for x in np.random.default_rng(1).uniform(0.011, 0.999, 200):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from dpd.digest import PACKAGE, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
-from dpd.scene.scene import NEEDED
+from dpd.scene.reading import NEEDED
 from dpd.sources import file_of, kept, source_of, sources_digest
 
 if TYPE_CHECKING:

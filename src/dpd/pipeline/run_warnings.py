@@ -33,7 +33,12 @@ def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
 def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if the fluid drifts as a whole, and keeps that."""
     momentum, axes = values.get("momentum", np.empty((0, 0))), list(scene.momentum_axes)
-    if scene.flows or not axes or not np.isfinite(momentum[:1]).all() or not len(momentum):
+    if (
+        Change.FLOWS in scene.made
+        or not axes
+        or not np.isfinite(momentum[:1]).all()
+        or not len(momentum)
+    ):
         return ""
     mass = scene.beads if scene.masses is None else scene.masses[scene.kinds].sum()
     drift = np.where(np.isin(np.arange(scene.dimension), axes), momentum[0] / mass, 0.0)
@@ -73,7 +78,7 @@ def _known(error):
 
 def _cause(scene, kT, off, error):
     """Why kT is off by a share: what is left when all that can be ruled out is."""
-    driven = scene.flows or Change.SLIDES in scene.made
+    driven = not scene.made.keys().isdisjoint({Change.FLOWS, Change.SLIDES})
     if not scene.takes_heat:
         heat = ", and nothing takes up the heat of the flow" if driven else ""
         return f"without friction (every gamma is 0) nothing holds it{heat}"

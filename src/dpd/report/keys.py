@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from dpd.errors import UserError, suggestion
 from dpd.page import Observable, Page, Start, Term, find, names
-from dpd.scene.scene import NEEDED
+from dpd.scene.reading import NEEDED
 from dpd.scene.sections import Basics
 from dpd.sentences import model_in, unit_of
 

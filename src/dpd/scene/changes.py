@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
 from dpd.errors import UserError, shown
@@ -19,33 +20,27 @@ def changed(base: Any, settings: Mapping[str, Any], where: str = "scene") -> Any
     return base
 
 
-def merge(base: Any, change: Any, where: str = "scene", inside: tuple[str, ...] = ()) -> Any:
-    """``base`` with ``change`` put in: dicts key by key, list items by number.
-
-    Neither is altered; the result shares with them what it takes over whole.
+def merge(base: Any, change: Any, where: str = "scene", inside: str = "") -> Any:
+    """``base`` with ``change`` put in: dicts key by key, list items by number; neither is altered.
 
     Raises
     ------
     UserError
-        Naming ``where`` and the key (``inside`` are its parts so far), if keys are to be put into
-        a list that has no such item, or into something that has no keys.
+        If keys are to be put into a list without such items, or into something that has none.
     """
     if not isinstance(change, dict):
         return change
-    if isinstance(base, list):
-        items = list(base)
-        for place, value in change.items():
-            if not str(place).isdigit() or int(place) >= len(items):
-                raise UserError(
-                    f"{where}: {'.'.join((*inside, str(place)))}: no item {place!r} in a list of "
-                    f"{len(items)}; they count from 0"
-                )
-            items[int(place)] = merge(items[int(place)], value, where, (*inside, str(place)))
-        return items
-    if not isinstance(base, dict):
-        key = ".".join((*inside, *map(str, list(change)[:1])))
+    if not isinstance(base, dict | list):
+        key = ".".join(filter(None, (inside, *map(str, list(change)[:1]))))
         raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
-    merged = dict(base)
-    for key, value in change.items():
-        merged[key] = merge(merged.get(key, {}), value, where, (*inside, str(key)))
+    merged: Any = copy(base)
+    for name, value in change.items():
+        key = f"{inside}.{name}" if inside else str(name)
+        if isinstance(merged, list) and (not str(name).isdigit() or int(name) >= len(merged)):
+            problem = f"no item {name!r} in a list of {len(merged)}; they count from 0"
+            raise UserError(f"{where}: {key}: {problem}")
+        if isinstance(merged, list):
+            name = int(name)
+        before = merged[name] if isinstance(merged, list) else merged.get(name, {})
+        merged[name] = merge(before, value, where, key)
     return merged

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,8 +35,7 @@ class Molecule:
     @cached_property
     def bonds(self) -> np.ndarray:
         """(beads - 1, 2) array: the two beads of each bond, the lower number first."""
-        parents = np.array(self.parents[1:], np.int64)
-        return np.stack([parents, np.arange(1, len(self.beads))], axis=1)
+        return np.array([*enumerate(self.parents)][1:], np.int64).reshape(-1, 2)[:, ::-1]
 
     @cached_property
     def is_chain(self) -> bool:
@@ -92,17 +90,7 @@ class Molecule:
         return middle_of(self.neighbours, 0)
 
     def summed(self, steps: np.ndarray) -> np.ndarray:
-        """Places of beads from the steps between them.
-
-        Parameters
-        ----------
-        steps : (..., beads) array
-            From the parent of each bead to the bead; for the first bead, its place.
-
-        Returns
-        -------
-        (..., beads) array
-        """
+        """Places of beads, from the step to each from its parent: (..., beads) arrays."""
         if self.is_chain:
             return steps.cumsum(axis=-1)
         # Each round adds the steps of as many forebears again as have been added before.
@@ -116,15 +104,7 @@ class Molecule:
 
 
 def middle_of(neighbours: Sequence[Sequence[int]], bead: int) -> tuple[int, int]:
-    """The middle of the longest way through a tree, as `Molecule.middle` has it.
-
-    Parameters
-    ----------
-    neighbours : sequence of sequences of int
-        For each bead those that it is bonded to.
-    bead : int
-        Any bead of the tree.
-    """
+    """The middle of the longest way through the tree of a bead, as `Molecule.middle` has it."""
     way = _way_to_farthest(neighbours, _way_to_farthest(neighbours, bead)[-1])
     inner = sorted((way[(len(way) - 1) // 2], way[len(way) // 2]))
     return inner[0], inner[1]
@@ -132,29 +112,20 @@ def middle_of(neighbours: Sequence[Sequence[int]], bead: int) -> tuple[int, int]
 
 def _way_to_farthest(neighbours, first):
     """Beads from one bead to the one that is most bonds away."""
-    before, waiting, bead = {first: -1}, deque([first]), first
-    while waiting:
-        bead = waiting.popleft()
+    before, order = {first: -1}, [first]
+    for bead in order:  # which grows
         for other in neighbours[bead]:
             if other not in before:
                 before[other] = bead
-                waiting.append(other)
-    way = [bead]
+                order.append(other)
+    way = order[-1:]
     while before[way[-1]] >= 0:
         way.append(before[way[-1]])
     return way[::-1]
 
 
 class Joined(NamedTuple):
-    """Beads that laws join: the two of bonds, or the three of angles.
-
-    Attributes
-    ----------
-    members : (n, 2) or (n, 3) uint32 array
-        Numbers of the beads, molecule after molecule.
-    law : None or (n,) uint16 array
-        The number of the law in the table; None where one law is for all.
-    """
+    """Numbers of beads that laws join, an (n, size) array; and of the law, if they are several."""
 
     members: np.ndarray
     law: np.ndarray | None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import combinations_with_replacement, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,22 +13,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.digest import value_digest
-from dpd.errors import UserError, shown, suggestion
-from dpd.own import blame, check_slope, file_of, load
-from dpd.page import BondForce, Change, Observable, PairForce, Refusals, Start, Term, find, names
+from dpd.errors import UserError, shown
+from dpd.own import blame, check_slope, file_of
+from dpd.page import BondForce, Change, Refusals
 from dpd.scene.architecture import tree_of
 from dpd.scene.changes import changed
 from dpd.scene.limits import AXES, CUTOFF, densities, limits, unknown_names
 from dpd.scene.molecules import Joined, Molecule, joined
+from dpd.scene.reading import Settings
 from dpd.scene.schedule import Stage, enter
-from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml, value_of
-from dpd.sentences import attempt
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-NEEDED = ("integrator", "repulsion", "thermostat")  # in every scene
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
 
@@ -40,7 +38,7 @@ class Steps(NamedTuple):
     sample: int
 
 
-class Scene:
+class Scene(Settings):
     """One system and how long it is simulated.
 
     Parameters
@@ -57,15 +55,8 @@ class Scene:
 
     Attributes
     ----------
-    terms : dict of str to Term
-        By key.
-    observe : dict of str to Observable
-        By key, with ``every`` filled in.
-    start : Start
-    own_pages : dict of str to type
-        Pages of one's own, by key.
-    page_files : dict of str to str
-        Digests of the files of one's own pages, by their whole paths.
+    terms, observe, start, own_pages, page_files
+        As `dpd.scene.reading.Settings` has them; ``every`` of observables is filled in.
     stages : list of Stage
         Itself, and with the values that change while it runs.
 
@@ -86,15 +77,9 @@ class Scene:
             raise UserError(f"{where}: {shown(data)} is no scene; allowed: keys and values")
         if isinstance(given := data.get("pages", []), list):
             data = data | {"pages": [*given, *map(file_of, pages)]}
-        self.where = where
+        super().__init__(where)
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen = None  # type: dict[str, Any] | None
-        self.terms: dict[str, Any] = {}
-        self.start: Any = None
-        self.start_changes: dict[str, Any] = {}  # terms with settings of `start.forces`
-        self.observe: dict[str, Any] = {}
-        self.page_files: dict[str, str] = {}
-        self.own_pages: dict[str, Any] = {}
         self.stages: list[Stage] = []
         try:
             self._build(data, folder)
@@ -106,17 +91,18 @@ class Scene:
             raise
 
     def _build(self, data, folder):
-        self._load_pages(data, folder)
+        self._load_pages(data.get("pages", []), folder)
         self._read(data)
         self.start = self.start.found(folder, self.where)
+        self.data["start"] = self.start.plain()
         self.terms = {key: term.found(folder, self.where) for key, term in self.terms.items()}
         self.refuse(densities(self))
         self.refuse(unknown_names(self))
         for key in self.own_pages.keys() & self.terms.keys():
             check_slope(self.terms[key], self)
-        self.terms = {key: term.completed(self) for key, term in self.terms.items()}
-        plain = {key: page.plain() for key, page in (*self.terms.items(), ("start", self.start))}
-        self.data |= plain
+        for key, term in self.terms.items():
+            self.terms[key] = term.completed(self)
+            self.data[key] = self.terms[key].plain()
         self.refuse(limits(self))
         for key, page in self.observe.items():
             every = page.every or max(1, min(page.steps_between(self), self.steps.sample))
@@ -191,120 +177,6 @@ class Scene:
         text = [f"  {name:12s}{value}" for name, value in lines.items() if value]
         return "\n".join([f"<dpd.Scene {self.where}>", *text, *(f"  {n}" for n in self.notes)])
 
-    # --- reading
-
-    def _load_pages(self, data, folder):
-        """Pages of one's own; files are named by their whole paths from then on."""
-        given = data.get("pages", [])
-        for place, one in enumerate(given if isinstance(given, list) else []):
-            named = one if isinstance(one, dict) else {"path": one, "sha256": ""}
-            path, digest = named.get("path"), named.get("sha256")
-            if not isinstance(path, str) or not isinstance(digest, str):
-                continue  # which is told with all else that is wrong
-            path = os.path.abspath(os.path.join(folder, path))
-            loaded, now = load(path, f"{self.where}: pages.{place}", digest)
-            twice = sorted(self.own_pages.keys() & loaded.keys())
-            if path not in self.page_files and twice:
-                raise UserError(
-                    f"{self.where}: pages.{place}: {path}: {twice[0]!r} is a page of another file "
-                    "as well; take another key"
-                )
-            self.own_pages |= loaded
-            self.page_files[path] = now
-
-    def _keys(self, kind):
-        """Of all pages of a kind, those of one's own last."""
-        own = [key for key, page in self.own_pages.items() if issubclass(page, kind)]
-        return [*names(kind), *own]
-
-    def _find(self, kind, key):
-        """The page of a key that there is."""
-        own = self.own_pages.get(key)
-        return own if own and issubclass(own, kind) else find(kind, key)
-
-    def _read(self, data):
-        """Settings of all sections and pages, with their defaults."""
-        wrong: list[str] = []
-
-        def read(page, given, key, **more):
-            found, problems = attempt(page, given, key, **more)
-            wrong.extend(problems)
-            return found
-
-        kinds = self._keys(Term)
-        sections = [*kinds, "start"]
-        basic = {key: value for key, value in data.items() if key not in sections}
-        basics = read(Basics, basic, "", more=sections)
-        for key in kinds:
-            if key in data or key in NEEDED:
-                page = self._find(Term, key)
-                if key not in data and page.has_required():
-                    wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
-                else:
-                    self.terms[key] = read(page, data.get(key, {}), key)
-        self.start = self._start(data.get("start", {}), wrong, read)
-        for item in basics.observe if basics else ():
-            self._add_observable(item, wrong, read)
-        if not wrong:
-            self._change_start_forces(wrong, read)
-        if wrong:
-            raise UserError("\n".join(f"{self.where}: {text}" for text in dict.fromkeys(wrong)))
-        self.data = basics.model_dump(exclude_none=True, by_alias=True, exclude={"pages"})
-        self.data |= {key: term.plain() for key, term in self.terms.items()}
-        self.data["start"] = self.start.plain()
-        self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
-
-    def _start(self, given, wrong, read):
-        """The first configuration, by its method."""
-        known, method = self._keys(Start), Start.model_fields["method"].default
-        if isinstance(given, dict) and isinstance(given.get("method"), str):
-            method = given["method"]
-        if method not in known:
-            wrong.append(f"start.method: {shown(method)} is not known; {suggestion(method, known)}")
-            return None
-        page = self._find(Start, method)
-        if isinstance(given, dict):
-            given = _without_others(page, given, wrong)
-        return read(page, given, "start")
-
-    def _change_start_forces(self, wrong, read):
-        """Terms that act otherwise while the start is made."""
-        forces = self.start.forces
-        for key, given in dict(forces.model_extra or {}).items():
-            terms = self._keys(Term)
-            if key not in terms or not self._may_act_in_start(key):
-                known = sorted([*type(forces).model_fields, *filter(self._may_act_in_start, terms)])
-                wrong.append(f"start.forces: unknown key {shown(key)}; {suggestion(key, known)}")
-                continue
-            page, place = self._find(Term, key), f"start.forces.{key}"
-            whole = given
-            if key in self.terms and isinstance(given, dict):
-                whole = self.terms[key].changed(given)
-            if (found := read(page, whole, place)) is not None:
-                self.start_changes[key] = found
-                if not page.bare:  # numbers as its settings have them
-                    forces.model_extra[key] = {each: found.plain()[each] for each in given}
-
-    def _may_act_in_start(self, key):
-        page = self._find(Term, key)
-        return page.own_in_start and (key in self.terms or not page.joins)
-
-    def _add_observable(self, item, wrong, read):
-        """An observable by name, or by name with settings."""
-        if isinstance(item, dict) and len(item) != 1:
-            wrong.append(f"observe: {shown(item)} should be one name with its settings, as a list "
-                         "item: - rdf: {range: 3}")  # fmt: skip
-            return
-        name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
-        known = self._keys(Observable)
-        if name not in known:
-            wrong.append(f"observe: {shown(name)} is not known; {suggestion(name, known)}")
-        elif name in self.observe:
-            wrong.append(f"observe: {name!r} is there more than once; keep one")
-        else:
-            page = self._find(Observable, name)
-            self.observe[name] = read(page, settings, f"observe.{name}")
-
     # --- refusing
 
     def refuse(self, problems: Iterable[tuple[str, str]]) -> None:
@@ -320,11 +192,6 @@ class Scene:
                 yield f"observe.{key}.{inside}" if inside else "observe", problem
 
     # --- what it is
-
-    @property
-    def own_forces(self) -> list[PairForce]:
-        """Pair forces beside the repulsion, in the order of their files."""
-        return [term for term in self.terms.values() if isinstance(term, PairForce)]
 
     @property
     def bond_force(self) -> BondForce | None:
@@ -363,8 +230,8 @@ class Scene:
         start = {key: value for key, value in start.items() if key not in places}
         observe = {key: page.plain() for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
-        forces = {term.key: term.content() for term in self.own_forces}
-        return value_digest(without | {"observe": observe, "start": start} | forces)
+        terms = {key: term.content() for key, term in self.terms.items()}
+        return value_digest(without | {"observe": observe, "start": start} | terms)
 
     def files_beside(self, path: str | Path) -> dict[str, Path]:
         """Files that observables write beside the result at a path, as run.gsd, by their keys."""
@@ -588,7 +455,7 @@ class Scene:
     @property
     def has_bonds(self) -> bool:
         """Whether any molecule has several beads."""
-        return any(len(kind.beads) > 1 for kind in self.molecules)
+        return bool(self.species_along(2))
 
     def species_along(self, size: int) -> list[tuple[str, ...]]:
         """Species of all bonded pairs, or triples, each once, in the order in which they come."""
@@ -633,11 +500,6 @@ class Scene:
         return "".join(term.stretched() for term in self.terms.values())
 
     @property
-    def flows(self) -> bool:
-        """Whether something drives a flow, but for a shear, about which velocities are kept."""
-        return Change.FLOWS in self.made
-
-    @property
     def across(self) -> tuple[int, ...]:
         """The axes across which a flow that is driven changes."""
         found = dict.fromkeys((*self._across(Change.ENDS), *self._across(Change.FLOWS)))
@@ -670,26 +532,6 @@ class Scene:
         if self.brakes:
             return ()
         return tuple(axis for axis in range(self.dimension) if axis not in self.ended)
-
-
-def _without_others(page, given, wrong):
-    """What is given for a start without settings of other methods, which have no effect.
-
-    They are told, but for defaults, which results of former versions have.
-    """
-    rest = dict(given)
-    for other in (
-        map(partial(find, Start), names(Start)) if given.keys() - page.model_fields else ()
-    ):
-        for key in other.model_fields.keys() & rest.keys() - page.model_fields.keys():
-            field, value = other.model_fields[key], rest.pop(key)
-            default = field.get_default(call_default_factory=True)
-            if value != getattr(default, "model_dump", lambda: None)():
-                wrong.append(
-                    f"start.{key}: has no effect with method {page.key!r}; take 'method: "
-                    f"{other.key}', or remove the key"
-                )
-    return rest
 
 
 def _in_a_line(value: Any) -> str:

@@ -22,22 +22,12 @@ class Stage(NamedTuple):
 
 
 def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> None:
-    """Go on with other values behind a step, no sooner than with those that it has.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its stages get one more.
-    step : int
-    settings : dict
-        Values by their keys, which are joined by dots.
-    where : str
-        What to call it in messages.
+    """Go on with other values, by keys that are joined by dots, behind a step.
 
     Raises
     ------
     UserError
-        If a value is not allowed, or cannot change while a system runs.
+        If a value is not allowed, or cannot change while a system runs, or the step has passed.
     """
     last = scene.stages[-1]
     if step < last.step:
@@ -53,14 +43,6 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
     search = {"search": "list" if scene.skin else "cells", "skin": scene.data["pairs"]["skin"]}
     data = {key: value for key, value in last.scene.data.items() if key != "schedule"}
     now = type(scene)(changed(data | {"pairs": search}, settings, where), where)
-    _refuse_other_world(scene, now, where)
-    if now.dt != last.scene.dt and step > scene.steps.equilibrate:
-        scene.refuse(scene.unobserved(scene.made | {Change.PACE: "schedule"}))
-    scene.stages.append(Stage(step, now))
-
-
-def _refuse_other_world(scene, now, where):
-    """Refuse a stage that differs in what the state and observables take for granted."""
     for change in scene.made.keys() ^ now.made.keys():
         key = (scene.made | now.made)[change]
         raise UserError(
@@ -72,9 +54,12 @@ def _refuse_other_world(scene, now, where):
             f"{where}: beads would get further behind walls, or less far, than there is room for; "
             "take stiffer walls from the beginning"
         )
-    key = scene.made.get(Change.SLIDES)
+    key = scene.made.get(Change.SLIDES, "")
     if key and (now.dt, now.terms[key]) != (scene.dt, scene.terms[key]):
         raise UserError(
             f"{where}: images slide evenly: with {key!r} neither that nor dt can change while "
             "the system runs"
         )
+    if now.dt != last.scene.dt and step > scene.steps.equilibrate:
+        scene.refuse(scene.unobserved(scene.made | {Change.PACE: "schedule"}))
+    scene.stages.append(Stage(step, now))

@@ -17,10 +17,7 @@ from dpd.errors import UserError, reason, shown
 
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
 DEEPEST = 64  # levels of lists and mappings; a paper has about ten, and libyaml dies of thousands
-KINDS = {
-    f"tag:yaml.org,2002:{kind}"
-    for kind in ["str", "int", "float", "bool", "null", "map", "seq", "merge"]
-}
+KINDS = ("str", "int", "float", "bool", "null", "map", "seq")
 # Of the core schema: a tag, what it looks like, and with what it begins.
 CORE = (
     ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
@@ -32,40 +29,32 @@ CORE = (
 )
 
 
-class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+Quick = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class Loader(Quick):  # type: ignore[misc,valid-type]
     """Libyaml's, which reads a paper in a tenth of the time, with the rules of YAML 1.2."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
+    yaml_constructors: ClassVar[dict[Any, Any]] = {
+        tag: made for tag, made in Quick.yaml_constructors.items()
+        if tag is None or tag.rpartition(":")[2] in KINDS
+    }  # fmt: skip
 
-    def construct_document(self, node: Any) -> Any:
-        """What a document stands for, if each key of a mapping stands there once."""
-        waiting, seen = [node], set()
-        while waiting:
-            each = waiting.pop()
-            if id(each) in seen:
-                continue
-            seen.add(id(each))
-            if each.tag not in KINDS:
-                _refuse(f"{shown(each.tag, str)} is nothing here; for text use quotes", each)
-            if isinstance(each, yaml.MappingNode):
-                self._refuse_twice(each)
-                waiting += [part for pair in each.value for part in pair]
-            elif isinstance(each, yaml.SequenceNode):
-                waiting += each.value
-        return super().construct_document(node)
-
-    def _refuse_twice(self, node):
+    def flatten_mapping(self, node: Any) -> None:
+        """Put in what is merged, if each of the node's own keys stands there once."""
+        self._seen: set[Any] = getattr(self, "_seen", set())
         first: dict[Any, int] = {}
-        for key, _ in node.value:
+        for key, _ in () if node in self._seen else node.value:
             if not isinstance(key, yaml.ScalarNode):
                 _refuse("a key that is a list or mapping", key)
             same = key.value if key.tag.endswith(":merge") else self.construct_object(key)
             if same in first:
-                name = shown(key.value, str)
-                _refuse(
-                    f"the key {name} stands here twice, first on line {first[same]}; keep one", key
-                )
+                text = f"the key {shown(key.value, str)} stands here twice, first on line"
+                _refuse(f"{text} {first[same]}; keep one", key)
             first[same] = key.start_mark.line + 1
+        self._seen.add(node)
+        super().flatten_mapping(node)
 
 
 def _refuse(problem, node):
@@ -75,12 +64,10 @@ def _refuse(problem, node):
 for _tag, _form, _first in CORE:
     Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"^(?:{_form})$"), _first)
 Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
-Loader.add_constructor("tag:yaml.org,2002:float", lambda loader, node: _float(node.value))
-
-
-def _float(text):
-    """As Python reads it; infinity and nan without their point."""
-    return float(re.sub(r"\.(?=[a-z])", "", text.lower()))
+Loader.add_constructor(
+    "tag:yaml.org,2002:float",  # infinity and nan without their point
+    lambda loader, node: float(re.sub(r"\.(?=[a-z])", "", node.value.lower())),
+)
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
@@ -92,7 +79,20 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
         If the file is missing, is not YAML, or holds something else.
     """
     path = Path(path)
-    data = value_of(_text(path), str(path))
+    try:
+        if path.is_dir():
+            raise UserError(f"{path}: is a folder; name a file in it")
+        if not path.is_file():
+            what = "is not a file" if path.exists() else "there is no such file"
+            raise UserError(f"{path}: {what}")
+        if (size := path.stat().st_size) > LARGEST:
+            raise UserError(f"{path}: {size} bytes are too many for YAML; allowed: <= {LARGEST}")
+        text = path.read_text(encoding="utf-8")
+    except OSError as problem:
+        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+    except UnicodeDecodeError as problem:
+        raise UserError(f"{path}: this is not YAML: {shown(problem, str)}") from None
+    data = value_of(text, str(path))
     if data is None:
         raise UserError(f"{path}: the file is empty; expected keys and values")
     if not isinstance(data, dict):
@@ -130,22 +130,3 @@ def _depth(text):
         depth = max(0, depth + (1 if bracket in "[{" else -1))
         deepest = max(deepest, depth)
     return deepest + max((len(each) // 2 for each in re.findall(r"(?:[-?:] )+", text)), default=0)
-
-
-def _text(path):
-    """Contents of a file that is not too large."""
-    try:
-        if path.is_dir():
-            raise UserError(f"{path}: is a folder; name a file in it")
-        if not path.is_file():
-            problem = "is not a file" if path.exists() else "there is no such file"
-            raise UserError(f"{path}: {problem}")
-        if path.stat().st_size > LARGEST:
-            raise UserError(
-                f"{path}: {path.stat().st_size} bytes are too many for YAML; allowed: <= {LARGEST}"
-            )
-        return path.read_text(encoding="utf-8")
-    except OSError as problem:
-        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-    except UnicodeDecodeError as problem:
-        raise UserError(f"{path}: this is not YAML: {shown(problem, str)}") from None

@@ -14,7 +14,7 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.own import told_of
-from dpd.page import PairForce
+from dpd.page import Change, PairForce
 from dpd.particles.particles import whole_images
 from dpd.particles.tilt import box_at
 from dpd.physics.common.records import bond_record
@@ -89,7 +89,7 @@ def _flow_layers(scene, extent):
 
     In cells that are cut by these layers the flow's profile is fitted to the velocities of beads.
     """
-    if not scene.flows:
+    if Change.FLOWS not in scene.made:
         return ()
     axes = scene.across
     least = LEAST * (1 + len(axes)) * math.prod(extent[axis] for axis in axes) / scene.beads
