@@ -18,19 +18,12 @@ def grid_shape(box: tuple[float, ...], spacing: float) -> tuple[int, ...]:
     return tuple(math.ceil(edge / spacing - 1e-9) for edge in box)
 
 
-def frames_of(scene: Any) -> int:
-    """Frames of ``density_field``; the last one may have fewer looks than the others."""
-    page = scene.observe["density_field"]
-    return -(-(scene.steps.sample // page.every) // page.average)
-
-
 class DensityField(Observable, key="density_field"):
     """Number density of each species in the cells of a grid, in frames one after the other.
 
     The density of a cell is the number of beads in it over its volume. A frame is the average of
-    ``average`` looks, ``every`` steps apart; so it covers ``every`` times ``average`` steps, and
-    the next one follows at once. Where the run ends within a frame, that is the average of the
-    looks that it has.
+    ``average`` looks, ``every`` steps apart. Where the run ends within a frame, that is the average
+    of the looks that it has.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
@@ -40,10 +33,8 @@ class DensityField(Observable, key="density_field"):
     every: int = interval_setting("Steps between looks.")
     average: int = setting(
         "Looks in a frame, which covers every times average steps; the next one follows at once.",
-        10,
-        ge=1,
-        le=1000000000,
-    )
+        10, ge=1, le=1000000000,
+    )  # fmt: skip
     spacing: float = setting(
         "Largest width of a cell, at most half the smallest edge.", 0.5, unit="r_c", ge=0.01
     )
@@ -74,7 +65,7 @@ class DensityField(Observable, key="density_field"):
                 f"<= {smallest / 2:g}",
             )
         cells = math.prod(grid_shape(scene.box, spacing)) * len(scene.species)
-        frames = frames_of(scene)
+        frames = -(-(scene.steps.sample // self.every) // self.average)
         if frames * cells > MOST_CELLS:
             yield (
                 "every",
@@ -84,14 +75,12 @@ class DensityField(Observable, key="density_field"):
             )
 
     def measure(self, now: Any) -> Any:
-        state, shape = now.state, grid_shape(now.scene.box, self.spacing)
+        shape, cell = grid_shape(now.scene.box, self.spacing), now.state.species
         box = now.system.extent if now.scene.ended else now.lattice
-        position = state.position - np.array(now.scene.origin)[:, None]
-        cell = np.zeros(now.beads, np.int64)
-        if state.species is not None:
-            cell += state.species
-        for along, edge, cells in zip(position, box, shape):
-            cell = cell * cells + np.clip((along * (cells / edge)).astype(np.int64), 0, cells - 1)
+        cell = np.int64(0) if cell is None else cell.astype(np.int64)
+        for k, cells in enumerate(shape):
+            along = (now.state.position[k] - now.scene.origin[k]) * (cells / box[k])
+            cell = cell * cells + np.minimum(np.maximum(along, 0.0), cells - 1).astype(np.int64)
         species, cells = len(now.scene.species), math.prod(shape)
         counts = np.bincount(cell, minlength=species * cells).reshape(species, *shape)
-        return {"field_box": box, "density_field": counts * (cells / np.prod(box))}
+        return {"field_box": box, "density_field": counts * (cells / math.prod(box))}

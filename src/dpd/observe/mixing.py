@@ -7,8 +7,6 @@ import numpy as np
 
 from dpd.page import Change, Observable, Refusals
 
-NEAR = 1.0  # r_c, the range of the forces: within it beads are neighbours
-
 
 class Mixing(Observable, key="mixing"):
     """Short-range order of each pair of species: 0 if mixed at random, 1 if apart.
@@ -17,10 +15,12 @@ class Mixing(Observable, key="mixing"):
     alpha_ab = 1 - n_ab / <n_ab>. Here n_ab of all n pairs of beads within r_c are of the species a
     and b, and <n_ab> = 2 N_a N_b / (N (N - 1)) n are, if the same beads had their species by lot.
     It is below 0 where unlike beads prefer each other. Bonded pairs count as any other, so that
-    blocks of a chain give a little order even where chains are mixed.
+    blocks of a chain give a little order even where chains are mixed. A sample takes as long as 2
+    to 3 steps, and domains change over many tau.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
+    interval = 2.0
     gives = {
         "short_range_order": (
             ("sample", "unlike_pair"), "1",
@@ -38,15 +38,13 @@ class Mixing(Observable, key="mixing"):
         return {"unlike_pair": (np.array(names), "1", "pair of species")}
 
     def measure(self, now: Any) -> Any:
-        """Of the neighbours of this moment; 0 where no two beads are near each other."""
-        from dpd.engine.queries.pairs import neighbour_pairs
+        from dpd.engine.queries.pairs import near_by_species
 
-        kinds, species = now.scene.kinds, len(now.scene.species)
-        number = np.bincount(kinds, minlength=species).astype(float)
+        number = np.bincount(now.scene.kinds, minlength=len(now.scene.species)).astype(float)
         by_lot = 2 * np.outer(number, number) / (now.beads * (now.beads - 1))
-        pairs = neighbour_pairs(now.coordinates, kinds, now.lattice, NEAR, species)
+        pairs = near_by_species(now.state, now.lattice, len(number))[0]
         total = np.triu(pairs).sum()
         return [
             1 - pairs[a, b] / (by_lot[a, b] * total) if total else 0.0
-            for a, b in combinations(range(species), 2)
+            for a, b in combinations(range(len(number)), 2)
         ]

@@ -31,7 +31,7 @@ class StressProfile(Layered, key="stress_profile"):
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 0.4
+    interval = 2.0
     gives = {
         "slice": (("run", "slice"), "r_c", "position along the axis of pressures"),
         "normal_pressure_profile": (
@@ -63,7 +63,12 @@ class StressProfile(Layered, key="stress_profile"):
 
         system, layers = replace(now.system, box=now.lattice), self.layers(now.scene)
         slices = Slices(layers.axis, layers.count, *layers.bounds(now))
-        normal, tangential = virial_in_slices(system, now.state, slices) + self._kinetic(now)
+        mass, layer = system.mass_of(now.state.species), layers.of(now)
+        thermal = mass * ThermalMotion(now.scene, now.system).velocities(now) ** 2
+        across = [np.bincount(layer, one, layers.count) for one in thermal]
+        along = across.pop(layers.axis)
+        kinetic = np.array([along, np.mean(across, axis=0)])
+        normal, tangential = virial_in_slices(system, now.state, slices) + kinetic
         found = {
             "normal_pressure_profile": normal, "tangential_pressure_profile": tangential,
         }  # fmt: skip
@@ -73,11 +78,3 @@ class StressProfile(Layered, key="stress_profile"):
         return {"slice": layers.middles_in(now)} | {
             name: per * each for name, each in found.items()
         }
-
-    def _kinetic(self, now):
-        """(2, slices) array: sum of m c c along the axis, and its mean over the others."""
-        layers, mass = self.layers(now.scene), now.system.mass_of(now.state.species)
-        thermal = mass * ThermalMotion(now.scene, now.system).velocities(now) ** 2
-        each = [np.bincount(layers.of(now), one, layers.count) for one in thermal]
-        normal = each.pop(layers.axis)
-        return np.array([normal, np.mean(each, axis=0)])

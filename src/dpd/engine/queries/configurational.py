@@ -10,16 +10,12 @@ from dpd.engine.bonded import (
     add_angles,
     add_bonds,
     angle_curvature,
-    angles_of,
     bond_curvature,
-    bonds_of,
-    buffers_of,
     find_slots,
 )
 from dpd.engine.external import add_wall_curvature
 from dpd.engine.pair import CLOSEST, gather_crowds, of_pair
-from dpd.engine.queries.pairs import densities
-from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.queries.sorting import sorted_beads, terms_of
 from dpd.engine.rows import push_apart
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
@@ -47,15 +43,11 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
         In (kT / r_c)^2 and kT / r_c^2.
     """
     beads = sorted_beads(state.position, system.box, 1.0)
-    total, bonds, d = np.zeros_like(beads.x), bonds_of(system), system.dimension
-    angles = angles_of(system, bonds)
-    arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
-    slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
+    total, d = np.zeros_like(beads.x), system.dimension
     slopes = None if system.many_body is None else np.zeros_like(beads.x)
     laplacian = _laplacian(
         total, slopes, beads, state.identity, state.species, system.forces.pair, system.many_body,
-        densities(beads, system.many_body), bonds, angles, slot, *arms, system.walls,
-        np.zeros((2, d, d)), np.zeros(2),
+        *terms_of(system, beads), system.walls, np.zeros((2, d, d)), np.zeros(2),
     )  # fmt: skip
     if slopes is not None:  # of each bead's density, by its own place
         laplacian += (slopes * slopes).sum()
@@ -98,13 +90,9 @@ def _laplacian(
 
 @inlined()
 def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
-    """Add a pair's slopes of both densities by each bead's own place.
+    """Add a pair's slopes of both densities by each bead's own place; return what else it adds.
 
-    Returns
-    -------
-    float
-        Squares of those by the other bead's place, which the Laplacian has; 0 without many-body
-        forces.
+    That are the squares of those by the other bead's place; 0 without many-body forces.
     """
     if slopes is None:
         return 0.0
@@ -113,16 +101,15 @@ def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
     return 2.0 * steep * steep
 
 
-@inlined()
+@inlined(given="arms")
 def add_bonded(total, x, slot, bonds, angles, arms, others, virial, sums, edges):
     """Add the forces of all bonds and angles, if there are any."""
-    if bonds is not None:
-        add_bonds(
-            total, x, slot, bonds.law, bonds.members, 0, len(bonds.members), arms, virial, sums,
-            False, edges, None,
+    add_bonds(
+        total, x, slot, bonds.law, bonds.members, 0, len(bonds.members), arms, virial, sums,
+        False, edges, None,
+    )  # fmt: skip
+    if angles is not None:
+        add_angles(
+            total, x, slot, angles.law, angles.members, 0, len(angles.members), arms, others,
+            virial, sums, False, edges, None,
         )  # fmt: skip
-        if angles is not None:
-            add_angles(
-                total, x, slot, angles.law, angles.members, 0, len(angles.members), arms, others,
-                virial, sums, False, edges, None,
-            )  # fmt: skip

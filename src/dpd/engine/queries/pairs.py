@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.engine.pair import add_densities
-from dpd.engine.queries.sorting import Sorted, sorted_beads
+from dpd.engine.queries.sorting import sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dpd.physics.many_body import ManyBody
+    from dpd.engine.state import State
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 CUTOFF = 1.0
@@ -85,94 +84,28 @@ def _histogram(counts, place, beads, rows, farthest, bins):
             counts[place[p]] += 1
 
 
-def neighbour_pairs(
-    position: np.ndarray, species: np.ndarray, box: Sequence[float], farthest: float, count: int
-) -> np.ndarray:
-    """Count pairs of beads that are near each other, by their species.
+def near_by_species(state: State, box: Sequence[float], count: int) -> np.ndarray:
+    """(2, species, species) array: numbers of pairs within the cutoff, and their (1 - r)^2 summed.
 
-    Parameters
-    ----------
-    position : (dimension, n) array
-        Inside the box.
-    species : (n,) uint8 array
-    box : tuple
-        Edges in r_c.
-    farthest : float
-        Largest distance, at most half the smallest edge.
-    count : int
-        Number of species.
-
-    Returns
-    -------
-    (count, count) array
-        Pairs at their nearest images: symmetric, each counted once on the diagonal and once on
-        either side of it.
+    Both are symmetric: those of unlike beads stand on either side of the diagonal.
     """
-    sums = np.zeros((2, count, count))
-    _by_species(sums, sorted_beads(position, box, farthest), species, farthest)
-    return _symmetric(sums[0])
-
-
-def soft_energies(
-    position: np.ndarray, species: np.ndarray, box: Sequence[float], repulsion: np.ndarray
-) -> np.ndarray:
-    """Energy of the soft repulsion (`dpd.physics.repulsion`) of all pairs of two species.
-
-    Parameters
-    ----------
-    position : (dimension, n) array
-        Inside the box.
-    species : (n,) uint8 array
-    box : tuple
-        Edges in r_c.
-    repulsion : (species, species) array
-        a_ij.
-
-    Returns
-    -------
-    (species, species) array
-        In kT; symmetric, the energy of unlike beads stands on either side of the diagonal.
-    """
-    sums = np.zeros((2, *repulsion.shape))
-    _by_species(sums, sorted_beads(position, box, CUTOFF), species, CUTOFF)
-    return 0.5 * repulsion * _symmetric(sums[1])
-
-
-def densities(beads: Sorted, law: ManyBody | None) -> np.ndarray | None:
-    """Local density of the bead in each slot, (n,); None without many-body forces."""
-    if law is None:
-        return None
-    density = np.zeros(len(beads.bead))
-    _add_densities(density, beads, law)
-    return density
+    beads, sums = sorted_beads(state.position, box, CUTOFF), np.zeros((2, count, count))
+    kinds = np.zeros(len(beads.bead), np.uint8) if state.species is None else state.species
+    _by_species(sums, beads, kinds[beads.bead])
+    return sums + sums.swapaxes(1, 2) * ~np.eye(count, dtype=bool)
 
 
 @kernel()
-def _add_densities(density, beads, law):
-    search = beads.search
+def _by_species(sums, beads, species):
+    pairs, edges = beads.search.pairs, beads.search.edges
     at = first_place()
     while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, law.range)
-        add_densities(density, search.pairs, n, law, search.edges)
-
-
-def _symmetric(sums):
-    return sums + sums.T - np.diag(np.diag(sums))
-
-
-@kernel()
-def _by_species(sums, beads, species, farthest):
-    """Count pairs by species, and add up (1 - r)^2 of them."""
-    search = beads.search
-    pairs, separation = search.pairs, search.pairs.separation
-    at = first_place()
-    while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
+        at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, CUTOFF)
         for p in range(n):
             r2 = 0.0
-            for k in range(len(search.edges)):
-                r2 += separation[k, p] * separation[k, p]
+            for k in range(len(edges)):
+                r2 += pairs.separation[k, p] * pairs.separation[k, p]
             w = 1.0 - np.sqrt(r2)
-            one, other = species[beads.bead[pairs.i[p]]], species[beads.bead[pairs.j[p]]]
+            one, other = species[pairs.i[p]], species[pairs.j[p]]
             sums[0, one, other] += 1.0
             sums[1, one, other] += w * w

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.bonded import angles_of, bonds_of, buffers_of, find_slots, gather, length, opening
+from dpd.engine.bonded import find_slots, gather, length, opening
 from dpd.engine.integrate import of_bead
 from dpd.engine.pair import CLOSEST, gather_crowds, of_pair
-from dpd.engine.queries.pairs import densities
-from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.queries.sorting import sorted_beads, terms_of
 from dpd.engine.rows import rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
@@ -63,17 +62,22 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
         In kT: the `NORMAL` element of the virial, and the `TANGENTIAL` one, which is the mean over
         the other axes. Summed over slices they are those of the whole virial.
     """
-    beads, virial = sorted_beads(state.position, system.box, 1.0), np.zeros((2, slices.number))
-    bonds, d = bonds_of(system), system.dimension
-    angles = angles_of(system, bonds)
-    arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
-    slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
+    beads, virial = sorted_beads(state.position, system.box, 1.0), _empty(slices)
+    species = None if state.species is None else state.species[beads.bead]
     _add_virial(
-        virial, beads, state.identity, state.species, system.forces.pair, system.many_body,
-        densities(beads, system.many_body), bonds, angles, slot, *arms, slices,
+        virial, beads, state.identity, species, system.forces.pair, system.many_body,
+        *terms_of(system, beads), slices,
     )  # fmt: skip
-    virial[TANGENTIAL] /= d - 1
-    return virial
+    return _folded(virial) / np.array([[1], [system.dimension - 1]])
+
+
+def _empty(slices):
+    """Slices of the box and of an image on either side, where lines may end."""
+    return np.zeros((2, 3 * slices.number))
+
+
+def _folded(virial):
+    return virial.reshape(2, 3, -1).sum(axis=1)
 
 
 @kernel()
@@ -81,25 +85,27 @@ def _add_virial(
     virial, beads, identity, species, pair, many_body, density, bonds, angles, slot, arms, others,
     slices,
 ):  # fmt: skip
-    search = beads.search
-    pairs, edges, n_beads = search.pairs, search.edges, len(beads.bead)
+    search, n_beads = beads.search, len(beads.bead)
+    pairs, edges = search.pairs, search.edges
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
         gather_crowds(pairs, n, density)
         for p in range(n):
-            i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
+            pairs.repulsion[p] = of_pair(pair.repulsion, species, pairs.i[p], pairs.j[p])
+        for p in range(n):
             r2 = CLOSEST
             for k in range(len(edges)):
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
-            w = max(0.0, 1.0 - r)
-            push = force(pair, of_pair(pair.repulsion, species, i, j), r, w)
+            push = force(pair, pairs.repulsion[p], r, max(0.0, 1.0 - r))
             over_r = (push + force(many_body, pairs.crowd[p], r)) / r
-            along = pairs.separation[slices.axis, p]
-            normal = over_r * along * along
-            begin = beads.x[i, slices.axis]
-            add_line(virial, begin, begin - along, normal, over_r * r2 - normal, slices)
+            normal = over_r * pairs.separation[slices.axis, p] ** 2
+            pairs.force_over_r[p], pairs.weight_over_r[p] = normal, over_r * r2 - normal
+        for p in range(n):
+            begin = beads.ordered[pairs.i[p], slices.axis]
+            end = begin - pairs.separation[slices.axis, p]
+            add_line(virial, begin, end, pairs.force_over_r[p], pairs.weight_over_r[p], slices)
     find_slots(slot, identity, Share(np.uint64(0), np.uint64(n_beads)))
     add_bonds(virial, beads.x, slot, bonds, arms, edges, slices)
     add_angles(virial, beads.x, slot, angles, arms, others, edges, slices)
@@ -120,11 +126,9 @@ def add_bonds(virial, x, slot, bonds, arms, edges, slices):
         add_line(virial, begin, begin - along, normal, over_r * r * r - normal, slices)
 
 
-@inlined()
+@inlined(given="angles")
 def add_angles(virial, x, slot, angles, arms, others, edges, slices):
     """Add what angles do, along both bonds of each; `dpd.engine.bonded` has their forces."""
-    if angles is None:
-        return
     n = np.uint64(len(angles.members))
     gather(arms, n, x, slot, angles.members, np.uint64(0), 0, 1, edges, None)
     gather(others, n, x, slot, angles.members, np.uint64(0), 2, 1, edges, None)
@@ -152,64 +156,40 @@ def add_arm(virial, x, arm, other, a, across, cosine, over_arm, over_other, edge
 
 @inlined()
 def add_line(virial, begin, end, normal, tangential, slices):
-    """Spread a virial evenly along a line over the slices that it crosses.
+    """Spread a virial evenly over the slices that a line along the axis crosses.
 
-    Parameters
-    ----------
-    virial : (2, slices) array
-    begin, end : float
-        Of the line on the axis: one of them in the box, the other one up to an edge outside.
-    normal, tangential : float
-        What is to be spread.
-    slices : Slices
+    One end of it lies in the box, the other one up to an edge outside.
     """
     per_length = slices.number / (slices.high - slices.low)
-    low = (min(begin, end) - slices.low) * per_length
-    high = (max(begin, end) - slices.low) * per_length
-    first, last = int(np.floor(low)), int(np.floor(high))
+    low = (min(begin, end) - slices.low) * per_length + slices.number
+    high = (max(begin, end) - slices.low) * per_length + slices.number
+    first, last = np.uint64(low), np.uint64(high)
     if first == last or high - low < SHORTEST:
-        add_share(virial, last, 1.0, normal, tangential, slices)
+        add_share(virial, last, 1.0, normal, tangential)
         return
     over = 1.0 / (high - low)
-    add_share(virial, first, (first + 1 - low) * over, normal, tangential, slices)
-    for between in range(first + 1, last):
-        add_share(virial, between, over, normal, tangential, slices)
-    add_share(virial, last, (high - last) * over, normal, tangential, slices)
+    add_share(virial, first, (first + 1.0 - low) * over, normal, tangential)
+    for between in range(first + np.uint64(1), last):
+        add_share(virial, between, over, normal, tangential)
+    add_share(virial, last, (high - last) * over, normal, tangential)
 
 
 @inlined()
-def add_share(virial, place, share, normal, tangential, slices):
-    """Add a share to the slice at a place, which may lie in the next image of the box."""
-    if place < 0:
-        place += slices.number
-    elif place >= slices.number:
-        place -= slices.number
+def add_share(virial, place, share, normal, tangential):
     virial[NORMAL, place] += share * normal
     virial[TANGENTIAL, place] += share * tangential
 
 
 def wall_virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray:
-    """What walls across the axis add to the normal pressure, in slices.
+    """(slices,) array in kT: what walls across the axis add to the normal virial.
 
     The force of a wall on a bead passes along the normal from behind the wall, the end of the
     slices, to the bead. With it the mean normal pressure is the same in all slices, as in any fluid
     at rest; without, it rises over the range of the walls.
-
-    Parameters
-    ----------
-    system : System
-        With walls.
-    state : State
-    slices : Slices
-
-    Returns
-    -------
-    (slices,) array
-        In kT, as the normal virial of beads.
     """
-    virial = np.zeros((2, slices.number))
+    virial = _empty(slices)
     _add_walls(virial, rows_of(state.position), state.species, system.walls, slices)
-    return virial[NORMAL]
+    return _folded(virial)[NORMAL]
 
 
 @kernel()
