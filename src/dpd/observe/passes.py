@@ -8,7 +8,11 @@ from dpd.page import Change, Observable, interval_setting
 
 
 class Passes(Observable, key="passes"):
-    """Number of pairs of bonds that passed through each other since the sample before."""
+    """Number of pairs of bonds that passed through each other since the sample before.
+
+    A sample takes as long as two steps of a melt. Between two of them a bead should move less than
+    half a bond, so they are closer than those of other observables.
+    """
 
     stands = frozenset(Change)
     cannot = {

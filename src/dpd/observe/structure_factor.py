@@ -6,38 +6,32 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals, once, setting
+from dpd.page import Change, Observable, Refusals, interval_setting, once, setting
 
 MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
 MOST_SUMS = 10**11  # terms of a sample: minutes for each
+PER_STEP = 280  # wave vectors that are summed over all beads in the time of a step
+SHARE = 0.05  # of the run's time, if the scene does not say how often
 
 
 def wave_numbers(box: tuple[float, ...], most: float) -> np.ndarray:
-    """The wave vectors that a periodic box has up to a length, one of each pair q and -q.
+    """(n, dimension) array of whole numbers m: the wave vectors q = 2 pi m / L up to a length.
 
-    Parameters
-    ----------
-    box : tuple of float
-        Edges L in r_c.
-    most : float
-        Largest |q| in 1 / r_c.
-
-    Returns
-    -------
-    (n, dimension) int64 array
-        Whole numbers m of q = 2 pi m / L; the last axis changes first.
+    One of each pair q and -q; the last axis changes first.
     """
-    reach = [_farthest(edge, most) for edge in box]
-    axes = [np.arange(-count, count + 1) for count in reach]
+    axes = [np.arange(-count, count + 1) for count in _farthest(box, most)]
     numbers = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
     numbers = numbers[len(numbers) // 2 + 1 :]  # behind 0 stand the opposites of those before it
-    length = np.sqrt(((2 * np.pi * numbers / np.array(box)) ** 2).sum(axis=1))
-    return numbers[length <= most * (1 + 1e-12)]
+    return numbers[_length(numbers, box) <= most * (1 + 1e-12)]
 
 
-def _farthest(edge, most):
-    """The largest whole number along an axis."""
-    return int(most * edge / (2 * np.pi) * (1 + 1e-12))
+def _farthest(box, most):
+    """The largest whole number along each axis."""
+    return [int(most * edge / (2 * math.pi) * (1 + 1e-12)) for edge in box]
+
+
+def _length(numbers, box):
+    return np.sqrt(((2 * np.pi * numbers / np.array(box)) ** 2).sum(axis=1))
 
 
 class StructureFactor(Observable, key="structure_factor"):
@@ -55,7 +49,7 @@ class StructureFactor(Observable, key="structure_factor"):
 
     stands = frozenset(Change) - {Change.SLIDES, Change.ENDS}
     cannot = {Change.STRETCHES: "belongs to the wave vectors of a box, and those change"}
-    interval = 2.0
+    interval = 4.0
     gives = {
         "structure_factor": (
             ("block", "species_pair", "q"), "1",
@@ -67,14 +61,20 @@ class StructureFactor(Observable, key="structure_factor"):
         ),
     }  # fmt: skip
 
+    every: int = interval_setting(
+        "Steps between samples. If not given, those of 4 tau, or as many as keep it to a twentieth "
+        "of the run's time."
+    )
     max: float = setting(
         "Largest length of a wave vector; the work grows with its third power (in two dimensions, "
-        "its square) times volume and beads.",
-        4.0,
-        unit="1 / r_c",
-        gt=0,
-        le=1000,
-    )
+        "its square) times volume and beads.", 4.0, unit="1 / r_c", gt=0, le=1000,
+    )  # fmt: skip
+
+    def steps_between(self, scene: Any) -> int:
+        """Those of the interval, or more where there are many wave vectors."""
+        half_ball = {2: math.pi / 2, 3: 2 * math.pi / 3}[scene.dimension]
+        waves = half_ball * math.prod(self.max * edge / (2 * math.pi) for edge in scene.box)
+        return max(super().steps_between(scene), round(waves / PER_STEP / SHARE))
 
     @once
     def waves(self, scene: Any) -> np.ndarray:
@@ -82,29 +82,25 @@ class StructureFactor(Observable, key="structure_factor"):
         return wave_numbers(scene.box, self.max)
 
     @once
-    def shells(self, scene: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The shell of each wave vector, their number in each shell, and the length of each."""
-        vectors = 2 * np.pi * self.waves(scene) / np.array(scene.box)
-        length = np.sqrt((vectors**2).sum(axis=1))
-        shell = np.rint(length / (2 * np.pi / max(scene.box))).astype(np.int64)
-        _, number, members = np.unique(shell, return_inverse=True, return_counts=True)
-        return number, members, length
+    def shells(self, scene: Any) -> tuple[np.ndarray, np.ndarray]:
+        """The shell of each wave vector, and their number in each shell."""
+        step = 2 * np.pi / max(scene.box)
+        shell = np.rint(_length(self.waves(scene), scene.box) / step).astype(np.int64)
+        return np.unique(shell, return_inverse=True, return_counts=True)[1:]
 
     def axes(self, scene: Any) -> Any:
         names = [f"{one} {other}" for one, other in combinations_with_replacement(scene.species, 2)]
-        number, members, length = self.shells(scene)
-        mean = np.bincount(number, length) / members
+        waves, (shell, members) = self.waves(scene), self.shells(scene)
+        mean = np.bincount(shell, _length(waves, scene.box)) / members
         text = "mean length of the wave vectors in a shell, which is 2 pi / longest edge wide"
-        vectors = 2 * np.pi * self.waves(scene) / np.array(scene.box)
+        vectors, about = 2 * np.pi * waves / np.array(scene.box), "wave vector, one of q and -q"
         return {
             "species_pair": (np.array(names), "1", "pair of species"),
             "q": (mean, "1 / r_c", text),
             "q_waves": (2 * members, "1", "wave vectors in a shell, q and -q", ("q",)),
-            "wave": len(vectors),
-            "wave_vector": (
-                vectors, "1 / r_c", "wave vector, one of q and -q", ("wave", "axis"),
-            ),
-        }  # fmt: skip
+            "wave": len(waves),
+            "wave_vector": (vectors, "1 / r_c", about, ("wave", "axis")),
+        }
 
     def refuses(self, scene: Any) -> Refusals:
         """Wave vectors that the box has not, or that are too many."""
@@ -117,7 +113,7 @@ class StructureFactor(Observable, key="structure_factor"):
                 f"allowed: >= {least:.4g}",
             )
         # Their number, before they are all written down.
-        around = math.prod(2 * _farthest(edge, most) + 1 for edge in scene.box) // 2
+        around = math.prod(2 * count + 1 for count in _farthest(scene.box, most)) // 2
         pairs = len(scene.species) * (len(scene.species) + 1) // 2
         if around * pairs > MOST_WAVES or around * scene.beads > MOST_SUMS:
             yield (
@@ -127,19 +123,14 @@ class StructureFactor(Observable, key="structure_factor"):
                 "a smaller max",
             )
 
-    @once
-    def by_species(self, scene: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The beads, species after species, and where each species begins and the last ends."""
-        counts = np.bincount(scene.kinds, minlength=len(scene.species))
-        return np.argsort(scene.kinds, kind="stable"), np.concatenate([[0], np.cumsum(counts)])
-
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.waves import density_waves
 
-        scene = now.scene
-        (order, begins), (shell, members, _) = self.by_species(scene), self.shells(scene)
+        scene, (shell, members) = now.scene, self.shells(now.scene)
+        counts = np.bincount(scene.kinds, minlength=len(scene.species))
+        order = np.argsort(scene.kinds, kind="stable")
+        begins = np.concatenate([[0], np.cumsum(counts)])
         waves = density_waves(now.coordinates[:, order], scene.box, begins, self.waves(scene))
-        counts = np.diff(begins)
         by_wave = [
             (waves[:, a] * waves[:, b]).sum(axis=0) / np.sqrt(counts[a] * counts[b])
             for a, b in combinations_with_replacement(range(len(counts)), 2)

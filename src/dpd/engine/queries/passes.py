@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 HALVINGS = 30  # of the time at which two bonds lie in one plane
+# Columns of what is known of a bond: where its first end is, relative to its middle half way, and
+# its second one, relative to that; how both change; and the farthest that an end gets.
+END, MOVE, BOND, TURN, RADIUS = 0, 3, 6, 9, 12
 
 
 class Met(NamedTuple):
@@ -73,72 +76,53 @@ def passed_bonds(
     """
     if not len(members):
         return np.empty((2, 0), np.uint32)
-    middle, squares = np.empty((3, len(members))), np.zeros((5, len(members)))
-    ends, move = np.empty((2, 2, 3, len(members)))
-    _follow(middle, squares, ends, move, before, after, members, edges_of(box))
-    radius, longest = np.sqrt(squares[:4].max(axis=0)), np.sqrt(squares[4].max())
-    refuse_longer(float(longest), box, "passes")
-    reach = min(2 * float(radius.max()), 0.5 * min(box))
+    middle, known = np.empty((3, len(members))), np.empty((len(members), RADIUS + 1))
+    longest = _follow(middle, known, before, after, members, edges_of(box))
+    refuse_longer(longest, box, "passes")
+    reach = min(2 * float(known[:, RADIUS].max()), 0.5 * min(box))
     middles = sorted_beads(middle, box, max(reach, SMALLEST_CELL))
-    return all_found(_passed, middles, radius, ends, move, members, reach)
+    return all_found(_passed, middles, known[middles.bead], members, reach)
 
 
 @kernel()
-def _follow(middle, squares, ends, move, before, after, members, edges):
-    """Find how bonds move.
+def _follow(middle, known, before, after, members, edges):
+    """Find how bonds move, and the length of the longest.
 
-    Parameters
-    ----------
-    middle : (3, bonds) array
-        Where the middle of each bond is half way, in the box: it decides which image of another
-        bond is near.
-    squares : (5, bonds) array
-        Zeros, to add up squared distances from there: of both ends before and after, further than
-        which the bond does not reach; and its squared length before.
-    ends, move : (2, 3, bonds) arrays
-        Of both ends: where they are before, relative to that middle, and how they move.
-    before, after, members, edges
-        See `passed_bonds`.
+    Where the middle of a bond is half way, in the box, decides which image of another one is near.
     """
-    for k in range(len(edges)):
-        edge = edges[k]
-        for b in range(len(members)):
-            one, other = before[k, members[b, 0]], before[k, members[b, 1]]
-            bond = nearest_image(other - one, edge)
-            first = nearest_image(after[k, members[b, 0]] - one, edge)
-            second = nearest_image(after[k, members[b, 1]] - other, edge)
+    longest = 0.0
+    for b in range(len(members)):
+        length, one, other, one_after, other_after = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(len(edges)):
+            edge, here = edges[k], before[k, members[b, 0]]
+            there = before[k, members[b, 1]]
+            bond = nearest_image(there - here, edge)
+            first = nearest_image(after[k, members[b, 0]] - here, edge)
+            second = nearest_image(after[k, members[b, 1]] - there, edge)
             half = 0.5 * bond + 0.25 * (first + second)
-            place = one + half
+            place = here + half
             place -= edge * np.floor(place / edge)
             middle[k, b] = place if place < edge else 0.0
-            ends[0, k, b], ends[1, k, b] = -half, bond - half
-            move[0, k, b], move[1, k, b] = first, second
-            squares[0, b] += half * half
-            squares[1, b] += (bond - half) ** 2
-            squares[2, b] += (first - half) ** 2
-            squares[3, b] += (bond - half + second) ** 2
-            squares[4, b] += bond * bond
+            known[b, END + k], known[b, MOVE + k] = -half, first
+            known[b, BOND + k], known[b, TURN + k] = bond, second - first
+            length += bond * bond
+            one += half * half
+            other += (bond - half) ** 2
+            one_after += (first - half) ** 2
+            other_after += (bond - half + second) ** 2
+        known[b, RADIUS] = np.sqrt(max(one, other, one_after, other_after))
+        longest = max(longest, length)
+    return np.sqrt(longest)
 
 
 @inlined()
-def line_up(x, one, other, ends, move, t):
-    """`Met` of two bonds at time t.
-
-    The three numbers ``x`` lead from the middle of the other bond to that of the first.
-    """
-    u0, u1, u2 = (
-        _axis(0, one, ends, move, t),
-        _axis(1, one, ends, move, t),
-        _axis(2, one, ends, move, t),
-    )
-    v0, v1, v2 = (
-        _axis(0, other, ends, move, t),
-        _axis(1, other, ends, move, t),
-        _axis(2, other, ends, move, t),
-    )
-    w0 = x[0] + ends[0, 0, one] + t * move[0, 0, one] - ends[0, 0, other] - t * move[0, 0, other]
-    w1 = x[1] + ends[0, 1, one] + t * move[0, 1, one] - ends[0, 1, other] - t * move[0, 1, other]
-    w2 = x[2] + ends[0, 2, one] + t * move[0, 2, one] - ends[0, 2, other] - t * move[0, 2, other]
+def line_up(x, known, i, j, t):
+    """`Met` of bonds in slots i and j at time t; ``x`` leads from the middle of j to that of i."""
+    w0 = x[0] + place(known, i, 0, t) - place(known, j, 0, t)
+    w1 = x[1] + place(known, i, 1, t) - place(known, j, 1, t)
+    w2 = x[2] + place(known, i, 2, t) - place(known, j, 2, t)
+    u0, u1, u2 = along(known, i, 0, t), along(known, i, 1, t), along(known, i, 2, t)
+    v0, v1, v2 = along(known, j, 0, t), along(known, j, 1, t), along(known, j, 2, t)
     c0, c1, c2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
     square = c0 * c0 + c1 * c1 + c2 * c2
     triple = w0 * c0 + w1 * c1 + w2 * c2
@@ -151,13 +135,19 @@ def line_up(x, one, other, ends, move, t):
 
 
 @inlined()
-def _axis(k, bond, ends, move, t):
+def place(known, i, k, t):
+    """Where the first end of a bond is along an axis at time t."""
+    return known[i, END + k] + t * known[i, MOVE + k]
+
+
+@inlined()
+def along(known, i, k, t):
     """A component of a bond at time t."""
-    return ends[1, k, bond] - ends[0, k, bond] + t * (move[1, k, bond] - move[0, k, bond])
+    return known[i, BOND + k] + t * known[i, TURN + k]
 
 
 @kernel()
-def _passed(found, middles, radius, ends, move, members, reach):
+def _passed(found, middles, known, members, reach):
     """Fill ``found``, as far as there is room, and return how many there are."""
     search = middles.search
     pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
@@ -165,25 +155,25 @@ def _passed(found, middles, radius, ends, move, members, reach):
     while at.slot < bonds:
         at, n = next_pairs(at, bonds, middles.ordered, search, reach)
         for s in range(n):
-            one, other = number[pairs.i[s]], number[pairs.j[s]]
-            x = pairs.separation[0, s], pairs.separation[1, s], pairs.separation[2, s]
+            i, j, apart = pairs.i[s], pairs.j[s], pairs.separation
+            x = apart[0, s], apart[1, s], apart[2, s]
             # The search takes all bonds for as long as the longest one.
-            both = radius[one] + radius[other]
+            both = known[i, RADIUS] + known[j, RADIUS]
             if x[0] * x[0] + x[1] * x[1] + x[2] * x[2] > both * both:
                 continue
-            low_sign = line_up(x, one, other, ends, move, 0.0).triple
-            if low_sign * line_up(x, one, other, ends, move, 1.0).triple >= 0.0:
+            low_sign = line_up(x, known, i, j, 0.0).triple
+            if low_sign * line_up(x, known, i, j, 1.0).triple >= 0.0:
                 continue
-            if share_a_bead(members, one, other):
+            if share_a_bead(members, number[i], number[j]):
                 continue
             low, high = 0.0, 1.0
             for _ in range(HALVINGS):
                 t = 0.5 * (low + high)
-                if line_up(x, one, other, ends, move, t).triple * low_sign > 0.0:
+                if line_up(x, known, i, j, t).triple * low_sign > 0.0:
                     low = t
                 else:
                     high = t
-            met = line_up(x, one, other, ends, move, 0.5 * (low + high))
+            met = line_up(x, known, i, j, 0.5 * (low + high))
             if 0.0 <= met.on_one <= 1.0 and 0.0 <= met.on_other <= 1.0:
-                total = note_pair(found, total, one, other)
+                total = note_pair(found, total, number[i], number[j])
     return total

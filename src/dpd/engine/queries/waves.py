@@ -28,39 +28,50 @@ def density_waves(
     begins : (species + 1,) int64 array
         The first bead of each species; last, the number of beads.
     numbers : (waves, dimension) int64 array
-        Whole numbers m of q = 2 pi m / L. Those that differ in the last axis alone should follow
-        each other, which saves half of the work.
+        Whole numbers m of q = 2 pi m / L. Those that differ in the last axis alone, and follow each
+        other, share half of the work; of those that differ in its sign one costs nothing.
 
     Returns
     -------
     (2, species, waves) array
     """
     share, most = position / np.array(box)[:, None], int(np.abs(numbers).max(initial=0))
-    cosine, sine = (np.empty((len(box), most + 1, CHUNK)) for _ in range(2))
+    # A row for each head, all axes but the last, with the place of the wave of each last number.
+    differs = (np.diff(numbers[:, :-1], axis=0, prepend=most + 1) != 0).any(axis=1)
+    place = np.full((differs.sum(), 2 * most + 1), -1)
+    place[np.cumsum(differs) - 1, numbers[:, -1] + most] = np.arange(len(numbers))
     found = np.zeros((2, len(begins) - 1, len(numbers)))
-    _add_waves(found, share, begins, numbers, cosine, sine, np.empty((2, CHUNK)))
+    waves = np.empty((2, len(box), most + 1, CHUNK))
+    _add_waves(found, share, begins, numbers[differs], place, *waves, np.empty((2, CHUNK)))
     return found
 
 
 @kernel()
-def _add_waves(found, share, begins, numbers, cosine, sine, head):
-    dimension = len(share)
+def _add_waves(found, share, begins, heads, place, cosine, sine, head):
+    last, most = len(share) - 1, cosine.shape[1] - 1
     for species in range(len(begins) - 1):
         for first in range(begins[species], begins[species + 1], CHUNK):
             n = min(CHUNK, begins[species + 1] - first)
             _waves_along_axes(share, first, n, cosine, sine)
-            for wave in range(len(numbers)):
-                if wave == 0 or _head_differs(numbers, wave):
-                    _put_head(head, numbers[wave], n, cosine, sine)
-                last = abs(numbers[wave, dimension - 1])
-                sign = 1.0 if numbers[wave, dimension - 1] >= 0 else -1.0
-                real, imaginary = 0.0, 0.0
-                for p in range(n):
-                    c, s = cosine[dimension - 1, last, p], sign * sine[dimension - 1, last, p]
-                    real += head[0, p] * c - head[1, p] * s
-                    imaginary += head[0, p] * s + head[1, p] * c
-                found[0, species, wave] += real
-                found[1, species, wave] += imaginary
+            for row in range(len(heads)):
+                _put_head(head, heads[row], n, cosine, sine)
+                for m in range(most + 1):
+                    up, down = place[row, most + m], place[row, most - m]
+                    if up < 0 and down < 0:
+                        continue
+                    rc, rs, ic, js = 0.0, 0.0, 0.0, 0.0
+                    for p in range(n):
+                        c, s = cosine[last, m, p], sine[last, m, p]
+                        rc += head[0, p] * c
+                        rs += head[0, p] * s
+                        ic += head[1, p] * c
+                        js += head[1, p] * s
+                    if up >= 0:
+                        found[0, species, up] += rc - js
+                        found[1, species, up] += ic + rs
+                    if down >= 0 and m > 0:
+                        found[0, species, down] += rc + js
+                        found[1, species, down] += ic - rs
 
 
 @inlined()
@@ -68,20 +79,15 @@ def _waves_along_axes(share, first, n, cosine, sine):
     """cos and sin of 2 pi m x / L of some beads, for each axis and each m from 0 on."""
     for k in range(len(share)):
         for p in range(n):
+            angle = 2.0 * np.pi * share[k, first + p]
             cosine[k, 0, p], sine[k, 0, p] = 1.0, 0.0
-        for m in range(1, cosine.shape[1]):
+            if cosine.shape[1] > 1:
+                cosine[k, 1, p], sine[k, 1, p] = np.cos(angle), np.sin(angle)
+        for m in range(2, cosine.shape[1]):  # by halves, so that rounding hardly adds up
+            a, b = m // 2, m - m // 2
             for p in range(n):
-                angle = 2.0 * np.pi * m * share[k, first + p]
-                cosine[k, m, p], sine[k, m, p] = np.cos(angle), np.sin(angle)
-
-
-@inlined()
-def _head_differs(numbers, wave):
-    """Whether a wave differs from the one before it in another axis than the last."""
-    differs = False
-    for k in range(numbers.shape[1] - 1):
-        differs |= numbers[wave, k] != numbers[wave - 1, k]
-    return differs
+                cosine[k, m, p] = cosine[k, a, p] * cosine[k, b, p] - sine[k, a, p] * sine[k, b, p]
+                sine[k, m, p] = sine[k, a, p] * cosine[k, b, p] + cosine[k, a, p] * sine[k, b, p]
 
 
 @inlined()
