@@ -218,7 +218,7 @@ def test_a_start_may_have_another_law():
 
 def test_the_page_of_the_documentation(folder):
     """As it stands there, its force is the slope of its energy."""
-    text = (ROOT / "config" / "README.md").read_text()
+    text = (ROOT / "config" / "SCENES.md").read_text()
     code = re.search("## Bonds of your own.*?```python\n(.*?)```", text, re.S)[1]
     (folder / "quartic.py").write_text(code)
     scene = Scene(OWN | {"quartic": {"strength": {"A A": 100, "A B": 50, "B B": 80}}})

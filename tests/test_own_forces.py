@@ -196,7 +196,7 @@ def test_it_relaxes_and_extends(folder):
 
 def test_the_page_of_the_documentation(folder):
     """As it stands there, it draws beads together."""
-    text = (ROOT / "config" / "README.md").read_text()
+    text = (ROOT / "config" / "SCENES.md").read_text()
     code = re.search("## A pair force of your own.*?```python\n(.*?)```", text, re.S)[1]
     (folder / "attraction.py").write_text(code)
     own = {"pages": ["attraction.py"], "attraction": {"depth": 2}}

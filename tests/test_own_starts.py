@@ -199,7 +199,7 @@ def test_keys_and_schema_show_it(folder):
 
 def test_the_page_of_the_documentation(folder):
     """Tails are in the middle, heads outside of them, and water anywhere."""
-    text = (ROOT / "config" / "README.md").read_text()
+    text = (ROOT / "config" / "SCENES.md").read_text()
     code = re.search("## A start of your own.*?```python\n(.*?)```", text, re.S)[1]
     (folder / "bilayer.py").write_text(code)
     scene = Scene(

@@ -18,9 +18,9 @@ from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paths import Results
 from dpd.pipeline.study import read_config, read_paper
-from dpd.report import archive, readme
+from dpd.report import archive, documents
+from dpd.report.documents import pages
 from dpd.report.markdown import counts, deviations, figure_counts
-from dpd.report.pages import pages
 from dpd.report.variables import VERDICT_COLUMNS, run_table
 from dpd.scene.scene import Scene
 
@@ -57,7 +57,8 @@ def test_generated_pages_are_fresh():
     stale = [name_of(path) for path, text in made.items() if path.read_text() != text]
     assert not stale, f"{', '.join(stale)}: let `python -m dpd readme` write them"
     of_papers = {ROOT / "paper_figures" / paper / "README.md" for paper in PAPERS}
-    assert set(made) == {ROOT / "README.md", ROOT / "config" / "README.md"} | of_papers
+    ours = {ROOT / "README.md", ROOT / "config" / "README.md", ROOT / "config" / "SCENES.md"}
+    assert set(made) == ours | of_papers
 
 
 def test_the_archive_has_all_papers():
@@ -243,7 +244,7 @@ def archived(tmp_path, monkeypatch):
 
 def test_counts(archived):
     """By paper and verdict; closed forms and own checks apart."""
-    lines = readme.filled("<!-- begin: fast counts -->\nold\n<!-- end -->\n").splitlines()
+    lines = documents.filled("<!-- begin: fast counts -->\nold\n<!-- end -->\n").splitlines()
     assert lines[0] == "<!-- begin: fast counts -->" and lines[-1] == "<!-- end -->"
     link = "[one](paper_figures/one/README.md)"
     assert f"| {link} | 3 | 1 | 2 | 0 | 1 of 1 | 0 of 1 |" in lines and "old" not in lines
@@ -279,7 +280,7 @@ def test_verdicts_of_each_figure():
 def test_blocks_that_cannot_be_filled(archived, text, words):
     """A sentence, not half a table."""
     with pytest.raises(UserError, match=words):
-        readme.filled(text)
+        documents.filled(text)
 
 
 def test_the_archive_takes_whole_tables_only(archived, tmp_path):

@@ -59,7 +59,7 @@ def add_to(stages: Stages) -> None:
         "redraw", _redraw, "draw and judge archived figures again, from their numbers", "study"
     )
     stages.add(
-        "readme", _readme, "write README.md's tables, config/README.md and the papers' pages"
+        "readme", _readme, "write README.md's tables, the pages in config and those of papers"
     )
 
 
@@ -158,7 +158,7 @@ def _redraw(options: Namespace) -> None:
 
 
 def _readme(options: Namespace) -> None:
-    from dpd.report.pages import write_pages
+    from dpd.report.documents import write_pages
 
     for path in write_pages():
         print(f"written: {path}")

@@ -1,4 +1,4 @@
-"""Tables of what files hold: run.nc, sweep files, verdict tables. For config/README.md.
+"""Tables of what files hold: run.nc, sweep files, verdict tables. For pages in config.
 
 Names, dimensions, units and meanings come from the observables and from `dpd.analysis.collect`
 themselves: a tiny system is set up, and no step of it is run.
