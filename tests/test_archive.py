@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import os
 import re
 
 import numpy as np
@@ -19,13 +20,11 @@ from dpd.pipeline.paths import LONG_STUDY, Results
 from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.pipeline.theory import unfold_theory
-from dpd.report import archive, kept_runs, manifest, whole_archive
-from dpd.report.kept_runs import restore
-from dpd.report.manifest import Machine, read_manifest
+from dpd.report import archive
+from dpd.report.archive import hours_of, keep_whole, manifest_of, restore
 from dpd.report.page import write_page
 from dpd.report.paper_page import paper_page
 from dpd.report.sampling import not_said, reached, shorter_points
-from dpd.report.whole_archive import archive_whole
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from tests.test_report import VERDICTS, put_figure, verdict_table
@@ -79,8 +78,8 @@ def put_run(results, point, seconds=1800.0, since=1.0, lost=-1):
 @pytest.fixture
 def kept(tmp_path, monkeypatch):
     """Folder of the archive, empty yet."""
-    for module in (archive, kept_runs, manifest, whole_archive):
-        monkeypatch.setattr(module, "ARCHIVE", tmp_path / "archive")
+    monkeypatch.setattr(archive, "ARCHIVE", tmp_path / "archive")
+    monkeypatch.setattr(archive, "processor", lambda: "Some Processor")
     return tmp_path / "archive"
 
 
@@ -94,26 +93,23 @@ def results(tmp_path):
     return folder
 
 
-def keep(results, runs_from=math.inf, of=None, processor="Some Processor"):
+def keep(results, runs_from=math.inf, of=None):
     """Archive a study."""
-    papers, machine = [of or paper()], Machine(processor, 2)
-    return archive_whole("long", Results(str(results)), papers, machine, runs_from)
+    return keep_whole("long", Results(str(results)), [of or paper()], runs_from)
 
 
 def test_the_manifest_says_what_made_the_archive(kept, results):
     """Hours, sizes and steps of each sweep; what is missing; nothing that tells whose machine."""
     written = keep(results)
-    found = read_manifest("long")
+    found = manifest_of("long")
     ((part, made),) = found["parts"].items()
-    assert made["machine"] == {"processor": "Some Processor", "cores": 2}
+    assert made["machine"] == {"processor": "Some Processor", "cores": os.cpu_count()}
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", made["date"]) and made["commit"]
     assert {"numpy", "numba", "Python"} <= set(made["versions"])
     assert found["figures"] == {f"{PAPER}/fig02_shapes": part}
-    assert found["sweeps"][PAPER][SWEEP]["part"] == part
     assert found["core_hours"] == 1.0  # two runs of half an hour
     sweep = found["sweeps"][PAPER][SWEEP]
-    assert (sweep["whole"], sweep["runs_made"], sweep["beads"]) == (True, 2, BEADS)
-    assert (sweep["steps_equilibrate"], sweep["steps_sample"]) == (10, STEPS)
+    assert (sweep["whole"], sweep["runs_made"], sweep["runs_planned"]) == (True, 2, 2)
     assert found["figures_missing"] == [f"{PAPER}/drift"] and found["whole"] is False
     names = {str(path.relative_to(kept / "long")) for path in written}
     figure = f"{PAPER}/fig02_shapes"
@@ -125,13 +121,13 @@ def test_the_manifest_says_what_made_the_archive(kept, results):
 def test_the_manifest_has_sweeps_of_theory(kept, results):
     """Whole once the file is there, and only while it has the points that the sweep has."""
     given = {"theory": {"second_virial": {"repulsion": 25}}, "axes": {}}
-    sweep = unfold_theory("virials", given, {}, "here", {}, "long")
+    sweep = unfold_theory("virials", given, "here", {})
     whole = {"fig02_shapes": Figure((SWEEP,), ())}
     mine = Paper(PAPER, "", "", paper().sweeps, (), whole, (), {"virials": sweep})
 
     def found():
-        archive_whole("long", Results(str(results)), [mine], Machine("Some Processor", 2))
-        said = read_manifest("long")
+        keep(results, of=mine)
+        said = manifest_of("long")
         assert said["whole"] is said["calculated"][PAPER]["virials"]["whole"]
         return said["calculated"][PAPER]["virials"]
 
@@ -139,10 +135,7 @@ def test_the_manifest_has_sweeps_of_theory(kept, results):
     assert found()["whole"] is False
     data = calculate(sweep, path)
     save(data, path)
-    expected = {"whole": True, "calculation": "second_virial", "points": 1}
-    expected |= {"sources": data.sources, "arguments": sweep.digest}
-    said = found()
-    assert said.pop("part") in read_manifest("long")["parts"] and said == expected
+    assert found() == {"whole": True, "points": 1, "arguments": sweep.digest}
     files.write(path, {}, {"points": "others", "sources": "0123456789ab"})
     assert found()["whole"] is True  # as in the former archive
     (kept / "long" / "manifest.yaml").unlink()
@@ -152,7 +145,7 @@ def test_the_manifest_has_sweeps_of_theory(kept, results):
 def test_the_manifest_has_a_checksum_of_each_file(kept, results):
     """They are the files of the study; pictures have fewer colours."""
     keep(results)
-    listed = read_manifest("long")["files"]
+    listed = manifest_of("long")["files"]
     for name, said in listed.items():
         data = (kept / "long" / name).read_bytes()
         assert said == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
@@ -170,23 +163,22 @@ def test_the_manifest_has_a_checksum_of_each_file(kept, results):
 def test_runs_are_counted_if_they_belong_to_the_sweep(kept, results):
     """One that is missing or of another scene makes the sweep incomplete; seeds are in a digest."""
     keep(results)
-    before = read_manifest("long")["sweeps"][PAPER][SWEEP]
+    before = manifest_of("long")["sweeps"][PAPER][SWEEP]
     folder = results / PAPER / "runs" / SWEEP
     first, second = paper().sweeps[SWEEP].points
     manifest_file = kept / "long" / "manifest.yaml"
     put_run(results, Point(first.name, first.labels, second.scene))
     keep(results)
-    assert read_manifest("long")["sweeps"][PAPER][SWEEP] == before  # which had more runs
+    assert manifest_of("long")["sweeps"][PAPER][SWEEP] == before  # which had more runs
     manifest_file.unlink()
     keep(results)
-    after = read_manifest("long")["sweeps"][PAPER][SWEEP]
+    after = manifest_of("long")["sweeps"][PAPER][SWEEP]
     assert (after["whole"], after["runs_made"], after["core_hours"]) == (False, 1, 0.5)
-    assert after["runs"] != before["runs"]
     (folder / second.name / "run.nc").unlink()
     manifest_file.unlink()
     keep(results)
-    after = read_manifest("long")["sweeps"][PAPER][SWEEP]
-    assert (after["runs_made"], after["runs"]) == (0, "none")
+    after = manifest_of("long")["sweeps"][PAPER][SWEEP]
+    assert after["runs_made"] == 0
 
 
 def test_hours_of_a_run_that_was_stopped_and_went_on(results):
@@ -194,7 +186,7 @@ def test_hours_of_a_run_that_was_stopped_and_went_on(results):
     (first, _) = paper().sweeps[SWEEP].points
     for since, lost, hours in ((1.0, -1, 2.0), (0.25, -1, 2.0), (0.25, 7, 0.5)):
         path = put_run(results, first, 7200.0, since, lost)
-        assert manifest.hours_of(path, first.scene) == pytest.approx(hours)
+        assert hours_of(path, first.scene) == pytest.approx(hours)
 
 
 def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
@@ -202,7 +194,7 @@ def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
     keep(results)
     before = {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
     large = results / PAPER / "figures" / "fig02_shapes.nc"
-    large.write_bytes(large.read_bytes() + bytes(whole_archive.LIMIT))
+    large.write_bytes(large.read_bytes() + bytes(archive.LIMIT))
     with pytest.raises(UserError, match=r"10\.\d MB.* 10 MB .*largest file is .*fig02_shapes\.nc"):
         keep(results)
     assert before == {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
@@ -220,19 +212,15 @@ def test_an_archive_grows_on_several_machines(kept, results, tmp_path):
     """What was made elsewhere stays, with its verdicts, files and what made it."""
     keep(results)
     figure, drift = f"{PAPER}/fig02_shapes", f"{PAPER}/drift"
-    picture, before = kept / "long" / f"{figure}.png", read_manifest("long")
+    picture, before = kept / "long" / f"{figure}.png", manifest_of("long")
     old = picture.read_bytes()
     (part,) = before["parts"]
     renamed = (kept / "long" / "manifest.yaml").read_text().replace(part, "2020-01-01 abc")
     (kept / "long" / "manifest.yaml").write_text(renamed)
-    keep(other_machine(tmp_path), processor="Another")
-    found = read_manifest("long")
+    keep(other_machine(tmp_path))
+    found = manifest_of("long")
     assert found["figures"] == {figure: "2020-01-01 abc", drift: part}
-    assert found["sweeps"][PAPER][SWEEP] == before["sweeps"][PAPER][SWEEP] | {
-        "part": "2020-01-01 abc"
-    }
-    processors = [made["machine"]["processor"] for made in found["parts"].values()]
-    assert processors == ["Some Processor", "Another"]
+    assert found["sweeps"] == before["sweeps"] and list(found["parts"]) == ["2020-01-01 abc", part]
     assert found["whole"] and not found["figures_missing"] and found["core_hours"] == 1.0
     assert picture.read_bytes() == old and set(found["files"]) >= {f"{figure}.nc", f"{drift}.nc"}
     table = archive.read_archive("long")
@@ -264,16 +252,16 @@ def test_a_sweep_that_was_not_whole_gives_no_figure_later(kept, results, tmp_pat
     (results / PAPER / "runs" / SWEEP / paper().sweeps[SWEEP].points[0].name / "run.nc").unlink()
     keep(results)
     keep(other_machine(tmp_path))
-    assert set(read_manifest("long")["figures"]) == {f"{PAPER}/drift"}
+    assert set(manifest_of("long")["figures"]) == {f"{PAPER}/drift"}
 
 
 @pytest.fixture
 def long_study(monkeypatch, results, tmp_path):
     """The study that is kept whole is the one of these tests; results of another machine."""
-    monkeypatch.setattr(kept_runs, "read_study", lambda study: {})
-    monkeypatch.setattr(kept_runs, "read_config", lambda: {"papers": [PAPER]})
-    monkeypatch.setattr(kept_runs, "read_paper", lambda name, study: paper())
-    monkeypatch.setattr(kept_runs, "results_of", lambda study: Results(str(tmp_path / "new")))
+    monkeypatch.setattr(archive, "read_study", lambda study: {})
+    monkeypatch.setattr(archive, "read_config", lambda: {"papers": [PAPER]})
+    monkeypatch.setattr(archive, "read_paper", lambda name, study: paper())
+    monkeypatch.setattr(archive, "results_of", lambda study: Results(str(tmp_path / "new")))
     return tmp_path / "new"
 
 
@@ -287,7 +275,7 @@ def test_long_runs_go_to_another_machine_and_back(kept, results, long_study, tmp
         restore("long")
     keep(results, runs_from=2.0)
     (there,) = (kept / "long" / PAPER / "runs").rglob("*.nc")
-    assert f"{PAPER}/runs/{SWEEP}/{there.name}" in read_manifest("long")["files"]
+    assert f"{PAPER}/runs/{SWEEP}/{there.name}" in manifest_of("long")["files"]
     assert there.stem == first.name
     keep(other_machine(tmp_path), runs_from=2.0)  # it stays as it is not here
     (written,) = restore("long")
@@ -313,22 +301,21 @@ def test_runs_that_cannot_be_used_any_more(kept, results, long_study, name):
 def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
     """Of any other study its table alone."""
     verdict_table(PAPER, "fig02_shapes", ROWS).to_csv(results / "verdicts.csv", index=False)
-    monkeypatch.setattr(whole_archive, "results_of", lambda study: Results(str(results)))
-    monkeypatch.setattr(whole_archive, "read_config", lambda: {"papers": [PAPER]})
-    monkeypatch.setattr(whole_archive, "read_paper", lambda name, study: paper())
+    monkeypatch.setattr(archive, "results_of", lambda study: Results(str(results)))
+    monkeypatch.setattr(archive, "read_config", lambda: {"papers": [PAPER]})
+    monkeypatch.setattr(archive, "read_paper", lambda name, study: paper())
     for study, number in (("quick", 1), (LONG_STUDY, 4)):
-        written = whole_archive.keep(study, Machine("Some Processor", 2))
+        written = archive.keep(study)
         assert len(written) == number and written[0] == kept / study / "verdicts.csv"
     with pytest.raises(UserError, match="is none of the studies"):
-        whole_archive.keep("quik", Machine("Some Processor", 2))
+        archive.keep("quik")
 
 
 def test_nothing_to_keep(kept, tmp_path):
     """A study that never ran has no archive."""
     with pytest.raises(UserError, match="no figure is there to keep"):
         keep(tmp_path / "never")
-    with pytest.raises(UserError, match="archive long' writes it"):
-        read_manifest("long")
+    assert manifest_of("long") == {}
 
 
 def test_what_git_has_of_the_long_study():
@@ -337,10 +324,10 @@ def test_what_git_has_of_the_long_study():
     read_study(LONG_STUDY)
     if not folder.exists():
         return
-    listed = read_manifest(LONG_STUDY)["files"]
+    listed = manifest_of(LONG_STUDY)["files"]
     there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
-    assert there == {*listed, manifest.MANIFEST}
-    assert sum((folder / name).stat().st_size for name in there) <= whole_archive.LIMIT
+    assert there == {*listed, archive.MANIFEST}
+    assert sum((folder / name).stat().st_size for name in there) <= archive.LIMIT
     for name, said in listed.items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == said["sha256"], name
 

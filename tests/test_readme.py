@@ -288,12 +288,12 @@ def test_the_archive_takes_whole_tables_only(archived, tmp_path):
     results = tmp_path / "results"
     results.mkdir()
     TABLE.to_csv(results / "verdicts.csv", index=False)
-    (kept,) = archive.archive("slow", Results(str(results)))
+    (kept,) = archive.keep_table("slow", Results(str(results)))
     before = kept.read_bytes()
     assert kept == archived / "slow" / "verdicts.csv"
     TABLE.drop(columns="kind").to_csv(results / "verdicts.csv", index=False)
     with pytest.raises(UserError, match="no column kind"):
-        archive.archive("slow", Results(str(results)))
+        archive.keep_table("slow", Results(str(results)))
     assert kept.read_bytes() == before
 
 
@@ -307,7 +307,7 @@ def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
         Image.new("RGB", (200, 100), "red").save(drawn / f"{name}.png")
     Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
     (kept / "slope.py").touch()
-    written = archive.archive("fast", Results(str(tmp_path / "results")))
+    written = archive.keep_table("fast", Results(str(tmp_path / "results")))
     assert written[1:] == [kept / "slope.png"] == archive.pictures("one")
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)

@@ -1,5 +1,6 @@
 """Archived figures are drawn and judged again from their numbers."""
 
+import hashlib
 import shutil
 
 import numpy as np
@@ -9,8 +10,7 @@ import xarray as xr
 from PIL import Image
 
 from dpd.errors import UserError
-from dpd.report import archive, manifest, redraw, whole_archive
-from dpd.report.manifest import checksum, manifest_text, read_manifest
+from dpd.report import archive, redraw
 
 STUDY, FIGURE = "paper", "nikunen_2007/fig05_exponents"
 KEPT = archive.ARCHIVE / STUDY
@@ -19,15 +19,14 @@ KEPT = archive.ARCHIVE / STUDY
 @pytest.fixture
 def one(tmp_path, monkeypatch):
     """An archive with one figure of those that git has."""
-    for module in (archive, manifest, redraw, whole_archive):
-        monkeypatch.setattr(module, "ARCHIVE", tmp_path)
+    said = archive.manifest_of(STUDY) | {"figures": {FIGURE: "here"}, "files": {}}
+    monkeypatch.setattr(archive, "ARCHIVE", tmp_path)
     folder = tmp_path / STUDY
     (folder / FIGURE).parent.mkdir(parents=True)
     for kind in ("png", "nc"):
         shutil.copy(KEPT / f"{FIGURE}.{kind}", folder / f"{FIGURE}.{kind}")
     rows_of(KEPT).to_csv(folder / "verdicts.csv", index=False)
-    said = manifest.manifest_of(STUDY) | {"figures": {FIGURE: "here"}, "files": {}}
-    (folder / "manifest.yaml").write_text(manifest_text(said))
+    (folder / "manifest.yaml").write_text(archive.manifest_text(said, {}))
     return folder
 
 
@@ -51,8 +50,10 @@ def test_what_git_has_is_what_its_numbers_give(one):
     changed = redraw.redraw(STUDY)
     names = [f"{FIGURE}.png", "verdicts.csv"]
     assert changed == [one / name for name in (*names, "manifest.yaml")]
-    said = read_manifest(STUDY)["files"]
-    assert said == {name: checksum((one / name).read_bytes()) for name in names}
+    said = archive.manifest_of(STUDY)["files"]
+    assert {name: said[name]["sha256"] for name in said} == {
+        name: hashlib.sha256((one / name).read_bytes()).hexdigest() for name in names
+    }
     pd.testing.assert_frame_equal(rows_of(one), rows_of(KEPT), rtol=1e-9)
     assert pixels(one).shape == pixels(KEPT).shape
     assert (np.abs(pixels(one).astype(int) - pixels(KEPT)) < 50).mean() > 0.99

@@ -129,18 +129,15 @@ def _schemes(options: Namespace) -> None:
 
 
 def _archive(options: Namespace) -> None:
-    from dpd.report.manifest import Machine
-    from dpd.report.provenance import processor
-    from dpd.report.whole_archive import keep
+    from dpd.report.archive import keep
 
-    machine = Machine(processor(), os.cpu_count() or 1)
-    for path in keep(options.study, machine, options.runs_from):
+    for path in keep(options.study, options.runs_from):
         print(f"kept: {path}")
     print("now: python -m dpd readme")
 
 
 def _restore(options: Namespace) -> None:
-    from dpd.report.kept_runs import restore
+    from dpd.report.archive import restore
 
     paths = restore(options.study)
     for path in paths:

@@ -8,10 +8,9 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.pipeline.study import read_paper, read_study
-from dpd.report.archive import FIGURES, pictures, read_archive, studies
+from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
 from dpd.report.captions import label
 from dpd.report.figure_file import load_module
-from dpd.report.manifest import manifest_of
 from dpd.report.markdown import counts, deviations, figure_counts
 from dpd.report.notation import typeset
 
