@@ -34,8 +34,6 @@ def sample_rescaling(
 
     Parameters
     ----------
-    simulation : Simulation
-    law : Pressure
     steps, at, measure
         See `dpd.engine.simulation.Simulation.sample`. A sample after a trial is of the box that
         came out of it.
@@ -70,7 +68,6 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     ----------
     simulation : Simulation
         Its state is replaced if the volume counts.
-    law : Pressure
     sums : Sums
         One sample of where the beads are.
 
@@ -157,13 +154,6 @@ def stretched_state(system: System, state: State, box: Box, stretched: Box) -> S
 
 def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
     """Refuse a box that no longer fits the forces, or that is far from that of the system.
-
-    Parameters
-    ----------
-    law : Pressure
-    system : System
-    box : tuple of float
-    step : int
 
     Raises
     ------

@@ -25,77 +25,43 @@ BONDS_AT_ONCE = 512  # in a batch, or a few more: their buffers stay in cache
 
 
 class Angles(NamedTuple):
-    """The angles of a system.
+    """The angles of a system."""
 
-    Attributes
-    ----------
-    law : record
-        What acts in each.
-    members : (n, 3) uint32 array
-        Identities of the three beads, the middle one in between.
-    batch : (batches + 1,) int64 array
-        Where batches of angles begin and end: those of the molecules of each batch of bonds.
-    """
-
-    law: Any
-    members: np.ndarray
+    law: Any  # what acts in each
+    members: np.ndarray  # (n, 3) uint32: identities of the three beads, the middle one in between
+    # (batches + 1,) int64: where batches of angles begin and end: those of the molecules of each
+    # batch of bonds
     batch: np.ndarray
 
 
 class Bonds(NamedTuple):
-    """The bonds of a system.
+    """The bonds of a system."""
 
-    Attributes
-    ----------
-    law : record
-        What acts along each.
-    members : (n, 2) uint32 array
-        Identities of the two ends.
-    batch : (batches + 1,) int64 array
-        Where batches of bonds begin and end. No two batches have a bead in common, so
-        threads may work on them at the same time.
-    """
-
-    law: Any
-    members: np.ndarray
+    law: Any  # what acts along each
+    members: np.ndarray  # (n, 2) uint32: identities of the two ends
+    # (batches + 1,) int64: where batches of bonds begin and end. No two batches have a bead in
+    # common, so threads may work on them at the same time.
     batch: np.ndarray
 
 
 class Arms(NamedTuple):
-    """Buffers for some bonds, or for one side of some angles.
+    """Buffers for some bonds, or for one side of some angles."""
 
-    Attributes
-    ----------
-    i, j : (size,) uint32 arrays
-        Slots of the two beads.
-    apart : (dimension, size) array
-        r_i - r_j at the nearest image.
-    scale : (size,) array
-        F / r of a bond.
-    push : (dimension, size) array
-        What an angle does to bead i.
-    """
-
+    # (size,) uint32: slots of the two beads
     i: np.ndarray
     j: np.ndarray
-    apart: np.ndarray
-    scale: np.ndarray
-    push: np.ndarray
+    apart: np.ndarray  # (dimension, size): r_i - r_j at the nearest image
+    scale: np.ndarray  # (size,): F / r of a bond
+    push: np.ndarray  # (dimension, size): what an angle does to bead i
 
 
 class Opening(NamedTuple):
-    """The shape of an angle i-j-k, as its forces need it.
-
-    Attributes
-    ----------
-    theta, cosine, sine : float
-    over_i, over_k : float
-        One over the lengths of the two bonds; 0 for a bond without a length.
-    """
+    """The shape of an angle i-j-k, as its forces need it."""
 
     theta: float
     cosine: float
     sine: float
+    # one over the lengths of the two bonds; 0 for a bond without a length
     over_i: float
     over_k: float
 
@@ -214,12 +180,8 @@ def add_bonds(f, x, slot, law, members, begin, end, arms, virial, sums, measure,
         See `Bonds`.
     begin, end : int
         The bonds.
-    arms : Arms
     virial, sums : (2, dimension, dimension) and (2,) arrays
         Of the batch.
-    measure : bool
-    edges : tuple of float
-    slide : Slide or None
     """
     first, n = uint64(begin), uint64(end - begin)
     gather(arms, n, x, slot, members, first, 0, 1, edges, slide)

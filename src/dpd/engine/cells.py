@@ -29,69 +29,42 @@ IN_CELL, IN_ROW = 0, 1
 
 
 class Blocks(NamedTuple):
-    """Blocks of the rows of a grid, in the order in which they are worked on.
+    """Blocks of the rows of a grid, in the order in which they are worked on."""
 
-    Attributes
-    ----------
-    rows : (pieces, 2) int64 array
-        First row of each piece of a layer and the one after its last.
-    piece : (blocks + 1,) int64 array
-        Where the pieces of each block begin, and those of the last end.
-    phase : (phases + 1,) int64 array
-        Where each phase begins, and the last ends. No two blocks of a phase push the same bead.
-    """
-
+    # (pieces, 2) int64: first row of each piece of a layer and the one after its last
     rows: np.ndarray
+    # (blocks + 1,) int64: where the pieces of each block begin, and those of the last end
     piece: np.ndarray
+    # (phases + 1,) int64: where each phase begins, and the last ends. No two blocks of a phase push
+    # the same bead.
     phase: np.ndarray
 
 
 class Grid(NamedTuple):
-    """Cells of a box, and which rows touch which.
+    """Cells of a box, and which rows touch which."""
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Cells along each axis.
-    base : (rows, ahead) int64 array
-        First cell of each row itself and of half of those around it, the ones ahead: one in
-        two dimensions, four in three.
-    shift : (rows * ahead, width) array
-        What brings beads of that row to the near side of a periodic boundary.
-    blocks : Blocks
-        Of rows, for threads to share.
-    """
-
-    shape: tuple
+    shape: tuple  # cells along each axis
+    # (rows, ahead) int64: first cell of each row itself and of half of those around it, the ones
+    # ahead: one in two dimensions, four in three
     base: np.ndarray
+    # (rows * ahead, width): what brings beads of that row to the near side of a periodic boundary
     shift: np.ndarray
-    blocks: Blocks
+    blocks: Blocks  # of rows, for threads to share
 
 
 class Cells(NamedTuple):
-    """Where beads lie, before and after a sort.
+    """Where beads lie, before and after a sort."""
 
-    Attributes
-    ----------
-    start : (cells + 1 + `SPARE`,) uint32 array
-        First slot of each cell, and the end of the last; what follows may be read, not used.
-    level : (n,) uint32 array
-        Level of each bead, sorted.
-    cell, along, place : (n,) uint32 arrays
-        Of each bead before the sort: its cell, its level, and the slot that it goes to.
-    free : (threads, cells) uint32 array
-        Where each thread puts its next bead of a cell.
-    most : (2,) int64 array
-        Most beads `IN_CELL` and `IN_ROW`.
-    """
-
+    # (cells + 1 + `SPARE`,) uint32: first slot of each cell, and the end of the last; what follows
+    # may be read, not used
     start: np.ndarray
-    level: np.ndarray
+    level: np.ndarray  # (n,) uint32: level of each bead, sorted
+    # (n,) uint32: of each bead before the sort: its cell, its level, and the slot that it goes to
     cell: np.ndarray
     along: np.ndarray
     place: np.ndarray
-    free: np.ndarray
-    most: np.ndarray
+    free: np.ndarray  # (threads, cells) uint32: where each thread puts its next bead of a cell
+    most: np.ndarray  # (2,) int64: most beads `IN_CELL` and `IN_ROW`
 
 
 def grid_of(box: Sequence[float], cutoff: float) -> Grid:
@@ -182,15 +155,12 @@ def count_cells(x, mine, cell, along, count, edges, shape, slide):
     Parameters
     ----------
     x : array with a row for each bead
-    mine : Share
     cell, along : (n,) uint32 arrays
         See `Cells`.
     count : (cells,) uint32 array
         Of this thread.
-    edges : tuple of float
     shape : tuple of int
         Of the grid.
-    slide : Slide or None
     """
     for c in range(count.shape[0]):
         count[c] = uint32(0)

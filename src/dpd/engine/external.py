@@ -22,46 +22,28 @@ DEPTH, BEAD, STEP = 0, 1, 2  # what is noted of a bead behind a wall
 
 
 class AtWalls(NamedTuple):
-    """What is noted of beads at walls during a call.
+    """What is noted of beads at walls during a call."""
 
-    Attributes
-    ----------
-    sums : (walls, 2 + dimension) array
-        Of one evaluation of the forces: the `ENERGY` of each wall; its `PUSH`, the sum of what it
-        does to beads along its normal into the box; and from `DRAG` on the sum of the friction and
-        noise on beads along each axis.
-    deepest : (threads, 3) array
-        Of each thread the bead that got deepest behind a plane: `DEPTH`, `BEAD` and `STEP`.
-    """
-
+    # (walls, 2 + dimension): of one evaluation of the forces: the `ENERGY` of each wall; its
+    # `PUSH`, the sum of what it does to beads along its normal into the box; and from `DRAG` on the
+    # sum of the friction and noise on beads along each axis
     sums: np.ndarray
+    # (threads, 3): of each thread the bead that got deepest behind a plane: `DEPTH`, `BEAD` and
+    # `STEP`
     deepest: np.ndarray
 
 
 class Near(NamedTuple):
-    """Buffers of one thread for some beads within the range of a wall, or in a bath.
+    """Buffers of one thread for some beads within the range of a wall, or in a bath."""
 
-    Attributes
-    ----------
-    slot, identity, partner : (size,) uint32 arrays
-        The bead, and whom it shares its noise with.
-    z : (size,) array
-        Distance from the plane, negative behind it.
-    push : (size,) array
-        Force of the wall along its normal into the box.
-    drag : (dimension, size) array
-        Friction and noise.
-    zeta : (size,) array
-        The noise.
-    """
-
+    # (size,) uint32: the bead, and whom it shares its noise with
     slot: np.ndarray
     identity: np.ndarray
     partner: np.ndarray
-    z: np.ndarray
-    push: np.ndarray
-    drag: np.ndarray
-    zeta: np.ndarray
+    z: np.ndarray  # (size,): distance from the plane, negative behind it
+    push: np.ndarray  # (size,): force of the wall along its normal into the box
+    drag: np.ndarray  # (dimension, size): friction and noise
+    zeta: np.ndarray  # (size,): the noise
 
 
 def near_buffers(dimension: int) -> Near:
@@ -93,12 +75,8 @@ def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
         The force; the velocity that the friction sees.
     identity, species : (n,) arrays
         The species None where there is one.
-    mine : Share
-    langevin : None or Langevin
-    near : Near
     keys : Keys
         Of the step.
-    edges : tuple of float
     """
     for first in range(mine.first, mine.end, PAIRS_AT_ONCE):
         n = min(PAIRS_AT_ONCE, mine.end - first)
@@ -144,16 +122,9 @@ def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now
 
     Parameters
     ----------
-    team : Team
     f, x, v : arrays with a row for each bead
         The force; in storage order; the velocity that the friction sees.
     identity, species : (n,) arrays
-    mine : Share
-    walls : Walls or None
-    near : Near or None
-    at_walls : AtWalls or None
-    now : Evaluation
-    edges : tuple of float
     """
     deepest = at_walls.deepest[team.rank]
     for wall in range(len(walls.axis)):

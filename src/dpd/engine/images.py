@@ -68,11 +68,8 @@ def put_inside(x, image, identity, mine, wrap, edges, slide):
     image : (n, dimension) int32 array
         Of each identity.
     identity : (n,) uint32 array
-    mine : Share
     wrap : (3, `STRETCH`) array
         From `row_edges`.
-    edges : tuple of float
-    slide : Slide or None
     """
     if slide is not None:
         put_inside_sliding(x, image, identity, mine, edges, slide)

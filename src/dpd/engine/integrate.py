@@ -39,23 +39,15 @@ class Lost(NamedTuple):
 
 
 class Times(NamedTuple):
-    """What a drift multiplies with.
+    """What a drift multiplies with."""
 
-    Attributes
-    ----------
-    drift, half_square : float
-        Of velocity and force in the way: dt and c dt^2. A scheme with its force in the middle of a
-        step drifts for half of it.
-    prediction : float
-        lambda dt.
-    half_kick, kick : float
-        The parts of a step's kick that come with the force at its beginning, (1 - b) dt, and with
-        the new one: b dt, or half of that where the force is in the middle.
-    """
-
+    # of velocity and force in the way: dt and c dt^2. A scheme with its force in the middle of a
+    # step drifts for half of it.
     drift: float
     half_square: float
-    prediction: float
+    prediction: float  # lambda dt
+    # the parts of a step's kick that come with the force at its beginning, (1 - b) dt, and with the
+    # new one: b dt, or half of that where the force is in the middle
     half_kick: float
     kick: float
 
@@ -92,16 +84,12 @@ def drift(
     peculiar : (n,) array or None
     image : (n, dimension) int32 array
     identity : (n,) uint32 array
-    mine : Share
     wrap : (3, STRETCH) array
         See `dpd.engine.images.row_edges`.
     lost : (2,) array
         `SLOT` of the bead or -1, and its `DISTANCE`.
     kick : float
         The part of the last step's kick that this begins with: b dt, or 0 if it was done.
-    times : Times
-    edges : tuple of float
-    slide : Slide or None
     """
     lost[SLOT] = -1.0
     for first in range(mine.first, mine.end, IN_CACHE):
@@ -195,7 +183,6 @@ def divide_by_masses(f, species, mine, mass):
     ----------
     f : array with a row for each bead
     species : None or (n,) array
-    mine : Share
     mass : None or (species,) array
     """
     for i in range(mine.first, mine.end):
@@ -232,7 +219,6 @@ def renew_friction(f, excess, ends, drag, first, end, edges):
         See `dpd.engine.pair.Cached`.
     first, end : int
         The pairs.
-    edges : tuple of float
     """
     for p in range(np.uint64(first), np.uint64(end)):
         i, j = ends[0, p], ends[1, p]
@@ -249,17 +235,13 @@ def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, k
     Parameters
     ----------
     v : array with a row for each bead
-    cached : Cached
-    exchange : None or Exchange
     mass : None or (species,) array
     identity, species : (n,) arrays
         The species None where there is one.
     pairs : Pairs
         Buffers.
-    dt : float
     keys : Keys
         Of the step.
-    edges : tuple of float
     """
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn

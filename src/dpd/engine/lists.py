@@ -12,24 +12,13 @@ from dpd.jit import inlined
 
 
 class Listed(NamedTuple):
-    """Pairs of some blocks.
+    """Pairs of some blocks."""
 
-    Attributes
-    ----------
-    pairs : (2, n) uint32 array
-        Slots.
-    block : (blocks,) int64 array
-        Numbers of the blocks.
-    end : (blocks + 1,) int64 array
-        ``end[q]`` pairs are listed before those of the q-th of them.
-    phase : (phases + 1,) int64 array
-        ``phase[f]`` of these blocks belong to phases before f.
-    """
-
-    pairs: np.ndarray
-    block: np.ndarray
+    pairs: np.ndarray  # (2, n) uint32: slots
+    block: np.ndarray  # (blocks,) int64: numbers of the blocks
+    # (blocks + 1,) int64: ``end[q]`` pairs are listed before those of the q-th of them
     end: np.ndarray
-    phase: np.ndarray
+    phase: np.ndarray  # (phases + 1,) int64: ``phase[f]`` of these blocks belong to phases before f
 
 
 def list_buffers(grid: Grid, size: int) -> Listed:

@@ -54,15 +54,12 @@ def run(
 
     Parameters
     ----------
-    simulation : Simulation
     steps : (int, int)
         To equilibrate, to sample.
-    observers : list
     checkpoint : dpd.engine.checkpoint.Checkpoint or None
         Saved every ``every_seconds`` of wall clock; read first if it is there.
     progress : callable or None
         Called with the number of steps done so far.
-    every_seconds : float
     stopping : callable or None
         Whether to save and stop, asked a few times a second on small systems.
     say : callable or None
@@ -128,9 +125,6 @@ def advance_recording(
 
     Parameters
     ----------
-    simulation : Simulation
-    stop : int
-    recorders : list
     equilibrate : int
         Steps of the run's equilibration.
     """
@@ -156,8 +150,6 @@ def advance_looking(simulation: Simulation, steps: int, look: Callable[[], objec
 
     Parameters
     ----------
-    simulation : Simulation
-    steps : int
     look : callable
         Called between stretches of steps, a few times a second on small systems; it may raise
         something to end that.

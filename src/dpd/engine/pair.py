@@ -22,25 +22,16 @@ CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force i
 
 
 class Cached(NamedTuple):
-    """Pairs that a step needs again after its forces.
+    """Pairs that a step needs again after its forces."""
 
-    Attributes
-    ----------
-    ends : (2, size) uint32 array
-        Slots.
-    drag : (dimension, size) array
-        sqrt(gamma) w e of each, whose square is its friction. Zero for pairs in the skin of a list:
-        to leave them out takes longer where there is no list, and short steps alone have one.
-    phase : (phases + 1,) int64 array
-        How many were found before each phase of the blocks, and in all.
-    root : (species, species) array
-        sqrt(gamma) of each pair of species.
-    """
-
-    ends: np.ndarray
+    ends: np.ndarray  # (2, size) uint32: slots
+    # (dimension, size): sqrt(gamma) w e of each, whose square is its friction. Zero for pairs in
+    # the skin of a list: to leave them out takes longer where there is no list, and short steps
+    # alone have one.
     drag: np.ndarray
+    # (phases + 1,) int64: how many were found before each phase of the blocks, and in all
     phase: np.ndarray
-    root: np.ndarray
+    root: np.ndarray  # (species, species): sqrt(gamma) of each pair of species
 
 
 def cache_buffers(dimension: int, size: int, phases: int, gamma: np.ndarray) -> Cached:
@@ -128,12 +119,7 @@ def add_pair_forces(f, pairs, n, species, pair, many_body, friction, edges):
         The force.
     pairs : Pairs
         With what `gather_friction` and `gather_crowds` find.
-    n : uint64
     species : (n,) uint8 array or None
-    pair : Soft or Core
-    many_body : ManyBody or None
-    friction : Friction or None
-    edges : tuple of float
     """
     i, j, separation, repulsion = pairs.i, pairs.j, pairs.separation, pairs.repulsion
     approach, theta, crowd = pairs.approach, pairs.theta, pairs.crowd
@@ -195,13 +181,9 @@ def cache_pairs(cached, count, pairs, n, species, edges):
 
     Parameters
     ----------
-    cached : Cached or None
     count : int
         Pairs that are kept already.
-    pairs : Pairs
-    n : uint64
     species : (n,) uint8 array or None
-    edges : tuple of float
 
     Returns
     -------

@@ -18,23 +18,12 @@ PER_TASK = 1024  # beads that one thread adds up: the order of sums is the same 
 
 
 class Across(NamedTuple):
-    """Cells across a flow: layers along some axes.
+    """Cells across a flow: layers along some axes."""
 
-    Attributes
-    ----------
-    axis : (axes,) int64 array
-    low : (axes,) array
-        Where the first layer begins.
-    per : (axes,) array
-        Layers in 1 r_c.
-    layers : (axes,) int64 array
-        How many.
-    """
-
-    axis: np.ndarray
-    low: np.ndarray
-    per: np.ndarray
-    layers: np.ndarray
+    axis: np.ndarray  # (axes,) int64
+    low: np.ndarray  # (axes,): where the first layer begins
+    per: np.ndarray  # (axes,): layers in 1 r_c
+    layers: np.ndarray  # (axes,) int64: how many
 
 
 def across_of(system: System) -> Across | None:
@@ -47,33 +36,21 @@ def across_of(system: System) -> Across | None:
 
 
 class Sampled(NamedTuple):
-    """Sums of each sample, flat, and those of tasks that they are added up from.
+    """Sums of each sample, flat, and those of tasks that they are added up from."""
 
-    Attributes
-    ----------
-    moments, virial, energy : (samples, width) arrays
-        As `dpd.engine.state.Sums` has them.
-    walls : (samples, width) array or None
-        None without walls.
-    place : (tasks, axes) array
-        Where a bead is in its cell.
-    of_beads : (tasks, cells, q + 1, q) array
-        The moments of `PER_TASK` beads each, and their number.
-    moments_of, virial_of, energy_of : (tasks, width) arrays
-        That, and what tasks have found, flat; 0 between samples.
-    walls_of : (1, width) array or None
-    """
-
+    # (samples, width): as `dpd.engine.state.Sums` has them
     moments: np.ndarray
     virial: np.ndarray
     energy: np.ndarray
-    walls: np.ndarray | None
-    place: np.ndarray
+    walls: np.ndarray | None  # (samples, width): None without walls
+    place: np.ndarray  # (tasks, axes): where a bead is in its cell
+    # (tasks, cells, q + 1, q): the moments of `PER_TASK` beads each, and their number
     of_beads: np.ndarray
+    # (tasks, width): that, and what tasks have found, flat; 0 between samples
     moments_of: np.ndarray
     virial_of: np.ndarray
     energy_of: np.ndarray
-    walls_of: np.ndarray | None
+    walls_of: np.ndarray | None  # (1, width)
 
 
 def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Shared) -> Sampled:

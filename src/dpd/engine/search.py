@@ -32,60 +32,43 @@ class Pairs(NamedTuple):
 
     They are arrays of their own, and not rows of one: the compiler would take rows to overlap, and
     would not vectorise.
-
-    Attributes
-    ----------
-    i, j : (size,) uint32 arrays
-        Slots of the two beads.
-    separation : (dimension, size) array
-        r_i - r_j at the nearest image.
-    repulsion, approach, theta, crowd : (size,) arrays
-        What the forces need of each pair: a_ij, r_ij . v_ij, a random number, and the sum of both
-        local densities; in the search for these, what a pair adds.
-    force_over_r, conservative_over_r, weight_over_r : (size,) arrays
-        What the forces find: F / r; that of the conservative force, where it is measured; w / r.
-    low, high : (size,) uint32 arrays
-        The smaller and the larger of the two identities.
     """
 
+    # (size,) uint32: slots of the two beads
     i: np.ndarray
     j: np.ndarray
-    separation: np.ndarray
+    separation: np.ndarray  # (dimension, size): r_i - r_j at the nearest image
+    # (size,): what the forces need of each pair: a_ij, r_ij . v_ij, a random number, and the sum of
+    # both local densities; in the search for these, what a pair adds.
     repulsion: np.ndarray
     approach: np.ndarray
     theta: np.ndarray
     crowd: np.ndarray
+    # (size,): what the forces find: F / r; that of the conservative force, where it is measured;
+    # w / r
     force_over_r: np.ndarray
     conservative_over_r: np.ndarray
     weight_over_r: np.ndarray
+    # (size,) uint32: the smaller and the larger of the two identities
     low: np.ndarray
     high: np.ndarray
 
 
 class Line(NamedTuple):
-    """A row of cells merged with those ahead of it.
+    """A row of cells merged with those ahead of it."""
 
-    Attributes
-    ----------
-    position : (dimension, size) array
-    slot : (size,) uint32 array
-        Where each bead is stored.
-    first : (lanes + 3,) int64 array, where lanes are levels rounded up to whole vectors
-        Place of the first bead of each level, from -1 (the last one, a box before) to the
-        number of levels (the first one, a box further); and where that ends.
-    ahead : (levels + 1,) int64 array
-        Place of the first bead that is not the row's own, from level -1 on.
-    to : (rows, lanes) int64 array
-        What leads from slots to places, for each of the rows and each level.
-    hit : (`PAIRS_AT_ONCE` + `WORD` + `AT_ONCE`,) uint64 array
-        Places of both beads of each pair found, in one word.
-    """
-
-    position: np.ndarray
-    slot: np.ndarray
+    position: np.ndarray  # (dimension, size)
+    slot: np.ndarray  # (size,) uint32: where each bead is stored
+    # (lanes + 3,) int64, where lanes are levels rounded up to whole vectors: place of the first
+    # bead of each level, from -1 (the last one, a box before) to the number of levels (the first
+    # one, a box further); and where that ends
     first: np.ndarray
+    # (levels + 1,) int64: place of the first bead that is not the row's own, from level -1 on
     ahead: np.ndarray
+    # (rows, lanes) int64: what leads from slots to places, for each of the rows and each level
     to: np.ndarray
+    # (`PAIRS_AT_ONCE` + `WORD` + `AT_ONCE`,) uint64: places of both beads of each pair found, in
+    # one word
     hit: np.ndarray
 
 
@@ -98,26 +81,12 @@ class Place(NamedTuple):
 
 
 class Search(NamedTuple):
-    """What a search for pairs works with.
+    """What a search for pairs works with."""
 
-    Attributes
-    ----------
-    cells : Cells
-        Filled by a sort.
-    grid : Grid
-        With edges not below the cutoff of the search.
-    line : Line
-        Left alone between calls of `next_pairs`.
-    pairs : Pairs
-        Those found last.
-    edges : tuple of float
-    slide : Slide or None
-    """
-
-    cells: Cells
-    grid: Grid
-    line: Line
-    pairs: Pairs
+    cells: Cells  # filled by a sort
+    grid: Grid  # with edges not below the cutoff of the search
+    line: Line  # left alone between calls of `next_pairs`
+    pairs: Pairs  # those found last
     edges: tuple
     slide: Slide | None = None
 
@@ -283,7 +252,6 @@ def next_pairs(at, end, x, search, cutoff):
         Positions sorted by cell, inside the box.
     search : Search
         Its pairs are filled from 0.
-    cutoff : float
 
     Returns
     -------

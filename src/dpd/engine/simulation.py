@@ -62,13 +62,7 @@ class BehindWall(Unstable):
 
 
 class Snapshot:
-    """A `System` and its `State`, as observables see them.
-
-    Parameters
-    ----------
-    system : System
-    state : State
-    """
+    """A `System` and its `State`, as observables see them."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.state = system, state
@@ -100,7 +94,6 @@ class Simulation(Snapshot):
 
     Parameters
     ----------
-    system : System
     state : State
         Beads outside the box are put to their image inside. With a force of None, or for a
         list without a reference, the force is evaluated where the beads are.
@@ -140,7 +133,6 @@ class Simulation(Snapshot):
 
         Parameters
         ----------
-        system : System
         anew : bool
             Whether it begins here: then forces are evaluated where the beads are.
         """
@@ -190,7 +182,6 @@ class Simulation(Snapshot):
 
         Parameters
         ----------
-        steps : int
         samples : iterable of int
             Numbers of these steps, the earliest first.
         measure : bool

@@ -40,40 +40,21 @@ TURN = 2**64  # parts of an edge
 
 
 class Slide(NamedTuple):
-    """How images slide.
+    """How images slide."""
 
-    Attributes
-    ----------
-    flow, gradient : int
-        Axes.
-    rate : float
-        Of the shear, in 1 / tau.
-    parts : uint64
-        Parts of an edge by which images slide in a step, 2^64 to an edge.
-    begun : uint64
-        Parts by which they had slid at step 0.
-    ratio : float
-        Edge along the flow over that along the gradient.
-    tilt : (1,) array
-        At the present step. All threads write the same number (`dpd.engine.images.slide_to`).
-    """
-
+    # axes
     flow: int
     gradient: int
-    rate: float
-    parts: np.uint64
-    begun: np.uint64
-    ratio: float
+    rate: float  # of the shear, in 1 / tau
+    parts: np.uint64  # parts of an edge by which images slide in a step, 2^64 to an edge
+    begun: np.uint64  # parts by which they had slid at step 0
+    ratio: float  # edge along the flow over that along the gradient
+    # (1,): at the present step. All threads write the same number (`dpd.engine.images.slide_to`).
     tilt: np.ndarray
 
 
 class TiltedBox(tuple[float, ...]):
-    """Edges of a box whose images have slid; whoever takes the edges of a box takes this too.
-
-    Attributes
-    ----------
-    slide : Slide
-    """
+    """Edges of a box whose images have slid; whoever takes the edges of a box takes this too."""
 
     slide: Slide
 
@@ -105,8 +86,6 @@ def tilted(
         Edges in r_c.
     shear : Shear or None
         Without shear the box stays as it is.
-    dt : float
-    step : int
     begun : int
         Parts of an edge by which they had slid at step 0.
 

@@ -25,26 +25,17 @@ if TYPE_CHECKING:
 
 
 class Beads(NamedTuple):
-    """Beads as kernels have them, in storage order.
+    """Beads as kernels have them, in storage order."""
 
-    Attributes
-    ----------
-    position, velocity : arrays with a row for each bead
-    predicted : array with a row for each bead, or None
-        The velocity that the friction sees; None where that is the velocity itself.
-    identity : (n,) uint32 array
-        Number of the bead in each slot.
-    species : (n,) uint8 array or None
-    peculiar : (n,) array or None
-        See `State`.
-    """
-
+    # a row for each bead
     position: np.ndarray
     velocity: np.ndarray
+    # a row for each bead: the velocity that the friction sees; None where that is the velocity
+    # itself
     predicted: np.ndarray | None
-    identity: np.ndarray
-    species: np.ndarray | None
-    peculiar: np.ndarray | None
+    identity: np.ndarray  # (n,) uint32: number of the bead in each slot
+    species: np.ndarray | None  # (n,) uint8
+    peculiar: np.ndarray | None  # (n,): see `State`
 
 
 # Places in the arrays of `Sums`.
@@ -53,34 +44,23 @@ OF_PAIRS, OF_BONDS = 0, 1
 
 
 class Sums(NamedTuple):
-    """Sums over all beads and pairs, at each of some steps.
+    """Sums over all beads and pairs, at each of some steps."""
 
-    Attributes
-    ----------
-    step : (samples,) int64 array
-    volume : (samples,) array
-        Of the box at that step, see `dpd.engine.simulation.Snapshot`.
-    beads : (samples, cells) array
-        Beads in each cell across a flow, see `dpd.engine.sampling.Across`.
-    moments : (samples, cells, q, q) array
-        The sum of m w w over the beads of a cell, with w = (v, 1, s): velocity, one, and the place
-        in the cell along each axis across the flow, in layers from the middle.
-    virial : (samples, 2, dimension, dimension) array or None
-        Sum over pairs, bonds and angles of r_ij F_ij: of the `CONSERVATIVE` and of `ALL_FORCES`.
-        None where forces are not measured, as what follows.
-    energy : (samples, 2) array or None
-        `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them.
-    walls : (samples, walls, 2 + dimension) array or None
-        Sums over what each wall does to beads, see `dpd.engine.external.AtWalls`; no part of the
-        virial. None without walls.
-    """
-
-    step: np.ndarray
-    volume: np.ndarray
+    step: np.ndarray  # (samples,) int64
+    volume: np.ndarray  # (samples,): of the box at that step, see `dpd.engine.simulation.Snapshot`
+    # (samples, cells): beads in each cell across a flow, see `dpd.engine.sampling.Across`
     beads: np.ndarray
+    # (samples, cells, q, q): the sum of m w w over the beads of a cell, with w = (v, 1, s):
+    # velocity, one, and the place in the cell along each axis across the flow, in layers from the
+    # middle
     moments: np.ndarray
+    # (samples, 2, dimension, dimension): sum over pairs, bonds and angles of r_ij F_ij: of the
+    # `CONSERVATIVE` and of `ALL_FORCES`. None where forces are not measured, as what follows.
     virial: np.ndarray = None  # type: ignore[assignment]  # forces are measured where it is read
+    # (samples, 2): `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them
     energy: np.ndarray = None  # type: ignore[assignment]
+    # (samples, walls, 2 + dimension): sums over what each wall does to beads, see
+    # `dpd.engine.external.AtWalls`; no part of the virial. None without walls.
     walls: np.ndarray | None = None
 
     def of(self, samples: np.ndarray | slice | int) -> Sums:
@@ -98,81 +78,42 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True)
 class System:
-    """What does not change during a run.
+    """What does not change during a run."""
 
-    Attributes
-    ----------
-    box : tuple of float
-        One edge of the periodic box per dimension, in r_c. Along an axis with walls it is longer
-        than the distance of the planes, see `Walls`. At constant pressure it is that of the start.
-    pair : Soft or Core
-        The conservative force between pairs.
-    kT : float
-        Temperature.
-    friction : float or array
-        gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT. A (species, species) array has one for each
-        pair of species; for a thermostat that acts on each bead, a (species,) array one for each.
-    gaussian : bool
-        Gaussian noise instead of uniform.
-    dt : float
-        Time step in tau.
-    scheme : Scheme
-        From `dpd.physics.integrator.scheme_named`.
-    seed : int
-        Seed of the noise.
-    members : (n, 2) uint32 array or None
-        Identities of the two ends of each bond.
-    bond : record or None
-        See `dpd.physics.common.records.bond_record`.
-        The law of all bonds, or of each.
-    angle_members : (n, 3) uint32 array or None
-        Identities of the three beads of each angle, the middle one in between.
-    angle : record or None
-        The law of all angles, or of each.
-    skin : float
-        0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the
-        list is kept until a bead has moved half the skin.
-    per_bead : bool
-        The thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum
-        is not conserved.
-    many_body : ManyBody or None
-    masses : (species,) array or None
-        None where all are 1.
-    walls : Walls or None
-        Without the friction, which follows from ``wall_friction``.
-    wall_friction : float
-        Gamma of beads with the walls; 0 for none.
-    body_force : BodyForce or None
-    shear : Shear or None
-        Steady flow, with Lees-Edwards boundary conditions.
-    pressure : Pressure or None
-        Held by stretching the box, which is then part of the `State`.
-    flow : tuple of (int, float)
-        Axes across which a flow changes, each with the largest thickness of layers in which sums
-        over beads are kept apart, see `dpd.engine.sampling`; none in a fluid at rest.
-    """
-
+    # one edge of the periodic box per dimension, in r_c. Along an axis with walls it is longer than
+    # the distance of the planes, see `Walls`. At constant pressure it is that of the start.
     box: tuple
-    pair: Soft | Core
-    kT: float
+    pair: Soft | Core  # the conservative force between pairs
+    kT: float  # temperature
+    # gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT. A (species, species) array has one for each
+    # pair of species; for a thermostat that acts on each bead, a (species,) array one for each.
     friction: float | np.ndarray
-    gaussian: bool
-    dt: float
-    scheme: Scheme
-    seed: int
-    members: np.ndarray | None = None
+    gaussian: bool  # Gaussian noise instead of uniform
+    dt: float  # time step in tau
+    scheme: Scheme  # from `dpd.physics.integrator.scheme_named`
+    seed: int  # seed of the noise
+    members: np.ndarray | None = None  # (n, 2) uint32: identities of the two ends of each bond
+    # the law of all bonds, or of each, see `dpd.physics.common.records.bond_record`
     bond: Any = None
+    # (n, 3) uint32: identities of the three beads of each angle, the middle one in between
     angle_members: np.ndarray | None = None
-    angle: Any = None
+    angle: Any = None  # the law of all angles, or of each
+    # 0 for cells sorted every step; otherwise pairs are listed within 1 + skin and the list is kept
+    # until a bead has moved half the skin
     skin: float = 0.0
+    # the thermostat acts on each bead on its own (Langevin) instead of on pairs; momentum is not
+    # conserved
     per_bead: bool = False
     many_body: ManyBody | None = None
-    masses: np.ndarray | None = None
-    walls: Walls | None = None
-    wall_friction: float = 0.0
+    masses: np.ndarray | None = None  # (species,): None where all are 1
+    walls: Walls | None = None  # without the friction, which follows from ``wall_friction``
+    wall_friction: float = 0.0  # gamma of beads with the walls; 0 for none
     body_force: BodyForce | None = None
-    shear: Shear | None = None
+    shear: Shear | None = None  # steady flow, with Lees-Edwards boundary conditions
+    # held by stretching the box, which is then part of the `State`
     pressure: Pressure | None = None
+    # axes across which a flow changes, each with the largest thickness of layers in which sums over
+    # beads are kept apart, see `dpd.engine.sampling`; none in a fluid at rest
     flow: tuple[tuple[int, float], ...] = ()
 
     @property
@@ -284,47 +225,30 @@ class System:
 
 @dataclass
 class State:
-    """What a checkpoint holds, in storage order (sorted by cell).
+    """What a checkpoint holds, in storage order (sorted by cell)."""
 
-    Attributes
-    ----------
-    position, velocity : (dimension, n) arrays
-        After an advance, views of the rows that the kernels work on. Under shear velocities are
-        those about the flow, see `dpd.physics.shear`.
-    force : (dimension, n) array or None
-        The same; None where it is yet to be evaluated. Where the system has masses, it is the force
-        over the mass.
-    identity : (n,) uint32 array
-        Number of the bead in each slot.
-    species : (n,) uint8 array or None
-        None where there is one species.
-    step : int
-    reference : (dimension, n) array or None
-        Positions when the pair list was made; None without a list.
-    slid : int or None
-        Parts of an edge by which images had slid at step 0, see `dpd.engine.space`; None without
-        shear.
-    box : tuple of float or None
-        Edges in r_c; None for those of the system, which stay.
-    image : (dimension, n) int32 array
-        Boxes by which each bead is further than its position says; of images that slide, along the
-        vectors of their lattice. In the order of identities: a sort need not move what seldom
-        changes. Zeros if not given.
-    peculiar : (n,) array or None
-        How far each bead has gone along the flow of a shear by its velocity about it, in r_c; None
-        without shear.
-    """
-
+    # (dimension, n): after an advance, views of the rows that the kernels work on. Under shear
+    # velocities are those about the flow, see `dpd.physics.shear`.
     position: np.ndarray
     velocity: np.ndarray
+    # (dimension, n): the same; None where it is yet to be evaluated. Where the system has masses,
+    # it is the force over the mass.
     force: np.ndarray | None
-    identity: np.ndarray
-    species: np.ndarray | None
+    identity: np.ndarray  # (n,) uint32: number of the bead in each slot
+    species: np.ndarray | None  # (n,) uint8: None where there is one species
     step: int
+    # (dimension, n): positions when the pair list was made; None without a list
     reference: np.ndarray | None = None
+    # parts of an edge by which images had slid at step 0, see `dpd.engine.space`; None without
+    # shear
     slid: int | None = None
-    box: tuple[float, ...] | None = None
+    box: tuple[float, ...] | None = None  # edges in r_c; None for those of the system, which stay
+    # (dimension, n) int32: boxes by which each bead is further than its position says; of images
+    # that slide, along the vectors of their lattice. In the order of identities: a sort need not
+    # move what seldom changes. Zeros if not given.
     image: np.ndarray = None  # type: ignore[assignment]  # never so after the start
+    # (n,): how far each bead has gone along the flow of a shear by its velocity about it, in r_c;
+    # None without shear
     peculiar: np.ndarray | None = None
 
     def __post_init__(self) -> None:

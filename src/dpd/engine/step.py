@@ -95,160 +95,80 @@ OF_LINE, OF_LIST, OF_CACHED = 0, 1, 2  # kinds of room
 
 
 class Plan(NamedTuple):
-    """What stays the same from step to step.
+    """What stays the same from step to step."""
 
-    Attributes
-    ----------
-    edges : tuple of float
-        Of the box.
-    slide : Slide or None
-    grid : Grid
-        Cells with edges of at least 1 + ``skin``.
-    forces : Forces
-    bonds : Bonds or None
-    angles : Angles or None
-    scheme : Scheme
-    times : Times
-        Of the scheme.
-    kick_waits : bool
-        Whether a kick may wait for the next drift, which has beads and force at hand: not where
-        friction or an exchange of momentum follows it.
-    dt, skin : float
-        Time step; distance beyond the cutoff within which pairs are listed.
-    seed : uint64
-    mass : None or (species,) array
-        None where all are 1.
-    across : Across or None
-        Cells across a flow, in which sums over beads are kept apart.
-    """
-
-    edges: tuple
+    edges: tuple  # of the box
     slide: Slide | None
-    grid: Grid
+    grid: Grid  # cells with edges of at least 1 + ``skin``
     forces: Forces
     bonds: Bonds | None
     angles: Angles | None
     scheme: Scheme
-    times: Times
+    times: Times  # of the scheme
+    # whether a kick may wait for the next drift, which has beads and force at hand: not where
+    # friction or an exchange of momentum follows it
     kick_waits: bool
+    # time step; distance beyond the cutoff within which pairs are listed
     dt: float
     skin: float
     seed: int
-    mass: np.ndarray | None = None
-    across: Across | None = None
+    mass: np.ndarray | None = None  # (species,): None where all are 1
+    across: Across | None = None  # cells across a flow, in which sums over beads are kept apart
 
 
 class Shared(NamedTuple):
-    """What the threads of a team share.
-
-    Attributes
-    ----------
-    cells : Cells
-    slot : None or (n,) uint32 array
-        Of each identity, for bonds.
-    density : None or (n,) array
-        Local densities, for many-body forces.
-    virial, energy : (tasks, 2, dimension, dimension) and (tasks, 2) arrays
-        Of each batch of bonds, then of each block of cells.
-    moved : (threads,) array
-        Largest squared distance from the reference among each thread's beads.
-    lost : (threads, 2) array
-        See `dpd.engine.integrate.drift`.
-    at_walls : AtWalls or None
-        None without walls.
-    image : (n, dimension) int32 array
-        Boxes that each identity has crossed.
-    excess : array with a row for each bead, or None
-        See `dpd.engine.integrate.change_since`; None for a scheme that takes friction once.
-    sampled : Sampled
-    need : (threads, 3) int64 array
-        What there must be room for, in `Own.room`; each thread's own may differ.
-    """
+    """What the threads of a team share."""
 
     cells: Cells
-    slot: np.ndarray | None
-    density: np.ndarray | None
+    slot: np.ndarray | None  # (n,) uint32: of each identity, for bonds
+    density: np.ndarray | None  # (n,): local densities, for many-body forces
+    # (tasks, 2, dimension, dimension) and (tasks, 2): of each batch of bonds, then of each block of
+    # cells
     virial: np.ndarray
     energy: np.ndarray
+    # (threads,): largest squared distance from the reference among each thread's beads
     moved: np.ndarray
-    lost: np.ndarray
-    at_walls: AtWalls | None
-    image: np.ndarray
+    lost: np.ndarray  # (threads, 2): see `dpd.engine.integrate.drift`
+    at_walls: AtWalls | None  # None without walls
+    image: np.ndarray  # (n, dimension) int32: boxes that each identity has crossed
+    # a row for each bead: see `dpd.engine.integrate.change_since`; None for a scheme that takes
+    # friction once
     excess: np.ndarray | None
     sampled: Sampled
+    # (threads, 3) int64: what there must be room for, in `Own.room`; each thread's own may differ
     need: np.ndarray
 
 
 class Own(NamedTuple):
-    """Buffers of one thread; None for what a scene does without.
+    """Buffers of one thread; None for what a scene does without."""
 
-    Attributes
-    ----------
-    wrap : (3, STRETCH) array
-        See `dpd.engine.images.row_edges`.
-    line : Line
-    pairs : Pairs
-    listed : Listed or None
-    cached : Cached or None
-    arms : Arms or None
-        For bonds, and for one side of angles.
-    others : Arms or None
-        For the other side.
-    near : Near or None
-    room : (3,) int64 array
-        Size of the line, of the list and of the cache.
-    """
-
-    wrap: np.ndarray
+    wrap: np.ndarray  # (3, STRETCH): see `dpd.engine.images.row_edges`
     line: Line
     pairs: Pairs
     listed: Listed | None
     cached: Cached | None
-    arms: Arms | None
-    others: Arms | None
+    arms: Arms | None  # for bonds, and for one side of angles
+    others: Arms | None  # for the other side
     near: Near | None
-    room: np.ndarray
+    room: np.ndarray  # (3,) int64: size of the line, of the list and of the cache
 
 
 class Span(NamedTuple):
-    """Steps of one call.
+    """Steps of one call."""
 
-    Attributes
-    ----------
-    done : int
-        Steps done before: they are the key of the noise.
-    steps : int
-        0 to evaluate the force where the beads are.
-    listed : bool
-        Whether the list at the reference is still in the buffers, from the call before.
-    samples : (samples,) int64 array
-        Steps after which sums are taken, the earliest first.
-    measure : bool
-        Whether they are taken of virial and energy too.
-    """
-
-    done: int
-    steps: int
-    listed: bool
-    samples: np.ndarray
-    measure: bool
+    done: int  # steps done before: they are the key of the noise
+    steps: int  # 0 to evaluate the force where the beads are
+    listed: bool  # whether the list at the reference is still in the buffers, from the call before
+    samples: np.ndarray  # (samples,) int64: steps after which sums are taken, the earliest first
+    measure: bool  # whether they are taken of virial and energy too
 
 
 class Evaluation(NamedTuple):
-    """One evaluation of the forces.
-
-    Attributes
-    ----------
-    step : int
-    keys : Keys
-        Of its noise.
-    measure : bool
-        Whether virial and energy are added up.
-    """
+    """One evaluation of the forces."""
 
     step: int
-    keys: Keys
-    measure: bool
+    keys: Keys  # of its noise
+    measure: bool  # whether virial and energy are added up
 
 
 @kernel()
@@ -259,7 +179,6 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     ----------
     team : Team
         All threads of a team call this, with the same arrays but their own.
-    plan : Plan
     beads, spare : Beads
         Sorting swaps the two.
     force : array with a row for each bead
@@ -268,9 +187,6 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     reference : None or array with a row for each bead
         None to find pairs by cells in every step. With a list, where the beads were at the
         last sort, in today's order; kept up to date. 0 steps sort and list afresh.
-    shared : Shared
-    own : Own
-    span : Span
 
     Returns
     -------

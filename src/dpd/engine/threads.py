@@ -110,10 +110,8 @@ def next_task(team, kind, first, end):
 
     Parameters
     ----------
-    team : Team
     kind : int
         `BATCHES`, or `BLOCKS` plus the phase.
-    first, end : int
     """
     for step in range(team.size):
         owner = (team.rank + step) % team.size

@@ -99,24 +99,12 @@ class DrivingForce(Term, key="body_force"):
 
 
 class BodyForce(NamedTuple):
-    """A constant force on every bead.
+    """A constant force on every bead."""
 
-    Attributes
-    ----------
-    strength : (species,) array
-        In kT / r_c.
-    axis : int
-        That it acts along.
-    across : int
-        The axis on which the position decides about its direction.
-    middle : float
-        Where on that axis it turns round, in r_c; infinite if it acts in one direction.
-    """
-
-    strength: np.ndarray
-    axis: int
-    across: int
-    middle: float
+    strength: np.ndarray  # (species,): in kT / r_c
+    axis: int  # that it acts along
+    across: int  # the axis on which the position decides about its direction
+    middle: float  # where on that axis it turns round, in r_c; infinite if it acts in one direction
 
     def force(self, strength: float, x: float) -> float:
         """Force on a bead at the place x on the axis across."""

@@ -62,22 +62,13 @@ class RigidCore(Term, key="core"):
 
 
 class Core(NamedTuple):
-    """A rigid core and the soft repulsion around it.
+    """A rigid core and the soft repulsion around it."""
 
-    Attributes
-    ----------
-    repulsion : (species, species) array
-        a_ij in kT / r_c.
-    diameter, push : float
-        2 r_s in r_c, and F_max in kT / r_c.
-    width : float or None
-        Of the straight line, in r_c; None for a jump.
-    """
-
-    repulsion: np.ndarray
+    repulsion: np.ndarray  # (species, species): a_ij in kT / r_c
+    # 2 r_s in r_c, and F_max in kT / r_c
     diameter: float
     push: float
-    width: float | None = None
+    width: float | None = None  # of the straight line, in r_c; None for a jump
 
     def force(self, a: float, r: float, w: float) -> float:
         """Force F at distance r, for a pair with the repulsion a; w = max(0, 1 - r)."""

@@ -30,28 +30,17 @@ if TYPE_CHECKING:
 
 
 class Scheme(NamedTuple):
-    """One scheme.
+    """One scheme."""
 
-    Attributes
-    ----------
-    acceleration, correction : float
-        c and b.
-    prediction : float or None
-        lambda. None where what is predicted is the velocity with the first share of its kick,
-        1 - b, or nothing.
-    renewal : True or None
-        Whether friction is taken once more at the end of a step.
-    exchange : int or None
-        Kind of the exchange of momentum.
-    middle : True or None
-        Whether force and exchange come after half a drift, the other half at the end.
-    """
-
+    # c and b
     acceleration: float
+    # lambda. None where what is predicted is the velocity with the first share of its kick, 1 - b,
+    # or nothing.
     prediction: float | None
     correction: float
-    renewal: bool | None = None
-    exchange: int | None = None
+    renewal: bool | None = None  # whether friction is taken once more at the end of a step
+    exchange: int | None = None  # kind of the exchange of momentum
+    # whether force and exchange come after half a drift, the other half at the end
     middle: bool | None = None
 
 
@@ -80,10 +69,6 @@ def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
         A key of `SCHEMES`.
     prediction : float
         Lambda of ``gw-vv`` and ``verlet-no-acceleration``; the others have their own, or none.
-
-    Returns
-    -------
-    Scheme
 
     Raises
     ------

@@ -49,14 +49,9 @@ class ManyBodyForces(Term, key="many_body"):
 
 
 class ManyBody(NamedTuple):
-    """Many-body forces. What its methods give for a pair, they give at a rho_i + rho_j, the crowd.
+    """Many-body forces; methods for a pair take rho_i + rho_j, the crowd."""
 
-    Attributes
-    ----------
-    repulsion, range, norm : float
-        B, r_d and N.
-    """
-
+    # B, r_d and N
     repulsion: float
     range: float
     norm: float

@@ -166,45 +166,21 @@ STREAM = 0x70726573  # so that no other random numbers have the same key
 
 
 class Look(NamedTuple):
-    """What is known of a system at one volume.
+    """What is known of a system at one volume."""
 
-    Attributes
-    ----------
-    volume : float
-        In r_c^dimension.
-    pressure : float
-        P, with the virial of conservative forces.
-    energy : float
-        Kinetic and potential energy in kT.
-    """
-
-    volume: float
-    pressure: float
-    energy: float
+    volume: float  # in r_c^dimension
+    pressure: float  # P, with the virial of conservative forces
+    energy: float  # kinetic and potential energy in kT
 
 
 class Pressure(NamedTuple):
-    """Constant pressure.
+    """Constant pressure."""
 
-    Attributes
-    ----------
-    target : float
-        P_0 in kT / r_c^dimension.
-    time : float
-        Relaxation time tau.
-    compressibility : float
-        Estimate of the isothermal compressibility, in r_c^dimension / kT.
-    axes : tuple of int
-        Along which the box is stretched.
-    every : int
-        Steps from trial to trial.
-    """
-
-    target: float
-    time: float
-    compressibility: float
-    axes: tuple[int, ...]
-    every: int
+    target: float  # P_0 in kT / r_c^dimension
+    time: float  # relaxation time tau
+    compressibility: float  # estimate of the isothermal compressibility, in r_c^dimension / kT
+    axes: tuple[int, ...]  # along which the box is stretched
+    every: int  # steps from trial to trial
 
     def spread(self, kT: float, h: float) -> float:
         """Standard deviation of sqrt(V) in a trial over the time h."""
@@ -223,7 +199,6 @@ class Pressure(NamedTuple):
         ----------
         look : Look
             At the volume now.
-        kT : float
         h : float
             Time since the trial before.
         normal : float

@@ -49,15 +49,9 @@ class SoftRepulsion(Term, key="repulsion"):
 
 
 class Soft(NamedTuple):
-    """The soft repulsion.
+    """The soft repulsion."""
 
-    Attributes
-    ----------
-    repulsion : (species, species) array
-        a_ij in kT / r_c.
-    """
-
-    repulsion: np.ndarray
+    repulsion: np.ndarray  # (species, species): a_ij in kT / r_c
 
     def force(self, a: float, r: float, w: float) -> float:
         """Force F at distance r, for a pair with the repulsion a."""

@@ -110,16 +110,9 @@ class SteadyShear(Term, key="shear"):
 
 
 class Shear(NamedTuple):
-    """Steady shear.
+    """Steady shear."""
 
-    Attributes
-    ----------
-    rate : float
-        g in 1 / tau.
-    flow, gradient : int
-        Number of the axis along which the fluid flows, and of that along which its speed grows.
-    """
-
-    rate: float
+    rate: float  # g in 1 / tau
+    # number of the axis along which the fluid flows, and of that along which its speed grows
     flow: int
     gradient: int

@@ -86,24 +86,13 @@ class Thermostat(Term, key="thermostat"):
 
 
 class Friction(NamedTuple):
-    """Friction and noise between pairs.
+    """Friction and noise between pairs."""
 
-    Attributes
-    ----------
-    gamma : float
-        Friction in kT tau / r_c^2.
-    amplitude : float
-        sigma dt^(-1/2), in kT / r_c.
-    gaussian : bool
-        Gaussian instead of uniform random numbers.
-    shares : None or (species, species) array
-        gamma_ij / gamma where pairs of species differ. The approach of a pair then comes multiplied
-        by its share, and theta by the root of that.
-    """
-
-    gamma: float
-    amplitude: float
-    gaussian: bool
+    gamma: float  # friction in kT tau / r_c^2
+    amplitude: float  # sigma dt^(-1/2), in kT / r_c
+    gaussian: bool  # Gaussian instead of uniform random numbers
+    # (species, species): gamma_ij / gamma where pairs of species differ. The approach of a pair
+    # then comes multiplied by its share, and theta by the root of that.
     shares: np.ndarray | None = None
 
     def force(self, approach: float, inverse: float, w: float, theta: float) -> float:

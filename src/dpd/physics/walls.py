@@ -184,21 +184,11 @@ class SoftWalls(Term, key="walls"):
 
 
 class WallFriction(NamedTuple):
-    """Friction and noise between beads and walls.
+    """Friction and noise between beads and walls."""
 
-    Attributes
-    ----------
-    gamma : float
-        Friction in kT tau / r_c^2.
-    amplitude : float
-        sigma dt^(-1/2), in kT / r_c.
-    gaussian : bool
-        Gaussian instead of uniform random numbers.
-    """
-
-    gamma: float
-    amplitude: float
-    gaussian: bool
+    gamma: float  # friction in kT tau / r_c^2
+    amplitude: float  # sigma dt^(-1/2), in kT / r_c
+    gaussian: bool  # Gaussian instead of uniform random numbers
 
     def random(self, zeta: float, w: float) -> float:
         """Noise along an axis."""
@@ -210,31 +200,16 @@ class WallFriction(NamedTuple):
 
 
 class Walls(NamedTuple):
-    """Planes at both ends of some axes: of each axis the lower one, then the upper one.
+    """Planes at both ends of some axes: of each axis the lower one, then the upper one."""
 
-    Attributes
-    ----------
-    repulsion : (species,) array
-        a_w in kT / r_c.
-    axis : (walls,) int64 array
-        The axis that each plane is normal to.
-    place : (walls,) array
-        Where the plane is on that axis, in r_c.
-    inward : (walls,) array
-        1.0 for a lower plane, whose beads are above it; -1.0 for an upper one.
-    velocity : (walls, dimension) array
-        Of the wall, in r_c / tau.
-    reach : float
-        How far behind a plane a bead may get, in r_c. The box has room for that and a cutoff
-        more, so that beads behind opposite planes never feel each other.
-    friction : WallFriction or None
-    """
-
-    repulsion: np.ndarray
-    axis: np.ndarray
-    place: np.ndarray
+    repulsion: np.ndarray  # (species,): a_w in kT / r_c
+    axis: np.ndarray  # (walls,) int64: the axis that each plane is normal to
+    place: np.ndarray  # (walls,): where the plane is on that axis, in r_c
+    # (walls,): 1.0 for a lower plane, whose beads are above it; -1.0 for an upper one
     inward: np.ndarray
-    velocity: np.ndarray
+    velocity: np.ndarray  # (walls, dimension): of the wall, in r_c / tau
+    # how far behind a plane a bead may get, in r_c. The box has room for that and a cutoff more, so
+    # that beads behind opposite planes never feel each other.
     reach: float
     friction: WallFriction | None = None
 

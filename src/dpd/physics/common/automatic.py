@@ -43,7 +43,6 @@ def choose(scene: Any, tolerance: float) -> dict[str, Any]:
 
     Parameters
     ----------
-    scene : Scene
     tolerance : float
         Relative error in pressure and kT that is allowed.
 

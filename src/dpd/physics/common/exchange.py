@@ -25,25 +25,16 @@ SHARDLOW, EXACT, LOWE = 0, 1, 2
 
 
 class Exchange(NamedTuple):
-    """Exchange of momentum between pairs.
+    """Exchange of momentum between pairs."""
 
-    Attributes
-    ----------
-    kind : int
-        `SHARDLOW`, `EXACT` or `LOWE`.
-    gamma, kT : float
-        Friction, or for Lowe's the rate of exchanges in 1 / tau; and temperature.
-    gaussian : bool
-        Gaussian instead of uniform random numbers, for Shardlow's; the others always take
-        Gaussian ones, without which they are not exact.
-    shares : None or (species, species) array
-        gamma_ij / gamma where pairs of species differ.
-    """
-
-    kind: int
+    kind: int  # `SHARDLOW`, `EXACT` or `LOWE`
+    # friction, or for Lowe's the rate of exchanges in 1 / tau; and temperature
     gamma: float
     kT: float
+    # Gaussian instead of uniform random numbers, for Shardlow's; the others always take Gaussian
+    # ones, without which they are not exact
     gaussian: bool
+    # (species, species): gamma_ij / gamma where pairs of species differ
     shares: np.ndarray | None = None
 
     def change(self, u: float, g: float, theta: float, drawn: bool) -> float:

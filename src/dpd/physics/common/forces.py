@@ -27,31 +27,15 @@ if TYPE_CHECKING:
 
 
 class Forces(NamedTuple):
-    """What acts on beads; None for what does not.
+    """What acts on beads; None for what does not."""
 
-    Attributes
-    ----------
-    pair : Soft or Core
-        The conservative force between pairs.
-    many_body : ManyBody or None
-    bond : record or None
-        See `dpd.physics.common.records.bond_record`.
-    angle : record or None
-    friction : Friction or None
-    langevin : Langevin or None
-    exchange : Exchange or None
-        The thermostat is one of these three.
-    walls : Walls or None
-    body_force : BodyForce or None
-    """
-
-    pair: Soft | Core
+    pair: Soft | Core  # the conservative force between pairs
     many_body: ManyBody | None = None
-    bond: Any = None
+    bond: Any = None  # see `dpd.physics.common.records.bond_record`
     angle: Any = None
     friction: Friction | None = None
     langevin: Langevin | None = None
-    exchange: Exchange | None = None
+    exchange: Exchange | None = None  # the thermostat is one of these three
     walls: Walls | None = None
     body_force: BodyForce | None = None
 

@@ -12,24 +12,13 @@ import numpy as np
 
 
 class Langevin(NamedTuple):
-    """Friction and noise on each bead.
+    """Friction and noise on each bead."""
 
-    Attributes
-    ----------
-    gamma : float
-        Friction in kT tau / r_c^2.
-    amplitude : float
-        sigma dt^(-1/2), in kT / r_c.
-    gaussian : bool
-        Gaussian instead of uniform random numbers.
-    shares : None or (species,) array
-        gamma_i / gamma where species differ. The velocity then comes multiplied by the share of its
-        bead, and zeta by the root of that.
-    """
-
-    gamma: float
-    amplitude: float
-    gaussian: bool
+    gamma: float  # friction in kT tau / r_c^2
+    amplitude: float  # sigma dt^(-1/2), in kT / r_c
+    gaussian: bool  # Gaussian instead of uniform random numbers
+    # (species,): gamma_i / gamma where species differ. The velocity then comes multiplied by the
+    # share of its bead, and zeta by the root of that.
     shares: np.ndarray | None = None
 
     def random(self, zeta: float) -> float:

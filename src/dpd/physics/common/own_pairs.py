@@ -41,18 +41,7 @@ def curvature_(self, a, r, w):
 
 
 def with_own(base: Any, pages: Sequence[PairForce], scene: Any) -> Any:
-    """The repulsion and some forces of one's own as one force between pairs.
-
-    Parameters
-    ----------
-    base : Soft or Core
-    pages : list of PairForce
-    scene : Scene
-
-    Returns
-    -------
-    record
-    """
+    """The repulsion and some forces of one's own as one force between pairs."""
     records = [pair_record(page, scene) for page in pages]
     size = len(base.repulsion)
     number = np.arange(size * size, dtype=np.float64).reshape(size, size)
