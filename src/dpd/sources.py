@@ -9,16 +9,16 @@ kernels is named after such a digest as well: from the same tree it compiles the
 from __future__ import annotations
 
 import ast
-import gc
 import hashlib
 import os
-import shutil
-from contextlib import contextmanager, suppress
+import re
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
+from dpd.drafts import draft_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,7 +39,7 @@ DECIDE_NOTHING = (
     "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages", "dpd.streams",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
-DATA = "DATA_FILES"  # name of the list, in a module, of files beside it that it reads
+TEXT = re.compile(r"[\w.]+\.\w+")  # that may name a module, or a file beside one
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
 HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
@@ -48,7 +48,7 @@ OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of
 REFUSES = ("stands", "cannot", "refuses", "conflicts", "unknown", "untried", "notes", "held")
 SETTINGS = ("setting", "interval_setting", "Field")
 WORDS = ("description", "unit", "of")
-MOST_KEPT = 40  # states of the sources for which digests are kept
+MOST_KEPT = 2000  # digests
 
 
 class Source(NamedTuple):
@@ -57,7 +57,7 @@ class Source(NamedTuple):
     Attributes
     ----------
     digest : str
-        Of its code, and of the data files that it names in ``DATA_FILES``.
+        Of its code, and of data files beside it that are named there.
     imports : frozenset of Path
         Files of ours that it imports, at its top or in a function, with those of their packages;
         of a user's file also those of its folder.
@@ -72,14 +72,9 @@ class Source(NamedTuple):
 
 @cache
 def sources_digest(*modules: str | Path, without: frozenset[str | Path] = frozenset()) -> str:
-    """Digest of the sources of some modules and of all that they import: twelve hex digits.
+    """Digest of some modules, by name or file, and of all that they import: twelve hex digits.
 
-    Parameters
-    ----------
-    modules : str or Path
-        Names, as ``dpd.pipeline.simulate``, or files.
-    without : frozenset of str or Path
-        Modules that are left out, with what they alone import.
+    Those ``without`` are left out, with what they alone import.
     """
 
     def find():
@@ -140,30 +135,20 @@ def kept(question: str, find: Callable[[], str]) -> str:
 
     To parse all sources takes a tenth of a second, which each of a study's hundreds of jobs would
     spend; to read them, and what is kept, takes three thousandths.
-
-    Parameters
-    ----------
-    question : str
-        What is to be found, in words that differ from those of other questions.
-    find : callable
-        Returns a digest.
     """
-    folder = cache_folder("sources") / _state()
-    path = folder / text_digest(question)
+    path = cache_folder("sources") / f"{_state()}_{text_digest(question)}"
     with suppress(OSError):
-        found = path.read_text()
-        if len(found) == len(_state()):
+        if len(found := path.read_text()) == len(_state()):
             return found
     found = find()
     with suppress(OSError):  # where nothing can be kept, it is found each time
-        if not folder.is_dir():
-            folder.mkdir(parents=True, exist_ok=True)
-            states = sorted(folder.parent.iterdir(), key=lambda state: state.stat().st_mtime_ns)
-            for old in states[:-MOST_KEPT]:
-                shutil.rmtree(old, ignore_errors=True)
-        draft = path.with_name(f"{path.name}.{os.getpid()}")
-        draft.write_text(found)
-        os.replace(draft, path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(path) as draft:
+            draft.write_text(found)
+            os.replace(draft, path)
+        kept = sorted(path.parent.glob("*_*"), key=lambda each: each.stat().st_mtime_ns)
+        for old in kept[:-MOST_KEPT]:
+            old.unlink(missing_ok=True)
     return found
 
 
@@ -243,37 +228,25 @@ def _of_ours(path):
 @cache
 def _parsed(path, text):
     beside = frozenset(_files(path)) if _is_ours(path) else frozenset()
-    with _no_collection():
-        try:
-            tree = ast.parse(text)
-        except (SyntaxError, ValueError):  # whoever imports it says what is wrong
-            return Source(hashlib.sha256(text).hexdigest(), beside)
-        digest, imports, names = _read(tree)
-    for name in constant(tree, DATA, ()):
-        digest.update(hashlib.sha256((path.parent / name).read_bytes()).digest())
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):  # whoever imports it says what is wrong
+        return Source(hashlib.sha256(text).hexdigest(), beside)
+    digest, imports, texts = _read(tree)
+    for data in sorted(path.with_name(text) for text in texts):
+        if data.suffix != ".py" and data.is_file():
+            digest.update(hashlib.sha256(data.read_bytes()).digest())
     files = {file for node in imports for file in _imported(node, path)}
-    named = {file for name in names if (file := file_of(name)) and file.name != "__init__.py"}
+    named = {file for text in texts if (file := file_of(text)) and file.name != "__init__.py"}
     return Source(digest.hexdigest(), beside.union(files), frozenset(named))
 
 
-@contextmanager
-def _no_collection():
-    """Spare Python the search for garbage among the nodes of a tree, a third of the time."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
-
-
 def _read(tree):
-    """Digest of a tree less docstrings, hints and places in the file; its imports; names in it.
+    """Digest of a tree less docstrings, hints and places in the file; its imports; texts in it.
 
     `ast.dump` would be slower than to parse.
     """
-    parts, imports, names, waiting = [], [], set(), [tree]
+    parts, imports, texts, waiting = [], [], set(), [tree]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.AST):
@@ -287,8 +260,8 @@ def _read(tree):
             elif isinstance(node, ast.Call) and getattr(node.func, "id", "") in SETTINGS:
                 fields["args"] = node.args[1:]
                 fields["keywords"] = [each for each in node.keywords if each.arg not in WORDS]
-            elif isinstance(node, ast.Constant) and str(node.value).startswith("dpd."):
-                names.add(node.value)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                texts |= {node.value} if TEXT.fullmatch(node.value) else set()
             elif isinstance(node, IMPORTS):
                 imports.append(node)
             waiting += fields.values()
@@ -298,7 +271,7 @@ def _read(tree):
             waiting += counting
         else:
             parts.append(node)
-    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")), imports, names
+    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")), imports, texts
 
 
 def _serves_hints(node):
@@ -321,14 +294,13 @@ def _imported(node, path):
         for alias in node.names:
             yield from _files(alias.name) or _beside(path, alias.name)
         return
-    parts = node.module.split(".") if node.module else []
-    if node.level:
-        folder = path.parents[node.level - 1]
-    elif parts[0] in HOMES:
-        folder = HOMES[parts.pop(0)]
-    else:
-        yield from _beside(path, parts[0])
+    if node.level:  # imports are absolute here
         return
+    first, *parts = node.module.split(".")
+    if first not in HOMES:
+        yield from _beside(path, first)
+        return
+    folder = HOMES[first]
     module = _file_in(folder, parts)
     if module is not None:
         yield from _files(module)
@@ -347,11 +319,3 @@ def _beside(path, module):
         raise ValueError(f"it imports the folder {first!r}; beside a page stand files alone")
     file = path.parent / f"{first}.py"
     return (file,) if file.is_file() else ()
-
-
-def constant(tree: ast.Module, name: str, default: Any = None) -> Any:
-    """The value of a plain constant at the top of a module."""
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", None) == name:
-            return ast.literal_eval(node.value)
-    return default
