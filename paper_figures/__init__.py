@@ -1,1 +1,1 @@
-"""Figures of the papers: a package a paper, and published.yaml, every published number."""
+"""Figures of the papers: a package a paper, and its published.yaml, all numbers it prints."""

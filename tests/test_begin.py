@@ -260,8 +260,8 @@ def test_where_a_path_counts_from(melt, tmp_path, monkeypatch):
         Scene(from_file("melt.nc"))
     assert Scene(from_file("../scenes/melt.nc")).digest == Scene.read(path).digest
     given = {"scene": from_file("melt.nc"), "axes": {}}
-    axes = described_axes(given, {}, "key", "quick")
-    sweep = unfold("p", "s", given, {}, "where", axes, "quick", tmp_path / "scenes")
+    axes = described_axes(given, "key")
+    sweep = unfold("p", "s", given, "where", axes, tmp_path / "scenes")
     assert sweep.points[0].scene.data["start"]["sha256"] == Scene.read(path).data["start"]["sha256"]
 
 

@@ -36,9 +36,9 @@ def precise(text):
 
 def published_numbers(paper):
     """The same of a paper's values, errors, roundings, rivals and ranges; not of limits of ours."""
-    text = (ROOT / "paper_figures" / "published.yaml").read_text()
-    found = set()
-    for entry in yaml.load(text, yaml.BaseLoader).get(paper, {}).values():
+    path, found = published.published_file(paper), set()
+    text = path.read_text() if path.is_file() else ""
+    for entry in (yaml.load(text, yaml.BaseLoader) or {}).values():
         entry = entry.get("<<", {}) | entry
         names = ["value", "rival"]
         ends = ()
@@ -89,7 +89,7 @@ def made_up(monkeypatch):
         "lent": {"figure": "other", "shown_in": ["line"], "range": [None, 2]},
         "foreign": {"figure": "other", "value": 1},
     }
-    monkeypatch.setattr(published, "_all_published", lambda: {"mine": entries})
+    monkeypatch.setattr(published, "published", {"mine": entries}.get)
 
 
 def test_a_figure_shows_what_redraws_it(made_up):
@@ -100,7 +100,7 @@ def test_a_figure_shows_what_redraws_it(made_up):
     assert str(shown["own"]) == "0.286 ± 0.002"
     assert shown["lent"].high == 2 and shown["lent"].low != shown["lent"].low
     with pytest.raises(
-        UserError, match=r"mine\.foreign: line shows it; write 'shown_in: \[line\]'"
+        UserError, match=r"mine/published\.yaml: foreign: line shows it; write 'shown_in: \[line\]'"
     ):
         shown["foreign"]
     with pytest.raises(UserError, match=r"'owm', which is not there; .*did you mean 'own'"):

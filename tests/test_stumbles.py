@@ -273,12 +273,14 @@ def test_a_comment_on_published_numbers_redraws_nothing(mine):
     """Nor does an entry of another figure; one of its own does."""
     measured = 'from dpd.analysis.verdicts import Measured\n    return {"y": Measured(2.0, 0.1)}'
     give_figure(mine, FIGURE.replace("return {}", measured))
-    published = mine / "paper_figures" / "published.yaml"
-    own = "\nmine:\n  y: {figure: line, quantity: y, value: 2, error: 0.1, where: here}\n"
-    published.write_text(published.read_text() + own)
+    published = mine / "paper_figures" / "mine" / "published.yaml"
+    published.write_text(
+        "y: {figure: line, quantity: y, value: 2, error: 0.1, where: here}\n"
+        "z: {figure: other, quantity: z, value: 2, error: 0.1, where: there}\n"
+    )
     assert snakemake(mine, *ALONE).returncode == 0
     published.write_text("# A comment.\n" + published.read_text())
-    edit(published, "the text notes a small dip", "the text notes a dip")
+    edit(published, "where: there", "where: elsewhere")
     assert planned(mine, *ALONE) == {}
     edit(published, "quantity: y, value: 2,", "quantity: y, value: 3,")
     assert planned(mine, *ALONE)["draw_figure"] == 1

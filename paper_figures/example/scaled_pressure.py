@@ -2,7 +2,7 @@
 
 It needs ``TITLE``, ``compute`` and ``draw``. What else it may have is said in `load_module` of
 src/dpd/report/figure_file.py: ``measured``, for one, gives the numbers that are held against those
-in paper_figures/published.yaml.
+in a file published.yaml beside this one.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Published numbers, which stand in paper_figures/published.yaml alone."""
+"""Published numbers, which stand in paper_figures/PAPER/published.yaml alone."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from dpd.page import Refusals, Section, setting
 from dpd.scene.yaml import read_yaml
 from dpd.sentences import read_section
 
-PUBLISHED = ROOT / "paper_figures" / "published.yaml"
+FIGURES = ROOT / "paper_figures"  # a folder a paper
 
 
 @dataclass(frozen=True)
@@ -93,15 +93,21 @@ class Shown(dict):
         known = published(self.paper)
         if name in known:
             raise UserError(
-                f"{PUBLISHED}: {self.paper}.{name}: {self.figure} shows it; write 'shown_in: "
+                f"{published_file(self.paper)}: {name}: {self.figure} shows it; write 'shown_in: "
                 f"[{self.figure}]' there, so that the figure is drawn again when the number changes"
             )
         raise UserError(
-            f"{PUBLISHED}: {self.paper}: {self.figure} shows {name!r}, which is not there; "
+            f"{published_file(self.paper)}: {self.figure} shows {name!r}, which is not there; "
             f"{suggestion(name, known)}"
         )
 
 
+def published_file(paper: str) -> Path:
+    """Where a paper's published numbers stand, if it has any."""
+    return FIGURES / paper / "published.yaml"
+
+
+@cache
 def published(paper: str) -> dict[str, dict[str, Any]]:
     """Published numbers of a paper, if it has any: name to what published.yaml says of it.
 
@@ -110,15 +116,10 @@ def published(paper: str) -> dict[str, dict[str, Any]]:
     UserError
         If an entry is not as `Entry` has it.
     """
-    return _all_published().get(paper, {})
-
-
-@cache
-def _all_published():
-    table = read_yaml(PUBLISHED)
-    for paper, numbers in table.items():
-        for name, entry in numbers.items():
-            read_section(Entry, entry, str(PUBLISHED), f"{paper}.{name}")
+    path = published_file(paper)
+    table = read_yaml(path) if path.is_file() else {}
+    for name, entry in table.items():
+        read_section(Entry, entry, str(path), str(name))
     return table
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from dpd.analysis.published import PUBLISHED, published
+from dpd.analysis.published import published, published_file
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -181,11 +181,11 @@ def rows(
     entries = {k: e for k, e in published(paper).items() if e["figure"] == figure}
     unknown = set(measured) - set(entries)
     if unknown:
-        raise UserError(f"{PUBLISHED}: {paper}: {figure} measures {sorted(unknown)}, not listed")
+        raise UserError(f"{published_file(paper)}: {figure} measures {sorted(unknown)}, not listed")
     table = []
     for name, entry in entries.items():
         if name not in measured and "pending" not in entry:
-            raise UserError(f"{PUBLISHED}: {paper}.{name}: {figure} does not measure it")
+            raise UserError(f"{published_file(paper)}: {name}: {figure} does not measure it")
         ours = measured.get(name) or Measured(np.nan, np.nan, "", entry["pending"])
         found = judge(entry, ours)
         bound = "an upper bound, at 95 %" if ours.bound else ""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from dpd.analysis.published import Entry
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
@@ -47,6 +48,7 @@ def papers_page() -> str:
     """config/README.md: keys of what says what a study is, and of papers."""
     theory = [row for key, each in ARGUMENTS.items() for row in section_rows(each, key, "")]
     keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, ""), "theory": theory}
+    keys["published"] = rows_of(Entry, "NAME.")
     text = {"config": text_of(Config), "paper": text_of(PaperFile)}
     return _page("papers", keys, text=text, sweep=sweep_table(), verdicts=verdict_table())
 

@@ -22,7 +22,7 @@ HEAD = """# {title}
 captions in the figure files and from [findings.md](findings.md). Edit those.
 
 The paper's sweeps stand in [config/papers/{name}.yaml](../../config/papers/{name}.yaml), its
-published numbers in [published.yaml](../published.yaml). To make its figures:
+published numbers in [published.yaml](published.yaml). To make its figures:
 `snakemake --cores 2 --config papers='[{name}]'`.
 """
 STUDY = """## What the study `{study}` finds
