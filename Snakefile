@@ -17,8 +17,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 from dpd.analysis.published import entries_of, published
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
-from dpd.pipeline import made_from, resources as asked
-from dpd.pipeline.order import priorities
+from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.failures import say_at_exit

@@ -17,7 +17,7 @@ from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.page import Observable, names
 from dpd.physics.integrator import SCHEMES
-from dpd.pipeline.simulate import simulate
+from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 
 BARE = "bare fluid"

@@ -20,7 +20,7 @@ rule measure:
 
 rule benchmark:
     input:
-        made_from.page_sources(OUT, [PAPERS["benchmark"]]),
+        jobs.page_sources(OUT, [PAPERS["benchmark"]]),
     output:
         page=update(OUT.benchmark()),  # see rules/report.smk
         stamp=touch(OUT.log("benchmark", kind="made")),

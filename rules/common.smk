@@ -25,8 +25,8 @@ def only_before(files):
 WITH_TRAJECTORY = trajectories()
 SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
 CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
-PRIORITY = priorities(PAPERS, FIRST)
-WAITING = {name: made_from.waiting_for_starts(paper) for name, paper in PAPERS.items()}
+PRIORITY = jobs.priorities(PAPERS, FIRST)
+WAITING = {name: jobs.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
 def sweep_of(wildcards):
@@ -76,13 +76,13 @@ def derived_of(wildcards):
 
 def derived_from(wildcards):
     """The sweeps that measure them."""
-    return made_from.derived_from(OUT, wildcards.paper, sweep_of(wildcards))
+    return jobs.derived_from(OUT, wildcards.paper, sweep_of(wildcards))
 
 
 def data_of_figure(wildcards):
     """Sweeps and measurements that feed a figure."""
     paper, figure = wildcards.paper, wildcards.figure
-    return made_from.data_of_figure(OUT, paper, PAPERS[paper].figures[figure])
+    return jobs.data_of_figure(OUT, paper, PAPERS[paper].figures[figure])
 
 
 def results_folder(wildcards):
@@ -107,7 +107,7 @@ def sources_of_run(wildcards):
 
 
 def priority_of(wildcards):
-    """Of a run: see `dpd.pipeline.order`."""
+    """Of a run: see `dpd.pipeline.jobs`."""
     return PRIORITY[wildcards.paper, wildcards.sweep, wildcards.point]
 
 
@@ -124,36 +124,36 @@ def priority_of_start(wildcards):
 
 def minutes_of_run(wildcards, attempt):
     """What a run asks a cluster for; no more than config/config.yaml allows."""
-    return asked.minutes(point_of(wildcards).scene.work, attempt, LONGEST)
+    return jobs.minutes(point_of(wildcards).scene.work, attempt, LONGEST)
 
 
 def memory_of_run(wildcards, attempt):
     """The same, in MB."""
-    return asked.megabytes(point_of(wildcards).scene.beads, attempt)
+    return jobs.megabytes(point_of(wildcards).scene.beads, attempt)
 
 
 def batch_of_run(wildcards):
     """Short runs are submitted together; not those that wait for others, which may be among them."""
     scene, batch = point_of(wildcards).scene, None
     if not sweep_of(wildcards).derived:
-        batch = asked.batch(scene.work)
+        batch = jobs.batch(scene.work)
     return f"{batch}_runs" if batch else None
 
 
 def minutes_of_start(wildcards, attempt):
     """What a start asks a cluster for."""
     scene = first_with_start(wildcards)[1].scene
-    return asked.minutes(asked.start_bead_steps(scene), attempt, LONGEST)
+    return jobs.minutes(jobs.start_bead_steps(scene), attempt, LONGEST)
 
 
 def memory_of_start(wildcards, attempt):
     """The same, in MB."""
-    return asked.megabytes(first_with_start(wildcards)[1].scene.beads, attempt)
+    return jobs.megabytes(first_with_start(wildcards)[1].scene.beads, attempt)
 
 
 def batch_of_start(wildcards):
     """Short starts are submitted together."""
-    batch = asked.batch(asked.start_bead_steps(first_with_start(wildcards)[1].scene))
+    batch = jobs.batch(jobs.start_bead_steps(first_with_start(wildcards)[1].scene))
     return f"{batch}_starts" if batch else None
 
 

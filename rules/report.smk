@@ -5,7 +5,7 @@
 
 rule join_verdicts:
     input:
-        made_from.verdicts_of(OUT, REPORTED.values()),
+        jobs.verdicts_of(OUT, REPORTED.values()),
     output:
         table=report(update(VERDICTS), category="verdicts"),
         stamp=touch(STAMPS[0]),
@@ -18,7 +18,7 @@ rule join_verdicts:
 
 rule write_report:
     input:
-        made_from.page_sources(OUT, REPORTED.values()),
+        jobs.page_sources(OUT, REPORTED.values()),
         archived=archived_verdicts(),
     output:
         page=update(REPORT),

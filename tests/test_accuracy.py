@@ -180,11 +180,7 @@ def test_recommendations_are_what_auto_reads(tmp_path, monkeypatch):
         data.to_netcdf(tmp_path / f"{system}_accuracy.nc", engine="netcdf4")
     (tmp_path / "schemes.yaml").write_text(recommendations(tmp_path))
     monkeypatch.setattr(automatic, "TABLE", tmp_path / "schemes.yaml")
-    automatic.table.cache_clear()
-    try:
-        scene = Scene(SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.003}})
-    finally:
-        automatic.table.cache_clear()
+    scene = Scene(SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.003}})
     best = choices(data)[-1]
     assert (best.tolerance, best.scheme) == (0.003, "aboba")
     assert guess(scene) == Integrator(scheme="aboba", dt=0.04)

@@ -15,9 +15,9 @@ from dpd import files
 from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
-from dpd.pipeline.kept import last_configuration
-from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.pipeline.sweep import described_axes, unfold
+from dpd.runs.result import last_configuration
+from dpd.runs.run import Options, simulate
 from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
@@ -324,7 +324,7 @@ def work(folder):
     """A scene in the working folder, and the finished run of it."""
     Path("melt.yaml").write_text(yaml.safe_dump(MELT))
     scene = Scene(MELT)
-    simulate(scene, "run.nc", make_start(scene), RunSettings(keep=True))
+    simulate(scene, "run.nc", make_start(scene), Options(own=True))
     return folder
 
 

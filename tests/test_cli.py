@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from dpd.commands import parser
+from dpd.commands import main
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read, read_group
@@ -167,10 +167,10 @@ class Declared:
 
 def test_each_stage_is_found_without_the_modules_of_others():
     """The table of stages is that of the modules; files that are no stages serve those."""
-    folder = Path(parser.__file__).parent
-    others = {"__init__", "main", "options", "parser"}
-    assert {path.stem for path in folder.glob("*.py")} == parser.GROUPS.keys() | others
-    for group, stages in parser.GROUPS.items():
+    folder = Path(main.__file__).parent
+    others = {"__init__", "main", "options"}
+    assert {path.stem for path in folder.glob("*.py")} == main.GROUPS.keys() | others
+    for group, stages in main.GROUPS.items():
         declared = Declared()
         import_module(f"dpd.commands.{group}").add_to(declared)
         assert declared.names == stages

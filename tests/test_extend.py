@@ -21,10 +21,10 @@ from dpd.observe import observables
 from dpd.observe.common.blocks import Blocks
 from dpd.observe.common.multitau import MultipleTau
 from dpd.page import Observable, names
-from dpd.pipeline import probing
-from dpd.pipeline.extend import Extension, extend, longer
-from dpd.pipeline.kept import STATE, go_on_from, read_former
-from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.runs import auto as probing
+from dpd.runs.extend import extend, longer
+from dpd.runs.result import STATE, checkpoint_path, go_on_from, read_former
+from dpd.runs.run import Options, simulate
 from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -143,7 +143,7 @@ def sampled(data, sample):
 def run(data, path, **settings):
     """A run of a scene that keeps its state."""
     scene = Scene(data)
-    simulate(scene, path, make_start(scene), RunSettings(keep=True, **settings))
+    simulate(scene, path, make_start(scene), Options(own=True, **settings))
     return path
 
 
@@ -171,7 +171,7 @@ def test_longer_is_as_planned_that_long(tmp_path, case):
     whole = run(data, tmp_path / "whole.nc")
     part = run(sampled(data, sample), tmp_path / "part.nc")
     more = Scene(data).steps.sample - sample
-    extend(Extension(part, more, tmp_path / "longer.nc", threads))
+    extend(part, more, tmp_path / "longer.nc", threads)
     assert_same(whole, tmp_path / "longer.nc")
     assert read_former(part).scene.steps.sample == sample  # it stays as it was
 
@@ -181,7 +181,7 @@ def test_longer_again_and_again(tmp_path):
     whole = run(IN_PLANE, tmp_path / "whole.nc")
     part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
     for more in (1, 99, 37, 463):
-        extend(Extension(part, more, part))
+        extend(part, more, part)
     assert_same(whole, part)
     names = ["part.gsd", "part.nc", "whole.gsd", "whole.nc"]
     assert [path.name for path in sorted(tmp_path.iterdir())] == names
@@ -200,11 +200,11 @@ def test_a_trajectory_that_is_gone(tmp_path):
     ):
         change()
         with pytest.raises(UserError, match=words):
-            extend(Extension(part, 100, tmp_path / "longer.nc"))
+            extend(part, 100, tmp_path / "longer.nc")
         assert part.read_bytes() == before and not (tmp_path / "longer.nc").exists()
     trajectory.write_bytes(frames)
     for path in (tmp_path / "longer.nc", part):
-        extend(Extension(part, 600, path))
+        extend(part, 600, path)
     assert_same(run(IN_PLANE, tmp_path / "whole.nc"), tmp_path / "longer.nc")
     assert_same(tmp_path / "whole.nc", part)
 
@@ -277,7 +277,7 @@ def test_a_run_that_keeps_its_state_measures_the_same(tmp_path):
 def test_a_scene_may_say_whether_it_is_kept(tmp_path, asked, usual):
     """Whoever runs it."""
     scene = Scene(sampled(FLUID, 20) | {"keep_state": asked})
-    simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(keep=usual))
+    simulate(scene, tmp_path / "run.nc", make_start(scene), Options(own=usual))
     assert bool(files.read_group(tmp_path / "run.nc", STATE)) is asked
     assert ("last_position" in files.read(tmp_path / "run.nc")[0]) is asked
 
@@ -305,7 +305,7 @@ def test_a_length_in_tau(tmp_path):
     """Steps are added to those that the time makes."""
     scene = {key: value for key, value in FLUID.items() if key != "steps"}
     part = run(scene | {"duration": {"equilibrate": 0.8, "sample": 4}}, tmp_path / "part.nc")
-    extend(Extension(part, 33, part))
+    extend(part, 33, part)
     assert files.attribute(part, "steps") == 20 + 100 + 33
     whole = run(merge(FLUID, {"steps": {"sample": 133}}), tmp_path / "whole.nc")
     for name, values in files.read(whole)[0].items():
@@ -319,9 +319,9 @@ def test_the_scheme_that_was_chosen_stays(tmp_path, monkeypatch):
     state = make_start(scene)
     settled = probing.settle(scene, state)
     part = tmp_path / "part.nc"
-    simulate(settled, part, state, RunSettings(keep=True))
+    simulate(settled, part, state, Options(own=True))
     monkeypatch.setattr(probing, "settle", None)
-    extend(Extension(part, 40, part))
+    extend(part, 40, part)
     attributes = files.read(part)[1]
     assert attributes["chosen"] == settled.chosen["said"]
     assert json.loads(attributes["scene"])["integrator"] == settled.data["integrator"]
@@ -330,11 +330,11 @@ def test_the_scheme_that_was_chosen_stays(tmp_path, monkeypatch):
 def test_other_sources_are_said(tmp_path, capsys):
     """And the run goes on."""
     part = run(sampled(FLUID, 20), tmp_path / "part.nc")
-    extend(Extension(part, 20, part))
+    extend(part, 20, part)
     assert "sources" not in capsys.readouterr().err
     with netCDF4.Dataset(part, "a") as file:
         file.sources = "0" * 12
-    extend(Extension(part, 20, part))
+    extend(part, 20, part)
     assert "made by other sources than today's" in capsys.readouterr().err
 
 
@@ -425,8 +425,8 @@ def test_killed_between_the_result_and_the_end(finished, dpd):
             raise Enough
 
     with pytest.raises(Enough):
-        settings = RunSettings(checkpoint, 0, keep=True, progress=stop, former=former.observers)
-        simulate(scene, finished, former.state, settings)
+        own = Options(every_seconds=0, own=True)
+        simulate(scene, finished, former.state, own, stop, former=former.observers)
     left = checkpoint.read_bytes()
     assert dpd("extend", "run.nc", "--sample", 50)[0] == 0
     checkpoint.write_bytes(left)
@@ -473,7 +473,7 @@ def test_a_run_that_keeps_no_state(finished, dpd):
 def test_a_run_that_was_lost(finished, dpd):
     """It is over."""
     scene = Scene(FLUID | {"unstable": "record", "integrator": {"scheme": "gw-vv", "dt": 2}})
-    simulate(scene, finished, make_start(scene), RunSettings(keep=True))
+    simulate(scene, finished, make_start(scene), Options(own=True))
     assert files.attribute(finished, "lost_step") >= 0
     refused(dpd, "was lost at step", "smaller dt")
 
@@ -552,7 +552,7 @@ def test_another_scene_than_its_state(finished, dpd):
     data["molecules"] = [{"architecture": "A", "count": 7}]
     with netCDF4.Dataset(finished, "a") as file:
         file.scene = json.dumps(data)
-    refused(dpd, "cannot be right")
+    refused(dpd, "made by another version")
 
 
 @pytest.mark.parametrize("more", ["0", "-1", "1.5", "x", "1e5", str(10**13)])

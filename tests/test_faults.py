@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from dpd.pipeline import beginning, running
+from dpd.runs import run as running
 from tests.conftest import SCENE
 
 POINT = ("smoke", "groot_warren_1997", "fluid", "replica=0")
@@ -283,7 +283,7 @@ def test_files_that_are_no_scenes(folder, dpd, name):
 
 def test_more_beads_than_memory(folder, dpd, monkeypatch):
     """Before they are placed: the system would kill the process later."""
-    monkeypatch.setattr(beginning, "make_start", None)
+    monkeypatch.setattr(running, "make_start", None)
     scene = SCENE | {"box": 100}
     Path("scene.yaml").write_text(yaml.safe_dump(scene))
     sizes = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**16}
@@ -341,7 +341,7 @@ EVERY_PLACE = list(places(FULL))
 
 def test_the_full_scene_is_good(folder, dpd, monkeypatch):
     """What is changed in the next test is a scene that runs."""
-    monkeypatch.setattr(running, "_run", lambda order, checkpoint, report: {})
+    monkeypatch.setattr(running, "_run", lambda *given: {})
     Path("scene.yaml").write_text(yaml.safe_dump(FULL))
     assert dpd("run", "scene.yaml", "-o", "run.nc") == (0, "")
 
@@ -350,7 +350,7 @@ def test_the_full_scene_is_good(folder, dpd, monkeypatch):
 @pytest.mark.parametrize("place", EVERY_PLACE, ids=lambda place: ".".join(map(str, place)))
 def test_a_value_that_is_hostile_is_refused_or_taken(folder, dpd, place, monkeypatch):
     """In every place of a scene: a sentence, or a scene that could run."""
-    monkeypatch.setattr(running, "_run", lambda order, checkpoint, report: {})
+    monkeypatch.setattr(running, "_run", lambda *given: {})
     refused = 0
     for value in HOSTILE:
         Path("scene.yaml").write_text(yaml.safe_dump(changed(FULL, place, value)))

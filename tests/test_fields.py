@@ -11,7 +11,7 @@ from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.particles.fields import Fields, fields_of, read_fields
 from dpd.particles.image_data import write_image
-from dpd.pipeline.simulate import simulate
+from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 

@@ -8,8 +8,12 @@ import sys
 from itertools import chain
 
 import pytest
+import yaml
 
 from dpd.digest import PACKAGE, ROOT
+from tests.conftest import SCENE
+
+MOST_OF_A_RUN = 91  # modules that `dpd run` imports
 
 # From the top. A room may import itself and what stands in lower rows, not its neighbours in a row.
 ORDER = (
@@ -17,6 +21,7 @@ ORDER = (
     ("commands",),
     ("api", "report"),
     ("pipeline",),
+    ("runs",),
     ("analysis", "start", "observe"),
     ("particles",),
     ("stages",),
@@ -24,10 +29,9 @@ ORDER = (
     ("physics",),
     ("sentences",),
     ("jit", "own"),
-    ("compiling", "lazy_parts"),
-    ("numba_settings",),
-    ("files", "interrupts", "page", "sources"),
-    ("arguments", "digest", "drafts", "errors", "progress", "streams", "theory"),
+    ("lazy_parts",),
+    ("files", "page", "sources"),
+    ("arguments", "digest", "errors", "progress", "theory"),
     ("laws",),
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
@@ -103,6 +107,24 @@ def test_a_plan_needs_no_numba():
     assert not {"numba", "xarray", "matplotlib"} & set(done.stdout.split())
 
 
+def test_a_run_imports_few_modules(tmp_path):
+    """What a fluid needs, and no more: whoever reads how it runs reads these."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(yaml.safe_dump(SCENE))
+    program = (
+        "import os, sys; end = os._exit; "
+        "os._exit = lambda code: (print(*sys.modules, flush=True), end(code)); "
+        "from dpd.__main__ import command; command()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, "run", scene, "-o", tmp_path / "run.nc"],
+        capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+    found = [name for name in done.stdout.split() if name == "dpd" or name.startswith("dpd.")]
+    assert len(found) <= MOST_OF_A_RUN, sorted(found)
+
+
 @pytest.mark.parametrize(
     "first", [("numba", "dpd.physics.common.forces"), ("dpd.physics.common.forces", "numba")]
 )
@@ -124,7 +146,7 @@ def test_of_the_pipeline_a_report_knows_papers_and_paths():
     rooms = [module for module in MODULES if room_of(module) == "report"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    names = ("made_from", "paths", "sections", "study", "sweep", "theory")
+    names = ("jobs", "paths", "sections", "study", "sweep", "theory")
     assert known == {f"pipeline.{name}" for name in names}
 
 

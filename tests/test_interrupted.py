@@ -16,7 +16,6 @@ from dpd.digest import ROOT, cache_folder
 from dpd.engine import threads
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.streams import Steady
 from tests.conftest import SCENE
 from tests.test_faults import POINT
 
@@ -116,18 +115,16 @@ def test_a_signal_that_comes_twice_at_once_is_one(here):
 
 
 @pytest.mark.thorough
-def test_a_second_interrupt_ends_a_run_in_its_kernel(here):
-    """At once, with no lock left."""
+def test_a_second_interrupt_ends_a_run(here):
+    """Once its kernel returns, with the state of the step there or without, and no lock."""
     with begin("run", "large.yaml", "-o", "run.nc") as process:
         wait_for(at_work)
         time.sleep(1)
-        process.send_signal(signal.SIGINT)
-        time.sleep(0.8)
-        sent = time.monotonic()
-        process.send_signal(signal.SIGINT)
+        for _ in range(2):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.8)
         errors = process.communicate(timeout=60)[1]
-    assert process.returncode == 130 and time.monotonic() - sent < 1
-    assert errors in ("error: interrupted\n", "") or "stopped at step" in errors
+    assert process.returncode == 130 and errors.splitlines()[-1].startswith("error: ")
     assert made() in ([], ["run.checkpoint"])
 
 
@@ -208,14 +205,15 @@ NOBODY = {
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", NOBODY)
-def test_a_summary_that_nobody_reads_is_no_failure(here, name):
-    """The result is there and whole, and the exit code 0."""
+def test_a_summary_that_nobody_reads_costs_no_result(here, name):
+    """It is there and whole; the exit code is 0, but for a full disk that lost the summary."""
     command = f"{sys.executable} -m dpd run scene.yaml -o run.nc {NOBODY[name]}"
     done = subprocess.run(
         ["bash", "-c", f"{command}; exit ${{PIPESTATUS[0]}}"], env=ENVIRONMENT, check=False,
         capture_output=True, text=True,
     )  # fmt: skip
-    assert done.returncode == 0 and done.stderr == "", done.stderr
+    full = name == "output full"
+    assert done.returncode == full and ("No space left" in done.stderr) == full, done.stderr
     assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 50
 
 
@@ -227,26 +225,8 @@ def test_what_is_only_printed_is_a_failure_if_it_cannot_be(here, where):
         ["bash", "-c", f"{command}; exit ${{PIPESTATUS[0]}}"], env=ENVIRONMENT, check=False,
         capture_output=True, text=True,
     )  # fmt: skip
-    said = "error: standard output: cannot be written (No space left on device)\n"
+    said = "error: No space left on device\n"
     assert (done.returncode, done.stderr) == ((1, said) if "full" in where else (0, ""))
-
-
-def test_text_that_cannot_be_printed(tmp_path):
-    """A stream is silent from then on, and knows why."""
-    with open("/dev/full", "w") as full, open(tmp_path / "text", "w") as good:
-        for stream, number in ((full, 28), (good, None)):
-            steady = Steady(stream)
-            print(os.fsdecode(b"a name \xff"), "x" * 100_000, file=steady)
-            steady.flush()
-            assert getattr(steady.problem, "errno", None) == number
-    assert (tmp_path / "text").read_text().startswith(r"a name \udcff x")
-
-
-def test_names_give_no_commands_to_a_terminal(tmp_path):
-    """They are shown; ends of lines, and the letters of all languages, are as they are."""
-    with open(tmp_path / "text", "w") as file:
-        print("a\tname\r\n\x1b[31m\x07\x9b\xe9", file=Steady(file))
-    assert (tmp_path / "text").read_bytes().decode() == "a\tname\r\n\\x1b[31m\\x07\\x9b\xe9\n"
 
 
 def test_threads_that_cannot_be_started(monkeypatch):

@@ -11,7 +11,7 @@ import pytest
 from dpd.digest import PACKAGE
 
 DOUBLE = """
-import dpd.numba_settings
+import dpd.jit
 from dpd.jit import kernel
 
 @kernel()
@@ -95,7 +95,7 @@ def test_a_file_of_other_arguments_is_not_used(python, tmp_path):
 
 
 WATCH = """
-from dpd.compiling import COMPILING
+from dpd.jit import COMPILING
 said = []
 COMPILING.tell = said.append
 from double import double

@@ -5,7 +5,7 @@ import ast
 from dpd.digest import PACKAGE
 from dpd.page import Observable, Term, names
 
-ROOMS = ("api", "commands", "engine", "files.py", "page", "pipeline", "scene", "start")
+ROOMS = ("api", "commands", "engine", "files.py", "page", "pipeline", "runs", "scene", "start")
 KEYS = {*names(Term), *names(Observable)}
 # What every scene has, its repulsion, thermostat and integrator, is known to all. The rest is to
 # become less: where a file knows a page that does not stand here, give pages a hook.
@@ -17,9 +17,8 @@ KNOWN = {
     "engine/sampling.py": {"walls"},  # sums
     "engine/step.py": {"bonds"},
     "pipeline/sections.py": {"pressure"},  # variables of results
-    "pipeline/sight.py": {"pressure"},
-    "pipeline/simulate.py": {"pressure"},
-    "pipeline/status_text.py": {"pressure"},
+    "pipeline/status.py": {"pressure"},
+    "runs/run.py": {"pressure"},
     "scene/sections.py": {"thermo"},  # the observable of a scene that names none
     "start/common/make.py": {"pair"},  # a field of the engine's system
 }

@@ -13,7 +13,7 @@ from dpd.analysis.statistics import mean_and_error
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
 from dpd.particles.formats import write
-from dpd.pipeline.kept import last_configuration
+from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 

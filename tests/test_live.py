@@ -3,13 +3,14 @@
 import json
 import os
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import dpd
 from dpd.files import read, read_group
-from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 
@@ -82,16 +83,14 @@ def test_what_was_set_is_the_schedule(tmp_path, monkeypatch):
 def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, stop):
     """Where values change, and in between."""
     scene = Scene(CHAINS | {"schedule": SCHEDULE})
-    simulate(scene, tmp_path / "whole.nc", make_start(scene), RunSettings(keep=True))
+    simulate(scene, tmp_path / "whole.nc", make_start(scene), Options(own=True))
     at = []
-    half = RunSettings(
-        checkpoint_path(tmp_path / "run.nc"), keep=True, progress=at.append,
-        stopping=lambda: at[-1] >= stop,
-    )  # fmt: skip
+    own = Options(every_seconds=60, own=True)
     with pytest.raises(dpd.UserError, match=f"stopped at step {stop}"):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), half)
-    rest = RunSettings(checkpoint_path(tmp_path / "run.nc"), keep=True, threads=2)
-    simulate(scene, tmp_path / "run.nc", make_start(scene), rest)
+        simulate(
+            scene, tmp_path / "run.nc", make_start(scene), own, at.append, lambda: at[-1] >= stop
+        )
+    simulate(scene, tmp_path / "run.nc", make_start(scene), replace(own, threads=2))
     assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
 
 
@@ -217,17 +216,11 @@ def test_all_kinds_of_systems(tmp_path, change):
     ]
     whole = CHAINS | change | {"schedule": schedule}
     scene = Scene(whole)
-    simulate(scene, tmp_path / "whole.nc", make_start(scene), RunSettings(keep=True))
-    at = []
-    half = RunSettings(
-        checkpoint_path(tmp_path / "run.nc"), keep=True, progress=at.append, stopping=lambda: True
-    )
+    simulate(scene, tmp_path / "whole.nc", make_start(scene), Options(own=True))
+    own = Options(every_seconds=60, own=True)
     with pytest.raises(dpd.UserError, match="stopped at step"):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), half)
-    simulate(
-        scene, tmp_path / "run.nc", make_start(scene),
-        RunSettings(checkpoint_path(tmp_path / "run.nc"), keep=True),
-    )  # fmt: skip
+        simulate(scene, tmp_path / "run.nc", make_start(scene), own, stopping=lambda: 15)
+    simulate(scene, tmp_path / "run.nc", make_start(scene), own)
     assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
     plain, same = (dpd.Simulation(CHAINS | change, progress=False) for _ in range(2))
     for sim in (plain, same):

@@ -11,7 +11,7 @@ from dpd.laws import stretched_share
 from dpd.observe import observables
 from dpd.observe.common.stretch import stretched
 from dpd.physics.bond import BondLaw
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -80,8 +80,7 @@ def test_a_run_whose_bonds_grow_too_long_ends_without_a_result(unchecked, tmp_pa
     """It says at which step and what to do."""
     scene = Scene(DIMERS | change, "my.yaml")
     with pytest.raises(UserError) as caught:
-        settings = RunSettings(tmp_path / "run.checkpoint")
-        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+        simulate(scene, tmp_path / "run.nc", make_start(scene), Options(every_seconds=60))
     for part in ("my.yaml: ", "by step", "48% of an edge", "larger box"):
         assert part in str(caught.value)
     assert not (tmp_path / "run.nc").exists()

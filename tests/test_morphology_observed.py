@@ -13,7 +13,7 @@ from dpd.observe import observables
 from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers
 from dpd.pipeline.plan import sizes_of
-from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -308,21 +308,16 @@ def test_threads_and_kills_leave_the_bits(name, tmp_path):
     expected, _ = read(whole)
     for threads in (2, 4):
         other = tmp_path / f"{threads}.nc"
-        simulate(scene, other, make_start(scene), RunSettings(threads=threads))
+        simulate(scene, other, make_start(scene), Options(threads=threads))
         assert same(read(other)[0], expected)
     path = tmp_path / "run.nc"
     done = []
-    settings = RunSettings(
-        checkpoint=checkpoint_path(path), every_seconds=0, progress=done.append,
-        stopping=lambda: done[-1] > 30,
-    )  # fmt: skip
+    kept = Options(every_seconds=0)
     with pytest.raises(UserError, match="stopped at step"):
-        simulate(scene, path, make_start(scene), settings)
+        simulate(scene, path, make_start(scene), kept, done.append, lambda: done[-1] > 30)
     said, done = [], []
-    settings = RunSettings(
-        checkpoint=checkpoint_path(path), progress=done.append, say=lambda text: said.append(text)
-    )
-    simulate(scene, path, make_start(scene), settings)
+    settings = Options(every_seconds=60, say=said.append)
+    simulate(scene, path, make_start(scene), settings, done.append)
     assert not any(said) and done[0] > 30  # it went on, and did not begin again
     assert same(read(path)[0], expected)
 

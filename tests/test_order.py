@@ -7,7 +7,7 @@ import yaml
 
 import dpd.pipeline.study as module
 from dpd.errors import UserError
-from dpd.pipeline.order import priorities
+from dpd.pipeline.jobs import priorities
 from dpd.pipeline.study import CONFIG, read_paper, read_study, studies
 
 

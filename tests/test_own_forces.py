@@ -11,7 +11,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.jit import COMPILES
-from dpd.pipeline.simulate import is_made
+from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.test_own_pages import command

@@ -18,7 +18,7 @@ from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.page import Observable
-from dpd.pipeline.simulate import is_made
+from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
 

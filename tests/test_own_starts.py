@@ -12,8 +12,8 @@ import dpd
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.pipeline.resources import start_bead_steps
-from dpd.pipeline.simulate import is_made
+from dpd.pipeline.jobs import start_bead_steps
+from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest, start_is_shared
 from dpd.start.common.files import read_start, write_start

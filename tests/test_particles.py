@@ -11,7 +11,7 @@ import pytest
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import write_start
 from dpd.start.common.make import make_start
@@ -226,9 +226,10 @@ def write_each_kind(folder):
     write_start(scene, folder / "start.nc")
     with pytest.raises(UserError, match="stopped"):
         simulate(
-            scene, folder / "stopped.nc", make_start(scene),
-            RunSettings(folder / "run.checkpoint", stopping=lambda: True),
+            scene, folder / "stopped.nc", make_start(scene), Options(every_seconds=60),
+            stopping=lambda: 15,
         )  # fmt: skip
+    (folder / "stopped.checkpoint").rename(folder / "run.checkpoint")
 
 
 def test_files_of_this_program(tmp_path):

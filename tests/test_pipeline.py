@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 from numba.core.caching import UserProvidedCacheLocator
 
-import dpd.numba_settings  # noqa: F401  says where kernels are kept
+import dpd.jit  # noqa: F401  says where kernels are kept
 from dpd.analysis.collect import first_scene
 from dpd.analysis.published import published
 from dpd.analysis.verdicts import COLUMNS

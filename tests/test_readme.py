@@ -13,7 +13,7 @@ from snakemake.cli import get_argument_parser
 
 from dpd import __version__
 from dpd.analysis.verdicts import COLUMNS
-from dpd.commands.parser import new_parser
+from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paths import Results

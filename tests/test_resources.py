@@ -3,7 +3,7 @@
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.resources import BATCHES, batch, megabytes, minutes, start_bead_steps
+from dpd.pipeline.jobs import BATCHES, batch, megabytes, minutes, start_bead_steps
 from dpd.pipeline.study import read_config, read_paper
 from dpd.scene.scene import Scene
 from tests.conftest import SCENE

@@ -15,8 +15,8 @@ from dpd.page import Change, Observable, find, names
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
 from dpd.physics.shear import Shear
-from dpd.pipeline.extend import Extension, extend
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.extend import extend
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start, system_of
@@ -245,7 +245,7 @@ def sheared(tmp_path_factory):
     """A run under shear that keeps its end, with images that have slid."""
     path = tmp_path_factory.mktemp("sheared") / "run.nc"
     scene = Scene(FLUID)
-    simulate(scene, path, make_start(scene), RunSettings(keep=True))
+    simulate(scene, path, make_start(scene), Options(own=True))
     return scene, path
 
 
@@ -306,10 +306,10 @@ def test_a_sheared_run_made_longer_is_one_that_was_planned_that_long(sheared, tm
     _, path = sheared
     data = FLUID | {"start": {"method": "file", "path": str(path)}, "seed": 4}
     short, whole = Scene(data), Scene(data | {"steps": {"equilibrate": 20, "sample": 200}})
-    keep = RunSettings(keep=True)
+    keep = Options(own=True)
     simulate(short, tmp_path / "run.nc", make_start(short), keep)
     simulate(whole, tmp_path / "whole.nc", make_start(whole), keep)
-    extend(Extension(tmp_path / "run.nc", 90, tmp_path / "run.nc", threads=2))
+    extend(tmp_path / "run.nc", 90, tmp_path / "run.nc", threads=2)
     found, expected = (xr.open_dataset(tmp_path / name) for name in ("run.nc", "whole.nc"))
     assert set(found.variables) == set(expected.variables)
     for name in expected.variables:

@@ -9,10 +9,9 @@ from dpd.errors import UserError
 from dpd.observe.common.measured import Measured
 from dpd.observe.displacement import Displacement
 from dpd.particles.formats import read, write
-from dpd.pipeline.kept import last_configuration
-from dpd.pipeline.probing import thermostat_time
-from dpd.pipeline.sight import _temperature_of
 from dpd.report.captions import sweep_line
+from dpd.runs.auto import thermostat_time
+from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.test_captions import swept
@@ -213,12 +212,3 @@ def test_displacements_are_those_of_centres_of_mass():
     found = observer.variables()["msd_centre"][1][0]
     np.testing.assert_allclose(found[0], (0.8 / 4 - 0.8 / 8) ** 2, rtol=1e-12)
     np.testing.assert_allclose(found[1:], (0.8 / 8) ** 2, rtol=1e-12)
-
-
-def test_a_checkpoint_shows_the_temperature_with_masses():
-    """2 <m (v - V)^2> of two beads, in three dimensions alike; nothing without their scene."""
-    stored = {"velocity": np.tile([1.0, 2.0], (3, 1)), "species": np.array([1, 0], np.uint8)}
-    stored |= {"position": np.zeros((3, 2)), "identity": np.arange(2, dtype=np.uint32)}
-    kT = _temperature_of(stored, Scene(BLEND))  # V = 1.2
-    assert kT == pytest.approx(2 * (4 * 0.2**2 + 1 * 0.8**2) / 2)
-    assert np.isnan(_temperature_of(stored, None))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.run import simulate
 from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_is_shared
@@ -93,7 +93,7 @@ def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     scene = Scene(FLUID)
     write_start(scene, tmp_path / "start.nc")
     begun = time.perf_counter() - 100  # as if its start had taken that long
-    simulate(scene, tmp_path / "own.nc", make_start(scene), RunSettings(begun=begun))
+    simulate(scene, tmp_path / "own.nc", make_start(scene), begun=begun)
     whole = time.perf_counter() - begun
     simulate(scene, tmp_path / "read.nc", read_start(scene, tmp_path / "start.nc"))
     (own, told), (read, _) = (files.read(tmp_path / name) for name in ("own.nc", "read.nc"))

@@ -23,8 +23,8 @@ from dpd.errors import Stopped, UserError
 from dpd.files import check_room
 from dpd.observe import observables
 from dpd.pipeline.plan import as_text, measured_speed, plan
-from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.pipeline.study import Paper, read_paper
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -129,12 +129,14 @@ def test_a_run_that_fails_names_its_own_last_state_alone(tmp_path):
     Checkpoint(path, KEY).save(*new_run())
     scene = Scene(SCENE | {"integrator": {"scheme": "gw-vv", "dt": 5}})
     with pytest.raises(UserError, match="blew up") as caught:
-        simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(path))
+        simulate(scene, tmp_path / "run.nc", make_start(scene), Options(every_seconds=60))
     assert "last good state" not in str(caught.value)
     scene = Scene(SCENE)
     with pytest.raises(Stopped, match=r"last good state is in .*run\.checkpoint"):
-        settings = RunSettings(path, stopping=lambda: True)
-        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+        simulate(
+            scene, tmp_path / "run.nc", make_start(scene), Options(every_seconds=60),
+            stopping=lambda: 15,
+        )  # fmt: skip
 
 
 def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatch):

@@ -10,8 +10,8 @@ from dpd.engine.state import State
 from dpd.observe.common.measured import MeasuredSums
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.observe.thermo import Thermo
-from dpd.pipeline.extend import Extension, extend
-from dpd.pipeline.simulate import simulate
+from dpd.runs.extend import extend
+from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -91,7 +91,7 @@ def test_a_lone_bead_in_a_closed_box_has_none(tmp_path):
     assert np.isnan(thermal_kT(one, lambda *place: 0, samples=1)).all()
     run = tmp_path / "run.nc"
     dpd.run(FLUID | one | {"steps": {"sample": 100}}, output=run, progress=False)
-    extend(Extension(run, 50, run))
+    extend(run, 50, run)
     assert np.isnan(dpd.load(run).kT).all() and len(dpd.load(run).kT) == 75
 
 

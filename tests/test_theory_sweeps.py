@@ -13,8 +13,7 @@ from dpd.errors import UserError
 from dpd.pipeline import calculate as module
 from dpd.pipeline.calculate import calculate
 from dpd.pipeline.derived import resolved, write_derived
-from dpd.pipeline.jobs import jobs_of
-from dpd.pipeline.made_from import page_sources
+from dpd.pipeline.jobs import page_sources
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.sections import ARGUMENTS
@@ -257,8 +256,6 @@ def test_plan_and_status_know_the_sweep():
     assert 0 < row["core_hours"] < 1
     assert " - " in as_text([row], 2)
     results = Results("nowhere")
-    jobs = jobs_of([paper], results, "", [], ())
-    assert ("theory", "mine fluids") in [(job.kind, job.name) for job in jobs]
     assert "nowhere/mine/sweeps/fluids.nc" in page_sources(results, [paper])
 
 

@@ -32,7 +32,7 @@ from dpd.particles import trajectory_file
 from dpd.particles.formats import read as read_particles
 from dpd.particles.formats import write as write_particles
 from dpd.pipeline.plan import sizes_of
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.sources import file_of, reachable
 from dpd.stages import STAGES, unused
@@ -136,18 +136,14 @@ def test_a_run_that_was_killed_leaves_the_same_file(tmp_path, every):
     simulate(scene, whole / "run.nc", make_start(scene))
     rng, stops = random.Random(every), 0
     for _ in range(8):
-        settings = RunSettings(
-            killed / "run.checkpoint",
-            every_seconds=rng.choice([0, 1e9]),
-            progress=kill_after(rng.randrange(1, 610)),
-        )
+        settings, kill = Options(every_seconds=rng.choice([0, 1e9])), rng.randrange(1, 610)
         try:
-            simulate(scene, killed / "run.nc", make_start(scene), settings)
+            simulate(scene, killed / "run.nc", make_start(scene), settings, kill_after(kill))
         except Killed:
             stops += 1
             assert not (killed / "run.gsd").exists()
     assert stops
-    simulate(scene, killed / "run.nc", make_start(scene), RunSettings(killed / "run.checkpoint"))
+    simulate(scene, killed / "run.nc", make_start(scene), Options(every_seconds=60))
     assert (killed / "run.gsd").read_bytes() == (whole / "run.gsd").read_bytes()
     assert sorted(os.listdir(killed)) == ["run.gsd", "run.nc"]
     with gsd.hoomd.open(killed / "run.gsd") as file:
@@ -198,10 +194,10 @@ def test_a_run_that_is_stopped_can_be_looked_at(tmp_path):
     scene = watched(4, CHAINS)
     simulate(scene, tmp_path / "run.nc", make_start(scene))
     former = (tmp_path / "run.gsd").read_bytes()
-    settings = RunSettings(tmp_path / "run.checkpoint", stopping=lambda: True)
+    settings = Options(every_seconds=60)
     for _ in range(5):
         with pytest.raises(UserError, match="stopped at step") as stopped:
-            simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+            simulate(scene, tmp_path / "run.nc", make_start(scene), settings, stopping=lambda: 15)
         with gsd.hoomd.open(tmp_path / "run.unfinished.gsd") as file:
             step = int(re.search(r"step (\d+)", str(stopped.value))[1])
             assert len(file) == (step - 10) // 4 > 0
@@ -261,11 +257,11 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path, case):
     """The run says so and starts anew, to the same bits; or somebody else's file stays."""
     scene, said = watched(4, CHAINS), []
     simulate(scene, tmp_path / "whole.nc", make_start(scene))
-    settings = RunSettings(tmp_path / "run.checkpoint", 0.0, progress=kill_after(500))
+    settings = Options(every_seconds=0.0)
     with pytest.raises(Killed):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_after(500))
     WRONG[case](tmp_path / "run.unfinished.gsd")
-    settings = RunSettings(tmp_path / "run.checkpoint", say=said.append)
+    settings = Options(every_seconds=60, say=said.append)
     if case == "random":
         with pytest.raises(UserError, match="did not write it; move it away"):
             simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
@@ -287,8 +283,7 @@ def test_frames_that_are_lost_while_the_run_goes_on(tmp_path, monkeypatch, case)
         if done == 610:
             WRONG[case](tmp_path / "run.unfinished.gsd")
 
-    settings = RunSettings(progress=progress, say=said.append)
-    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    simulate(scene, tmp_path / "run.nc", make_start(scene), Options(say=said.append), progress)
     one, other = (read(tmp_path / f"{name}.nc")[0] for name in ("run", "whole"))
     np.testing.assert_array_equal(one["kT"], other["kT"])
     if case == "gone":
@@ -314,13 +309,13 @@ def test_frames_that_are_lost_of_a_result_that_cannot_be_written(tmp_path, monke
         if done == 610:
             WRONG[case](tmp_path / "run.unfinished.gsd")
 
-    settings = RunSettings(tmp_path / "run.checkpoint", progress=progress, say=said.append)
+    settings = Options(every_seconds=60, say=said.append)
     with monkeypatch.context() as patch:
         patch.setattr(files, "write", Mock(side_effect=UserError("no room")))
         with pytest.raises(UserError, match=r"no room; its last good state is in"):
-            simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+            simulate(scene, tmp_path / "run.nc", make_start(scene), settings, progress)
     kept = unfolded(tmp_path / "run.gsd")
-    simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
+    simulate(scene, tmp_path / "run.nc", make_start(scene), settings, progress)
     said = [each for each in said if each]
     assert len(said) == 1 and re.search(r"run\.gsd: its last frames are lost: .*gsd", said[0])
     one, other = (read(tmp_path / f"{name}.nc")[0] for name in ("run", "whole"))
@@ -332,7 +327,7 @@ def test_frames_that_are_lost_of_a_result_that_cannot_be_written(tmp_path, monke
 def test_a_state_that_cannot_be_kept_at_the_end(tmp_path, monkeypatch):
     """Is said: beside the result, or with what hinders that as well."""
     scene, said = watched(4, CHAINS), []
-    settings = RunSettings(tmp_path / "run.checkpoint", say=said.append)
+    settings = Options(every_seconds=60, say=said.append)
     monkeypatch.setattr(np, "savez", Mock(side_effect=OSError(28, "No space left on device")))
     simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
     assert [each for each in said if "no checkpoint could be written (No space left" in each]
@@ -359,7 +354,7 @@ def test_molecules_are_whole_from_the_start_on(tmp_path):
         one, other = scene.bonded.T
         bonds = simulation.unfolded[:, one] - simulation.unfolded[:, other]
         assert np.sqrt((bonds**2).sum(axis=0)).max() < 1.5
-    simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(keep=True))
+    simulate(scene, tmp_path / "run.nc", make_start(scene), Options(own=True))
     result, _ = read(tmp_path / "run.nc")
     found = [sizes(frame)[0] for frame in molecules_in(tmp_path / "run.gsd")]
     assert len(found) == 3
@@ -379,10 +374,9 @@ def test_frames_hold_what_a_scene_asks_for(tmp_path):
     asked = {"every": 5, "species": ["A"], "velocities": False, "equilibration": True}
     scene = Scene(CHAINS | {"steps": {"equilibrate": 13, "sample": 12}, "observe": [
         {"trajectory": asked}, {"thermo": {"every": 4}}]})  # fmt: skip
-    settings = RunSettings(tmp_path / "run.checkpoint", 0.0, progress=kill_after(16))
+    settings = Options(every_seconds=0.0)
     with pytest.raises(Killed):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
-    settings = RunSettings(tmp_path / "run.checkpoint")
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_after(16))
     simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
     simulation, written = Simulation(system_of(scene), make_start(scene)), scene.kinds == 0
     with gsd.hoomd.open(tmp_path / "run.gsd") as file:
@@ -424,7 +418,7 @@ def test_a_disk_that_is_full_later(tmp_path, share, in_index):
     scene, said = watched(4, CHAINS), []
     simulate(scene, tmp_path / "whole.nc", make_start(scene))
     size = (tmp_path / "whole.gsd").stat().st_size
-    settings = RunSettings(tmp_path / "run.checkpoint", 0.0, say=said.append)
+    settings = Options(every_seconds=0.0, say=said.append)
     former = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * size), former[1]))
     try:

@@ -9,7 +9,7 @@ import yaml
 from MDAnalysis.analysis.msd import EinsteinMSD
 
 from dpd.files import read
-from dpd.pipeline.simulate import simulate
+from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 from tests.conftest import SCENE

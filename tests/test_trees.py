@@ -16,7 +16,7 @@ from dpd.observe.end_to_end import along_chain
 from dpd.particles.formats import read, write
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
-from dpd.pipeline.kept import last_configuration
+from dpd.runs.result import last_configuration
 from dpd.scene.architecture import MOST_BEADS, length_of, tree_of
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene

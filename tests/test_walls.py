@@ -12,7 +12,7 @@ from dpd.engine.state import State, Sums
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.particles.formats import read, write
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.systems import assert_same_state
@@ -151,7 +151,7 @@ def channel(tmp_path_factory):
     """A run between walls, with a trajectory."""
     path = tmp_path_factory.mktemp("channel") / "run.nc"
     scene = Scene(CHANNEL)
-    simulate(scene, path, make_start(scene), RunSettings(keep=True))
+    simulate(scene, path, make_start(scene), Options(own=True))
     return path
 
 

@@ -8,9 +8,9 @@ import xarray as xr
 
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.pipeline.run_warnings import FEWEST, temperature_warning
-from dpd.pipeline.simulate import RunSettings, simulate
 from dpd.report.captions import run_warnings
+from dpd.runs.run import Options, simulate
+from dpd.runs.warnings import FEWEST, temperature_warning
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 
@@ -28,7 +28,7 @@ FLUID = {
 def run(tmp_path, change):
     """Summary, variables, attributes, and what was said."""
     scene, said = Scene(FLUID | change), []
-    found = simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(say=said.append))
+    found = simulate(scene, tmp_path / "run.nc", make_start(scene), Options(say=said.append))
     return found, *read(tmp_path / "run.nc"), [sentence for sentence in said if sentence]
 
 
@@ -88,7 +88,7 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
 def test_a_warning_without_an_error_says_so(monkeypatch):
     """Where the samples are too few, or too much alike, to know it."""
     kT = np.full(2 * FEWEST, 1.27)
-    name = "dpd.pipeline.run_warnings.mean_and_error"
+    name = "dpd.runs.warnings.mean_and_error"
     monkeypatch.setattr(name, lambda kT: (kT.mean(), np.nan, 0.5))
     said = temperature_warning(Scene(FLUID), {"kT": kT})
     assert "kT is 1.27" in said and "too short a run to know its error" in said
@@ -171,5 +171,5 @@ def test_a_sentence_that_is_an_error_costs_no_result(tmp_path):
 
     scene = Scene(FLUID | {"thermostat": {"gamma": 50}})
     with pytest.raises(UserWarning, match="kT is"):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), RunSettings(say=say))
+        simulate(scene, tmp_path / "run.nc", make_start(scene), Options(say=say))
     assert "kT is" in read(tmp_path / "run.nc")[1]["warning"]

@@ -1,82 +1,46 @@
 """What arguments of commands may be: numbers with limits, refused in one sentence."""
 
-import argparse
+from __future__ import annotations
+
 import math
 import os
+import sys
+from argparse import ArgumentTypeError
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 THREADS_PER_CORE = 4  # more only wait for each other
-MOST_STEPS = 10**12
-SHORTEST_PAUSE = 0.5  # s: to look more often would slow down what is looked at
+ABOVE_ZERO, MOST = 5e-324, sys.float_info.max  # the least number, and the largest
+
+
+def number(kind: Any, low: float, high: float, allowed: str) -> Callable[[str], Any]:
+    """A converter of text to a number of a kind, from the lowest to the highest that is allowed."""
+
+    def convert(text: str) -> Any:
+        try:
+            found = kind(text)
+        except ValueError:
+            found = math.nan
+        if not low <= found <= high:
+            raise ArgumentTypeError(f"{text!r} is out of range; allowed: {allowed}")
+        return found
+
+    return convert
 
 
 def count(text: str) -> int:
     """A number of threads."""
     cores = len(os.sched_getaffinity(0))
     most = THREADS_PER_CORE * cores
-    if not text.isdecimal() or len(text) > 6 or not 1 <= int(text) <= most:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is out of range; allowed: 1 to {most}, {THREADS_PER_CORE} for each of "
-            f"{cores} cores"
-        )
-    return int(text)
+    allowed = f"1 to {most}, {THREADS_PER_CORE} for each of {cores} cores"
+    return int(number(int, 1, most, allowed)(text))
 
 
-def seconds(text: str) -> float:
-    """A time that is no less than zero."""
-    try:
-        found = float(text)
-    except ValueError:
-        found = math.nan
-    if not 0 <= found < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; allowed: 0, 60, ... seconds")
-    return found
-
-
-def steps(text: str) -> int:
-    """A number of steps, at least one."""
-    try:
-        found = int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-    if not 1 <= found <= MOST_STEPS:
-        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 1 to {MOST_STEPS}")
-    return found
-
-
-def pause(text: str) -> float:
-    """A time between two looks."""
-    found = seconds(text)
-    if found < SHORTEST_PAUSE:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is out of range; allowed: {SHORTEST_PAUSE:g} seconds or more"
-        )
-    return found
-
-
-def positive(text: str) -> float:
-    """A number above zero."""
-    try:
-        found = float(text)
-    except ValueError:
-        found = math.nan
-    if not 0 < found < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: numbers above 0")
-    return found
-
-
-def no_less_than_zero(text: str) -> float:
-    """A length, 0 or more."""
-    try:
-        found = float(text)
-    except ValueError:
-        found = math.nan
-    if not 0 <= found < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is out of range; allowed: 0 or more")
-    return found
-
-
-def beads(text: str) -> int:
-    """A number of beads of a molecule, at least one."""
-    if not text.isdecimal() or len(text) > 9 or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of beads; allowed: 1, 2, ...")
-    return int(text)
+seconds = number(float, 0, MOST, "0, 60, ... seconds")
+pause = number(float, 0.5, MOST, "0.5 seconds or more")  # more often slows down what is looked at
+steps = number(int, 1, 10**12, f"whole numbers from 1 to {10**12}")
+positive = number(float, ABOVE_ZERO, MOST, "numbers above 0")
+no_less_than_zero = number(float, 0, MOST, "0 or more")
+beads = number(int, 1, 10**9, "1, 2, ... beads")

@@ -23,7 +23,11 @@ class UserError(Exception):
 
 
 class Stopped(UserError):
-    """A run that was asked to stop."""
+    """A run that was asked to stop, by a ``signal``."""
+
+    def __init__(self, text: str, signal: int) -> None:
+        super().__init__(text)
+        self.signal = signal
 
 
 class Occupied(UserError):

@@ -1,24 +1,24 @@
-"""NetCDF files that are whole or not there, and say what made them."""
+"""Files that are whole or not there; NetCDF that says what made it."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import stat
-from contextlib import contextmanager
+import threading
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import RLock
 from typing import TYPE_CHECKING, Any, Literal
 
-import netCDF4
 import numpy as np
 
-from dpd.drafts import draft_of
 from dpd.errors import Occupied, UserError, reason, remedy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    import netCDF4
     import numpy.typing as npt
 
     # Dimensions, values, units, long_name; other attributes by name where there are some.
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
         | tuple[Sequence[str], npt.ArrayLike, str, str, Mapping[str, float]]
     )
 
-ONE_AT_A_TIME = RLock()  # see `opened`
+ONE_AT_A_TIME = threading.RLock()  # see `opened`
+TEMPORARY: set[Path] = set()  # drafts and locks, of no use once this process has ended
 OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
@@ -314,6 +315,8 @@ def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[netCDF4.
     One thread at a time has one open: the HDF5 library is not made for several. It gets the whole
     path: of a name it drops blanks in front, and takes some for addresses.
     """
+    import netCDF4  # its library takes time to import
+
     with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
         yield file
 
@@ -354,3 +357,46 @@ def check_digest(
     found = attributes.get(name)
     if found != expected:
         raise UserError(f"{path}: made by other sources ({name} {found}, now {expected}); {remedy}")
+
+
+@contextmanager
+def draft_of(path: Path) -> Iterator[Path]:
+    """A name beside a file for what is to take its place; removed in the end if still there.
+
+    It is this thread's own, so that two that write the same file do not spoil each other's, and
+    made anew: what is written does not follow a link that somebody has put there.
+    """
+    draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
+    TEMPORARY.add(draft)
+    try:
+        draft.unlink(missing_ok=True)  # of a process of that number, which was killed
+        os.close(os.open(draft, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        yield draft
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        TEMPORARY.discard(draft)
+
+
+def remove_drafts(path: Path) -> None:
+    """Remove what processes left that were killed while they wrote a file.
+
+    For the one process that is at work on that file, see `dpd.runs.lock`.
+    """
+    left = re.compile(re.escape(path.name) + r"\.\d+\.writing")
+    with suppress(OSError):
+        for other in path.parent.iterdir():
+            if left.fullmatch(other.name):
+                other.unlink(missing_ok=True)
+
+
+def remove_temporary() -> None:
+    """Remove the drafts and locks of this process, which is about to end."""
+    for path in list(TEMPORARY):
+        with suppress(OSError):
+            os.unlink(path)
+
+
+def unfinished(path: Path) -> Path:
+    """Where a file grows beside its place, with a suffix by which programs know it."""
+    return path.with_name(f"{path.stem}.unfinished{path.suffix}")

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import stat
 import sys
+import time
 import warnings
 from functools import cache, partial, wraps
 from importlib import import_module
@@ -18,15 +19,25 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import dpd.numba_settings  # noqa: F401  before Numba, which reads it
+from dpd.digest import cache_folder, text_digest
+from dpd.sources import kernel_digest
+
+# What Numba reads when it is imported, or again if a program has imported it before. Its disk cache
+# does not notice that a called function changed in another file, so its folder is named after the
+# digest of the kernels' sources. LLVM's higher levels of optimisation make compilation a fifth
+# longer and no kernel faster: loops vectorise at level 1, which decides the last bits of results.
+os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder(kernel_digest())))
+os.environ["NUMBA_OPT"] = "1"
+if "numba" in sys.modules:
+    sys.modules["numba"].core.config.reload_config()
 
 # isort: split
 import numba
 from numba import njit, types
+from numba.core import event
 from numba.core.caching import NullCache
 from numba.extending import intrinsic, overload
 
-from dpd.digest import text_digest
 from dpd.errors import reason
 from dpd.lazy_parts import compilers
 from dpd.page import PARTS
@@ -238,3 +249,31 @@ def method(name: str) -> Callable[..., Any]:
         return getattr(record.instance_class, name)
 
     return call
+
+
+class _Compiling(event.Listener):
+    """How long kernels took to compile in this process, and who is told that one begins to."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.tell: Callable[[str], None] | None = None
+        self._depth = self._since = 0.0  # a kernel's parts compile while it does
+
+    def on_start(self, event: Any) -> None:
+        """A function begins to compile."""
+        if not self._depth:
+            self._since = time.perf_counter()
+            if self.tell:
+                self.tell("compiling, once for this kind of scene")
+            self.tell = None
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """It is compiled."""
+        self._depth -= 1
+        if not self._depth:
+            self.seconds += time.perf_counter() - self._since
+
+
+COMPILING = _Compiling()
+event.register("numba:compile", COMPILING)

@@ -19,8 +19,8 @@ from types import FunctionType, new_class
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import cache_folder, text_digest
-from dpd.drafts import draft_of
 from dpd.errors import OtherPage, UserError, reason, shown
+from dpd.files import draft_of
 from dpd.laws import law_between, usual_lengths
 from dpd.page import (
     KINDS,

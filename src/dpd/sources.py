@@ -32,11 +32,11 @@ if (ROOT / "benchmarks" / "measure.py").is_file():
 # they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
-    "dpd", "dpd.compiling", "dpd.digest", "dpd.drafts", "dpd.errors", "dpd.interrupts",
+    "dpd", "dpd.digest", "dpd.errors",
     "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.observable", "dpd.page.start",
-    "dpd.page.term", "dpd.pipeline.kept", "dpd.pipeline.sections", "dpd.physics.common.automatic",
+    "dpd.page.term", "dpd.pipeline.sections", "dpd.physics.common.automatic",
     "dpd.progress", "dpd.scene.changes", "dpd.scene.limits", "dpd.scene.sections",
-    "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages", "dpd.streams",
+    "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 TEXT = re.compile(r"[\w.]+\.\w+")  # that may name a module, or a file beside one

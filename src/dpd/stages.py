@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 STAGES = {
     "compile": ("dpd.scene.scene", "dpd.start.common.make"),  # what starts and runs have in common
     "start": ("dpd.scene.scene", "dpd.start.common.files"),
-    "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.pipeline.simulate"),
+    "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
     "collect": ("dpd.analysis.collect",),
     "calculate": ("dpd.pipeline.calculate",),
     "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),

@@ -74,7 +74,7 @@ def test_a_scene_may_ask_for_it(tmp_path):
     import netCDF4
 
     from dpd.errors import UserError
-    from dpd.pipeline.simulate import simulate
+    from dpd.runs.run import simulate
 
     scene = {
         "dimension": 2, "box": 6, "molecules": [{"architecture": "A 4", "density": 2}],

@@ -16,7 +16,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.pipeline.simulate import RunSettings, checkpoint_path, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from dpd.theory.virial import MEAN_FIELD, second_virial
@@ -121,8 +121,7 @@ def run_at(tmp_path, dt, **changes):
     step = {"integrator": {"scheme": "gw-vv", "lambda": 0.5, "dt": dt}}
     scene = Scene(fluid(6, 3, 0.02, 1).data | relaxed | sampled | step | changes, "my.yaml")
     path = tmp_path / "run.nc"
-    settings = RunSettings(checkpoint_path(path), every_seconds=0.0)
-    simulate(scene, path, make_start(scene), settings)
+    simulate(scene, path, make_start(scene), Options(every_seconds=0.0))
     return files.read(path)
 
 

@@ -10,10 +10,10 @@ import netCDF4
 import numpy as np
 import pytest
 
-from dpd.drafts import remove_drafts
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import advance_looking, run
 from dpd.engine.simulation import Simulation
+from dpd.files import remove_drafts
 from dpd.observe import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -196,19 +196,19 @@ def test_seed_decides_the_noise():
 PROGRAM = """
 import json, sys
 from dpd.scene.scene import Scene
-from dpd.pipeline.simulate import RunSettings, simulate
+from dpd.runs.run import Options, simulate
 from dpd.start.common.make import make_start
-text, result, checkpoint = sys.argv[1:]
+text, result = sys.argv[1:]
 scene = Scene(json.loads(text))
-settings = RunSettings(checkpoint, 0.0, progress=lambda step: print(step, flush=True))
-simulate(scene, result, make_start(scene), settings)
+show = lambda step: print(step, flush=True)
+simulate(scene, result, make_start(scene), Options(every_seconds=0.0), show)
 """
 LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 6_000}}
 
 
 def process(result):
     """A Python of its own that runs `LONG`; each line that it prints is a step."""
-    arguments = [json.dumps(LONG), str(result), str(result.with_suffix(".checkpoint"))]
+    arguments = [json.dumps(LONG), str(result)]
     paths = {"PYTHONPATH": os.pathsep.join(sys.path)}
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM, *arguments],
@@ -234,7 +234,7 @@ def test_killed_process_resumes_to_the_same_bits(tmp_path):
     assert first.returncode == -signal.SIGKILL
     assert killed.with_suffix(".checkpoint").exists()
     assert not killed.exists()
-    remove_drafts(killed.with_suffix(".checkpoint"))  # as `dpd.pipeline.running` does
+    remove_drafts(killed.with_suffix(".checkpoint"))  # as `dpd.runs.run` does
     with process(killed) as second, process(whole) as other:
         resumed_at = int(second.stdout.readline())
         for run_of in (second, other):

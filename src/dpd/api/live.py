@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from collections.abc import Mapping
 from functools import partial
@@ -17,28 +18,27 @@ from dpd.api.runs import (
     as_scene,
     checked,
     checked_threads,
+    keyboard_interrupt,
     plain,
     refuse_files_beside,
-    stopping,
     warn,
 )
 from dpd.arguments import steps as number_of_steps
 from dpd.engine import simulation as engine
-from dpd.engine.checkpoint import counts_from
-from dpd.engine.loop import run
+from dpd.engine.loop import counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
 from dpd.observe import observables
 from dpd.observe.common.snapshot import snapshot_of
 from dpd.observe.common.stretch import EVERY
 from dpd.observe.common.thermal import ThermalMotion
-from dpd.pipeline.beginning import begun
-from dpd.pipeline.kept import go_on_from, kept_of
-from dpd.pipeline.probing import settle
-from dpd.pipeline.simulate import gathered
 from dpd.progress import Progress
+from dpd.runs.auto import settle
+from dpd.runs.result import go_on_from, kept_of
+from dpd.runs.run import gathered, stop_on
 from dpd.scene.scene import Scene
 from dpd.scene.schedule import enter
-from dpd.start.common.make import system_of
+from dpd.start.common.files import begin
+from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:
     import os
@@ -110,7 +110,10 @@ class Simulation:
             scene = {**scene, "steps": {"sample": ROOM, **length}}
         given = as_scene(scene, observe, pages)
         refuse_files_beside(given, "dpd.run(..., output='run.nc')")
-        given, state = begun(given, Path(start) if start else None, None, warn)
+        if start:
+            given, state = begin(given, Path(start), None, warn)
+        else:
+            state = make_start(given, None, warn)
         given = settle(given, state)
         self._progress, self._seconds = partial(Progress, bar=progress), 0.0
         self._equilibrate, self._chosen = given.steps.equilibrate, given.chosen
@@ -177,11 +180,15 @@ class Simulation:
             observers = self._watching(scene, self._observers)
             self._room, self._scene, self._observers = room, scene, observers
         since, first = time.perf_counter(), self.step
-        with self._progress(steps, "dpd.Simulation") as shown, stopping() as asked:
+        with (
+            self._progress(steps, "dpd.Simulation") as shown,
+            keyboard_interrupt(),
+            stop_on([signal.SIGINT]) as asked,
+        ):
             try:
                 run(
                     self._engine, (self._equilibrate, sample), self._observers,
-                    progress=lambda done: shown(done - first), stopping=lambda: bool(asked()),
+                    progress=lambda done: shown(done - first), stopping=asked,
                     systems=self._systems,
                 )  # fmt: skip
             except LostRun as problem:

@@ -18,20 +18,20 @@ import numpy as np
 from dpd.api.datasets import load
 from dpd.arguments import count, steps
 from dpd.errors import Stopped, UserError, shown
-from dpd.files import check_output
-from dpd.interrupts import ctrl_c
 from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
-from dpd.pipeline.extend import Extension
-from dpd.pipeline.extend import extend as make_longer
-from dpd.pipeline.running import Order, run_alone
 from dpd.progress import Progress
+from dpd.runs.extend import extend as make_longer
+from dpd.runs.run import Options
+from dpd.runs.run import run as run_alone
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     import xarray as xr
+
+CHECKPOINT_EVERY = 60.0  # s of wall clock
 
 
 def run(
@@ -112,15 +112,10 @@ def run(
     if output is None:
         refuse_files_beside(scene, "dpd.run(..., output='run.nc')")
     with _output(output) as path:
-        inputs = _inputs(scene, start)
-        check_output(path, ".nc", inputs)
-        with stopping() as asked:
-            run_alone(Order(
-                scene, path, "dpd.run", Path(start) if start else None, keep_start=True,
-                threads=checked_threads(threads), inputs=inputs, checkpoints=output is not None,
-                overwrite=overwrite, stopping=asked, say=warn, tell=_say_nothing,
-                progress=partial(Progress, bar=progress),
-            ))  # fmt: skip
+        every = None if output is None else CHECKPOINT_EVERY
+        options = _options(threads, every, overwrite, progress, tell=_say_nothing, label="dpd.run")
+        with keyboard_interrupt():
+            run_alone(scene, path, Path(start) if start else None, options)
         return load(path)
 
 
@@ -172,22 +167,25 @@ def extend(
     True
     """
     run, longer = Path(path), Path(path if output is None else output)
-    with stopping() as asked:
-        make_longer(Extension(
-            run, checked("sample", steps, sample), longer, checked_threads(threads),
-            overwrite=overwrite, stopping=asked, say=warn, progress=partial(Progress, bar=progress),
-        ))  # fmt: skip
+    options = _options(threads, CHECKPOINT_EVERY, overwrite, progress)
+    with keyboard_interrupt():
+        make_longer(run, checked("sample", steps, sample), longer, options)
     return load(longer)
 
 
+def _options(threads, every_seconds, overwrite, progress, **more):
+    bar = partial(Progress, bar=progress)
+    threads = checked_threads(threads)
+    return Options(threads, every_seconds, overwrite, own=True, say=warn, progress=bar, **more)
+
+
 @contextmanager
-def stopping() -> Iterator[Callable[[], int]]:
-    """Ctrl-C asks for a stop, which a script sees as `KeyboardInterrupt`."""
-    with ctrl_c() as asked:
-        try:
-            yield asked
-        except Stopped as stopped:
-            raise KeyboardInterrupt(str(stopped)) from None
+def keyboard_interrupt() -> Iterator[None]:
+    """A script sees a run that Ctrl-C has stopped as `KeyboardInterrupt`."""
+    try:
+        yield
+    except Stopped as stopped:
+        raise KeyboardInterrupt(str(stopped)) from None
 
 
 def as_scene(
@@ -281,11 +279,6 @@ def refuse_files_beside(scene: Scene, call: str) -> None:
             f"{scene.where}: observe.{name}: writes a file beside the result, and no result is "
             f"kept; name one, as {call}"
         )
-
-
-def _inputs(scene: Scene, start: str | os.PathLike | None) -> tuple[Path, ...]:
-    """Files that are read."""
-    return tuple(Path(path) for path in (scene.where, start) if path and Path(path).is_file())
 
 
 def warn(sentence: str) -> None:

@@ -25,10 +25,9 @@ from dpd.errors import Occupied, UserError, shown
 from dpd.pipeline.paths import run_file
 from dpd.pipeline.points import fixed
 from dpd.pipeline.sections import SweptAxis
-from dpd.pipeline.simulate import is_made
 from dpd.pipeline.sweep import Point, Sweep, unfold
-from dpd.pipeline.there import result_there
 from dpd.progress import Progress
+from dpd.runs.result import is_made, result_there
 from dpd.sentences import read_section
 
 if TYPE_CHECKING:
@@ -264,7 +263,7 @@ def _run_all(points: Sequence[Point], runs: _Runs, workers: int, progress: bool 
         If some of them failed, once the others have ended.
     """
     with (
-        Progress(len(points), "dpd.sweep", progress) as done,
+        Progress(len(points), "dpd.sweep", bar=progress) as done,
         ThreadPoolExecutor(workers) as pool,
     ):
         under_way: list[Future] = [pool.submit(runs.run, point) for point in points]

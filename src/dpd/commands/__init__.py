@@ -1,1 +1,1 @@
-"""Commands: one module for each group of them; `dpd.commands.parser` joins the groups."""
+"""Commands: one module for each group of them; `dpd.commands.main` joins the groups."""

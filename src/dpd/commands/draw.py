@@ -10,7 +10,7 @@ from dpd.commands.options import add_overwrite
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 CHOICES = (
     "frame", "slice", "surface", "smooth", "species", "colour", "view", "slab", "radius", "size",

@@ -6,12 +6,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.arguments import steps
-from dpd.commands.options import add_checkpoints, add_overwrite, add_threads
+from dpd.commands.options import (
+    add_checkpoints,
+    add_overwrite,
+    add_threads,
+    options_of,
+    print_summary,
+)
 
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
@@ -34,14 +40,8 @@ def add_to(stages: Stages) -> None:
 
 
 def _extend(options: Namespace) -> None:
-    from dpd.pipeline.extend import Extension, extend
+    from dpd.runs.extend import extend
 
-    found = extend(
-        Extension(
-            Path(options.run), options.sample, options.output or Path(options.run),
-            threads=options.threads, every_seconds=options.checkpoint_every,
-            overwrite=options.overwrite,
-        )
-    )  # fmt: skip
-    for name, value in found.items():
-        print(f"{name:32s} {value:.6g}")
+    run = Path(options.run)
+    output = options.output or run
+    print_summary(extend(run, options.sample, output, options_of(options, own=True)))

@@ -14,7 +14,7 @@ from dpd.errors import UserError
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
@@ -31,8 +31,7 @@ def add_to(stages: Stages) -> None:
         "verdicts", _verdicts, "join the verdict tables of figures", "tables", output="table.csv"
     )
     compare = stages.add(
-        "compare", _compare, "say whether two studies differ as their error bars predict",
-        prints=True,
+        "compare", _compare, "say whether two studies differ as their error bars predict"
     )  # fmt: skip
     for name in ("one", "other"):
         compare.add_argument(

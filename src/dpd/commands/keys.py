@@ -8,20 +8,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 WIDTH = 100  # of a line
 
 
 def add_to(stages: Stages) -> None:
     """Declare the stages."""
-    parser = stages.add(
-        "keys", _keys, "say what a scene may say: all sections, or the keys of one", prints=True
-    )
+    parser = stages.add("keys", _keys, "say what a scene may say: all sections, or the keys of one")
     parser.add_argument("section", nargs="?", help="such as walls, steps or rdf")
     schema = stages.add(
-        "schema", _schema, "print the JSON schema of scenes, by which editors complete keys",
-        prints=True,
+        "schema", _schema, "print the JSON schema of scenes, by which editors complete keys"
     )  # fmt: skip
     for each in (parser, schema):
         each.add_argument(

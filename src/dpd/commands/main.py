@@ -2,26 +2,113 @@
 
 from __future__ import annotations
 
+import argparse
 import shlex
 import sys
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands.parser import called, new_parser
+import dpd
 from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
-from dpd.interrupts import asked
 from dpd.sources import HOMES
-from dpd.streams import unprinted
 
 if TYPE_CHECKING:
     from argparse import Namespace
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+# Modules of commands and their stages, in the order in which --help lists them.
+GROUPS = {
+    "new": ["new"],
+    "runs": ["run"],
+    "keys": ["keys", "schema"],
+    "extend": ["extend"],
+    "status": ["status"],
+    "particles": ["convert"],
+    "draw": ["draw"],
+    "repulsion": ["repulsion"],
+    "parameters": ["parameters"],
+    "people": ["plan", "bench"],
+    "points": ["compile", "start", "simulate", "collect", "derive", "calculate", "measure"],
+    "figures": [
+        "figure", "verdicts", "compare", "report", "schemes", "archive", "restore", "redraw",
+        "readme",
+    ],
+}  # fmt: skip
+SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
+
+
+class Stages:
+    """The stages of a parser, to which modules of commands add theirs.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+    """
+
+    def __init__(self, parser: argparse.ArgumentParser):
+        self._subparsers = parser.add_subparsers(title="stages", required=True, metavar="STAGE")
+
+    def add(
+        self,
+        name: str,
+        function: Callable[[argparse.Namespace], None],
+        help: str,
+        *names: str,
+        output: str | None = None,
+    ) -> argparse.ArgumentParser:
+        """Declare a stage.
+
+        Parameters
+        ----------
+        name : str
+        function : callable
+            Does it, given the options.
+        help : str
+        *names : str
+            Its arguments without which it does nothing.
+        output : str, optional
+            What it writes to the path after ``-o``; the path must have the suffix of this name.
+
+        Returns
+        -------
+        argparse.ArgumentParser
+            Of this stage, for further options.
+        """
+        parser = self._subparsers.add_parser(name, help=help, description=help)
+        for argument in names:
+            parser.add_argument(argument, nargs=SEVERAL.get(argument))
+        if output:
+            parser.add_argument("-o", "--output", required=True, type=Path, help=output)
+        parser.set_defaults(stage=function, suffix=Path(output or "").suffix)
+        return parser
+
+
+def called() -> str:
+    """The command as it was typed: an installed program ``dpd``, or a module of Python."""
+    return "dpd" if Path(sys.argv[0]).stem == "dpd" else "python -m dpd"
+
+
+def new_parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of the stage that comes first in some arguments; of all where that is none."""
+    parser = argparse.ArgumentParser(
+        prog=called(), description="Dissipative particle dynamics: runs, figures, verdicts."
+    )
+    parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
+    stages = Stages(parser)
+    asked = arguments[0] if arguments else ""
+    groups = [group for group, names in GROUPS.items() if asked in names]
+    for group in groups or GROUPS:
+        import_module(f"dpd.commands.{group}").add_to(stages)
+    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one stage; return the exit code.
 
-    That is 0 once the result is there, whether or not its summary could be printed; 1 for what
-    the user can mend; 128 and the number of the signal that ended it.
+    That is 0 once the result is there, also if who reads the output has left; 1 for what the user
+    can mend; 128 and the number of the signal that ended it.
 
     Parameters
     ----------
@@ -37,10 +124,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         _check_place(options)
         options.stage(options)
-        if options.prints and (problem := unprinted()):
-            raise UserError(f"standard output: cannot be written ({reason(problem)})")
+        print(end="", flush=True)
+    except BrokenPipeError:  # as with `| head`
+        return 0
     except Stopped as problem:
-        return _fail(problem, 128 + asked())
+        return _fail(problem, 128 + problem.signal)
     except Occupied as problem:
         again = shlex.join(arguments)
         return _fail(f"{problem.args[0]}; to replace it: {called()} {again} --overwrite")
@@ -77,5 +165,6 @@ def _not_installed(problem: ModuleNotFoundError) -> str:
 
 
 def _fail(problem: Exception | str, code: int = 1) -> int:
-    print(f"{FAILED}{problem}", file=sys.stderr)
+    with suppress(OSError):
+        print(f"{FAILED}{problem}", file=sys.stderr, flush=True)
     return code

@@ -13,7 +13,7 @@ from dpd.commands.options import add_overwrite
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 SCHEMA = "scene.schema.json"
 WIDTH = 100  # of a line
@@ -21,7 +21,7 @@ WIDTH = 100  # of a line
 
 def add_to(stages: Stages) -> None:
     """Declare the stage."""
-    new = stages.add("new", _new, "write an example scene to begin with, or list all", prints=True)
+    new = stages.add("new", _new, "write an example scene to begin with, or list all")
     new.add_argument("name", nargs="?", help="of the example; without it all are listed")
     new.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="where to, if not NAME.yaml here"
@@ -35,7 +35,7 @@ def add_to(stages: Stages) -> None:
 
 
 def _new(options: Namespace) -> None:
-    from dpd.commands.parser import called
+    from dpd.commands.main import called
     from dpd.digest import PACKAGE
     from dpd.errors import UserError, suggestion
     from dpd.files import check_output, refuse_to_replace, replace_whole

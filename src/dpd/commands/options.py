@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dpd.arguments import THREADS_PER_CORE, count, seconds
 from dpd.digest import ROOT
@@ -13,11 +14,12 @@ from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
     from types import ModuleType
 
     from dpd.pipeline.sweep import Sweep
     from dpd.pipeline.theory import TheorySweep
+    from dpd.runs.run import Options
 
 LITTLE = 2**20  # bytes of a result whose size is not known before
 
@@ -38,6 +40,23 @@ def add_checkpoints(parser: ArgumentParser) -> None:
         help="wall clock between checkpoints (default 60; 0: as often as the run looks at the "
         "clock); the same command resumes from one",
     )  # fmt: skip
+
+
+def options_of(options: Namespace, **more: Any) -> Options:
+    """How a run is carried out, as a command's options and some more say."""
+    from dpd.runs.run import Options
+
+    overwrite = getattr(options, "overwrite", False)
+    return Options(
+        options.threads, options.checkpoint_every, overwrite,
+        signals=(signal.SIGINT, signal.SIGTERM, signal.SIGHUP), **more,
+    )  # fmt: skip
+
+
+def print_summary(found: Mapping[str, float]) -> None:
+    """What a run of one's own has found."""
+    for name, value in found.items():
+        print(f"{name:32s} {value:.6g}")
 
 
 def add_overwrite(parser: ArgumentParser) -> None:

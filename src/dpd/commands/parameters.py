@@ -9,7 +9,7 @@ from dpd.arguments import beads, no_less_than_zero, positive
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
@@ -17,7 +17,7 @@ def add_to(stages: Stages) -> None:
     parser = stages.add(
         "parameters", _parameters,
         "say which repulsion gives a fluid of beads or short chains a pressure, by three equations "
-        "of state", prints=True,
+        "of state"
     )  # fmt: skip
     parser.add_argument(
         "--density", type=positive, required=True, metavar="RHO",

@@ -10,7 +10,7 @@ from dpd.commands.options import add_overwrite
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:

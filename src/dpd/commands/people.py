@@ -10,20 +10,16 @@ from dpd.errors import UserError
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
     """Declare these stages."""
-    plan = stages.add(
-        "plan", _plan, "say what a study costs before it runs, from measured rates", prints=True
-    )
+    plan = stages.add("plan", _plan, "say what a study costs before it runs, from measured rates")
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
-    stages.add(
-        "bench", _bench, "measure the engine's speed, beside LAMMPS if installed", prints=True
-    )
+    stages.add("bench", _bench, "measure the engine's speed, beside LAMMPS if installed")
 
 
 def _plan(options: Namespace) -> None:

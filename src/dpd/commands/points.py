@@ -13,6 +13,7 @@ from dpd.commands.options import (
     add_threads,
     benchmarks,
     data_of,
+    options_of,
     resolved_sweep,
     sweep_of,
     theory_of,
@@ -22,7 +23,7 @@ from dpd.errors import UserError
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
@@ -95,19 +96,11 @@ def _start(options: Namespace) -> None:
 
 
 def _simulate(options: Namespace) -> None:
-    from dpd.files import check_output
-    from dpd.pipeline.running import Order, run_alone
+    from dpd.runs.run import run
 
-    inputs = (options.start,) if options.start else ()
-    check_output(options.output, ".nc", inputs)
     scene = resolved_sweep(options, options.point).point(options.point).scene
-    found = run_alone(
-        Order(
-            scene, options.output, f"{options.sweep} {options.point}", options.start,
-            keep=False, threads=options.threads, every_seconds=options.checkpoint_every,
-            inputs=inputs, wait=True,
-        )
-    )  # fmt: skip
+    how = options_of(options, label=f"{options.sweep} {options.point}")
+    found = run(scene, options.output, options.start, how)
     print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
 
 

@@ -9,14 +9,14 @@ from dpd.arguments import beads, positive
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
     """Declare the stage."""
     parser = stages.add(
         "repulsion", _repulsion,
-        "say which repulsions give two species a Flory-Huggins parameter chi", prints=True,
+        "say which repulsions give two species a Flory-Huggins parameter chi"
     )  # fmt: skip
     parser.add_argument("--chi", type=positive, required=True, help="of two beads, chi_AB")
     parser.add_argument(

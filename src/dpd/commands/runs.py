@@ -5,12 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands.options import add_checkpoints, add_overwrite, add_threads
+from dpd.commands.options import (
+    add_checkpoints,
+    add_overwrite,
+    add_threads,
+    options_of,
+    print_summary,
+)
 
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from dpd.commands.parser import Stages
+    from dpd.commands.main import Stages
 
 
 def add_to(stages: Stages) -> None:
@@ -36,22 +42,12 @@ def add_to(stages: Stages) -> None:
 
 def _run(options: Namespace) -> None:
     from dpd.files import check_output
-    from dpd.pipeline.running import Order, run_alone
+    from dpd.runs.run import run
     from dpd.scene.scene import Scene
 
-    inputs = [options.scene, *([options.start] if options.start else [])]
-    check_output(options.output, ".nc", inputs)
-    if options.start and not options.start.exists() and options.start.suffix.lower() == ".nc":
-        check_output(options.start, ".nc", [options.scene])
+    check_output(options.output, ".nc", [options.scene])
     scene = Scene.read(options.scene, options.page, options.set)
     for sentence in scene.notes:
         print(sentence)
-    found = run_alone(
-        Order(
-            scene, options.output, options.scene, options.start, keep_start=True,
-            threads=options.threads, every_seconds=options.checkpoint_every, inputs=tuple(inputs),
-            overwrite=options.overwrite,
-        )
-    )  # fmt: skip
-    for name, value in found.items():
-        print(f"{name:32s} {value:.6g}")
+    how = options_of(options, own=True, label=options.scene)
+    print_summary(run(scene, options.output, options.start, how))

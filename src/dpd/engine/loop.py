@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from dpd.engine.checkpoint import next_look, next_sample, stretch_of
 from dpd.errors import LostRun, Stopped
 
 if TYPE_CHECKING:
@@ -36,10 +35,14 @@ if TYPE_CHECKING:
         def record(self, sums: Sums) -> None: ...
 
 
+LONGEST_STRETCH = 500  # steps between looks at the clock,
+MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
+
+
 def run(
     simulation: Simulation, steps: tuple[int, int], observers: Sequence[Observer],
     checkpoint: Checkpoint | None = None, progress: Callable[[int], object] | None = None,
-    every_seconds: float = 60.0, stopping: Callable[[], bool] | None = None,
+    every_seconds: float = 60.0, stopping: Callable[[], int] | None = None,
     say: Callable[[str], object] | None = None,
     systems: Sequence[tuple[int, System]] = (),
 ) -> int:  # fmt: skip
@@ -61,7 +64,7 @@ def run(
     progress : callable or None
         Called with the number of steps done so far.
     stopping : callable or None
-        Whether to save and stop, asked a few times a second on small systems.
+        The signal that asks to save and stop, or 0; called a few times a second on small systems.
     say : callable or None
         Called with a sentence where a person should know: a checkpoint that is refused, or
         that cannot be written.
@@ -99,13 +102,13 @@ def run(
                 observer.sample(simulation)
         if progress is not None:
             progress(stop)
-        stop_now = stop < last and stopping is not None and stopping()
+        stop_now = stopping() if stopping is not None and stop < last else 0
         if checkpoint is not None and (stop_now or time.monotonic() - saved >= every_seconds):
             problem = checkpoint.save(simulation, observers)
             say(f"{problem}; going on" if problem not in ("", former) else "")  # once is enough
             saved, former = time.monotonic(), problem
         if stop_now:
-            raise Stopped(f"stopped at step {stop} of {last}, as asked")
+            raise Stopped(f"stopped at step {stop} of {last}, as asked", stop_now)
     return last - begun
 
 
@@ -160,3 +163,39 @@ def advance_looking(simulation: Simulation, steps: int, look: Callable[[], objec
         steps -= stretch
         look()
     simulation.advance(steps)
+
+
+def stretch_of(beads: int) -> int:
+    """Steps between looks at the clock."""
+    return max(1, min(LONGEST_STRETCH, MOST_WORK // beads))
+
+
+def counts_from(observer: Any, equilibrate: int) -> int:
+    """Step from which on the observer counts: 0 if it looks at the equilibration as well."""
+    return 0 if getattr(observer, "equilibration", False) else equilibrate
+
+
+def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
+    """Step of the observer's next sample after ``now``."""
+    taken = _taken(observer, now, equilibrate)
+    return counts_from(observer, equilibrate) + (taken + 1) * observer.every
+
+
+def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
+    """The next step at which the clock is looked at.
+
+    They follow the last sample at equal distances, whether a run began before that or goes on from
+    a shorter one.
+    """
+    sampled = [
+        counts_from(observer, equilibrate) + taken * observer.every
+        for observer in observers
+        if (taken := _taken(observer, now, equilibrate))
+    ]
+    stretch = stretch_of(beads)
+    return now + stretch - (now - max(sampled, default=0)) % stretch
+
+
+def _taken(observer, now, equilibrate):
+    """Samples that the observer has at step ``now``."""
+    return max(now - counts_from(observer, equilibrate), 0) // observer.every

@@ -12,11 +12,10 @@ from dpd.engine.cells import cell_buffers, grid_of
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
 from dpd.engine.images import row_edges
 from dpd.engine.integrate import times_of
-from dpd.engine.lists import list_buffers
 from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
 from dpd.engine.sampling import across_of, moments_and_beads, sampled_buffers
-from dpd.engine.search import line_buffers, pair_buffers
+from dpd.engine.search import line_buffers, list_buffers, pair_buffers
 from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance

@@ -63,7 +63,6 @@ from dpd.engine.integrate import (
     renew_friction,
     second_half,
 )
-from dpd.engine.lists import Listed, farthest_move, list_pairs, listed_pairs
 from dpd.engine.pair import (
     Cached,
     add_densities,
@@ -76,7 +75,18 @@ from dpd.engine.pair import (
 )
 from dpd.engine.rows import copy_row
 from dpd.engine.sampling import Across, Sampled, add_up_beads, move_sums
-from dpd.engine.search import Line, Pairs, Search, longest_line, next_pairs, place_of_piece
+from dpd.engine.search import (
+    Line,
+    Listed,
+    Pairs,
+    Search,
+    farthest_move,
+    list_pairs,
+    listed_pairs,
+    longest_line,
+    next_pairs,
+    place_of_piece,
+)
 from dpd.engine.space import Slide
 from dpd.engine.threads import (
     BATCHES,

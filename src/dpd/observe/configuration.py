@@ -34,7 +34,7 @@ class Configuration(Observable, key="configuration"):
         return {"tilt": 3}
 
     def measure(self, now: Any) -> Any:
-        from dpd.particles.tilt import tilt_factors
+        from dpd.particles.particles import tilt_factors
 
         return {
             "position": now.coordinates,

@@ -9,7 +9,7 @@ from dpd.page import Change, Given, Observable, Refusals, interval_setting, sett
 
 AXES = "field_x", "field_y", "field_z"
 # Numbers over time, of 4 bytes. With copies for checkpoint and result they fit into the memory that
-# a cluster is asked for, `dpd.pipeline.resources`.
+# a cluster is asked for, `dpd.pipeline.jobs`.
 MOST_CELLS = 5 * 10**7
 
 

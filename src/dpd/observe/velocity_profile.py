@@ -6,7 +6,7 @@ import numpy as np
 
 from dpd.observe.common.layers import Layered
 from dpd.page import Change
-from dpd.particles.tilt import shear_of
+from dpd.particles.particles import shear_of
 
 
 class VelocityProfile(Layered, key="velocity_profile"):

@@ -15,8 +15,15 @@ import gsd.pygsd
 import numpy as np
 
 from dpd.errors import UserError, reason
-from dpd.particles.particles import FLAT, Particles, checked
-from dpd.particles.tilt import box_of_file, centre, in_tilted_box, tilt_factors
+from dpd.particles.particles import (
+    FLAT,
+    Particles,
+    box_of_file,
+    centre,
+    checked,
+    in_tilted_box,
+    tilt_factors,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

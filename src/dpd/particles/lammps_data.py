@@ -15,8 +15,7 @@ import numpy as np
 
 from dpd.errors import UserError, shown
 from dpd.particles.lammps_file import GENERAL, KINDS, UPRIGHT, WHOLE, WHOLES, Table, taken_apart
-from dpd.particles.particles import FLAT, Particles, checked
-from dpd.particles.tilt import FACTORS, box_of_file
+from dpd.particles.particles import FACTORS, FLAT, Particles, box_of_file, checked
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.particles.particles import molecules_of
-from dpd.particles.tilt import FACTORS, in_tilted_box, tilt_factors
+from dpd.particles.particles import FACTORS, in_tilted_box, molecules_of, tilt_factors
 
 if TYPE_CHECKING:
     from dpd.particles.particles import Particles

@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.particles.particles import Particles
-from dpd.particles.tilt import box_of_file, tilt_factors
+from dpd.particles.particles import Particles, box_of_file, tilt_factors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

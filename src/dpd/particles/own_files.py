@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd import files
-from dpd.engine.checkpoint import NOTE, whole
+from dpd.engine.checkpoint import stored_in
 from dpd.errors import UserError
 from dpd.particles.netcdf import POSITION, particles_of
-from dpd.particles.particles import Particles, checked, of_scene
-from dpd.particles.tilt import SLID, box_at, box_of_file
+from dpd.particles.particles import SLID, Particles, box_at, box_of_file, checked, of_scene
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -52,16 +51,15 @@ def read_checkpoint(path: Path) -> Particles:
     UserError
         If the file is no checkpoint, is damaged, or holds what no simulation can begin with.
     """
-    stored = whole(path)
-    if stored is None:
+    found = stored_in(path)
+    if found is None:
         raise UserError(
             f"{path}: no checkpoint, or a damaged one; allowed: what a run of this program leaves "
             "where it is stopped"
         )
-    note = json.loads(str(stored.get(NOTE, "null")))
-    if not isinstance(note, dict) or "scene" not in note:
+    if "scene" not in found.note:
         raise UserError(f"{path}: a checkpoint without its scene, of an older version; run again")
-    scene = _scene_of(note["scene"], path)
+    scene, stored = _scene_of(found.note["scene"], path), found.arrays
     order = np.argsort(stored["identity"])
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
     beads |= {"image": stored["image"]} if "image" in stored else {}

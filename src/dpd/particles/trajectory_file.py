@@ -14,9 +14,8 @@ import gsd.hoomd
 import gsd.pygsd
 import numpy as np
 
-from dpd.drafts import draft_of, unfinished
 from dpd.errors import UserError, reason, remedy
-from dpd.files import check_output
+from dpd.files import check_output, draft_of, unfinished
 from dpd.particles.gsd_files import APPLICATION, SCHEMA, trajectory_to_read
 
 if TYPE_CHECKING:

@@ -122,7 +122,7 @@ class Integrator(Term, key="integrator"):
 
     @property
     def named(self) -> Integrator:
-        """Itself; for auto the first guess, until `dpd.pipeline.probing.settle` has tried it."""
+        """Itself; for auto the first guess, until `dpd.runs.auto.settle` has tried it."""
         return self._guess or self
 
     def completed(self, scene: Any) -> Self:

@@ -1,213 +1,159 @@
-"""The jobs of a study beside its runs, as they are now: kernels, starts, sweeps, figures, pages.
+"""What Snakemake's rules ask of the jobs of a study: their files, which comes first, what it needs.
 
-Their files say less than those of runs. A job counts as done if its files are there, and are not
-older than what they are made from, which must be made itself. Snakemake knows more: it remembers
-the sources of each.
+A cluster ends a job that takes more than it asked for. A run that is ended keeps a checkpoint, and
+the next try asks for more; still it is cheaper to ask for enough. So a job asks for `GENEROUS`
+times what is expected, in its second try for twice that, in its third for three times.
 """
 
 from __future__ import annotations
 
-import os
-import re
-from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+import math
+from typing import TYPE_CHECKING
 
-from dpd.pipeline.made_from import (
-    data_of_figure,
-    derived_from,
-    kernels_for,
-    page_sources,
-    verdicts_of,
-    waiting_for_starts,
-)
-from dpd.pipeline.run_status import AT_WORK, DONE, FAILS, WAITS, last_error, tail_of
+from dpd.scene.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from dpd.pipeline.paths import Results
-    from dpd.pipeline.study import Paper
+    from dpd.pipeline.study import Figure, Paper
+    from dpd.pipeline.sweep import Point, Sweep
+    from dpd.scene.scene import Scene
 
-STEP = re.compile(r"step \d+ of \d+ \(.*\)$")  # ends a line of `dpd.progress.Progress`
-WRITING = os.O_WRONLY | os.O_RDWR
-FIGURE_FILES = ("png", "pdf", "nc", "csv", "html")
-
-
-class Job(NamedTuple):
-    """A job that is no run.
-
-    Attributes
-    ----------
-    kind : str
-        What it makes: kernels, start, theory, sweep, derived, measurement, figure, verdicts or
-        report.
-    name : str
-    outputs : tuple of str
-    log : str
-    inputs : tuple of str
-        Files that it is made from.
-    """
-
-    kind: str
-    name: str
-    outputs: tuple[str, ...]
-    log: str
-    inputs: tuple[str, ...] = ()
+# Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, and the
+# slowest of them, which follows displacements in many beads, has 1.1e6.
+RATE = 3e6
+GENEROUS = 3  # times what is expected
+BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
+PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
+BATCHES = {"short": 1.0, "medium": 10.0}  # to the minutes that a run of it takes at most
 
 
-@dataclass(frozen=True)
-class JobStatus:
-    """Such a job as it is now.
-
-    Attributes
-    ----------
-    kind, name, log : str
-        As of a `Job`.
-    state : str
-        At work, done, failed, or waits.
-    why : str
-        The error, or how far it is.
-    """
-
-    kind: str
-    name: str
-    log: str
-    state: str
-    why: str = ""
+def waiting_for_starts(paper: Paper) -> dict[str, list[tuple[str, Point]]]:
+    """Digest of each start to the (name of a sweep, point) pairs that need it, in order."""
+    waiting: dict[str, list[tuple[str, Point]]] = {}
+    for sweep in paper.sweeps.values():
+        for point in sweep.points:
+            if start_is_shared(point.scene):
+                waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
+    return waiting
 
 
-def jobs_of(
-    papers: Sequence[Paper], results: Results, page: str, runs: Iterable[str],
-    writing: Collection[str],
-) -> list[JobStatus]:  # fmt: skip
-    """All jobs of a study that are no runs.
+def derived_from(results: Results, paper: str, sweep: Sweep) -> list[str]:
+    """The sweeps that measure values for a sweep."""
+    sources = {rule.source for rule in sweep.derived}
+    return [results.sweep(paper, source) for source in sorted(sources)]
+
+
+def data_of_figure(results: Results, paper: str, figure: Figure) -> list[str]:
+    """Sweeps and measurements that feed a figure."""
+    return [results.sweep(paper, name) for name in figure.sweeps] + [
+        results.measurement(paper, name) for name in figure.measurements
+    ]
+
+
+def verdicts_of(results: Results, papers: Iterable[Paper]) -> list[str]:
+    """Verdict tables of all figures of some papers."""
+    return [results.figure(paper.name, f, "csv") for paper in papers for f in paper.figures]
+
+
+def page_sources(results: Results, papers: Iterable[Paper]) -> list[str]:
+    """All that a page on some papers is made from."""
+    papers = list(papers)
+    files = verdicts_of(results, papers)
+    for paper in papers:
+        for figure in paper.figures:
+            files += [results.figure(paper.name, figure, kind) for kind in ("png", "html", "nc")]
+        files += [results.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
+        files += [results.measurement(paper.name, name) for name in paper.measurements]
+    return files
+
+
+def priorities(
+    papers: Mapping[str, Paper], first: Sequence[str] = ()
+) -> dict[tuple[str, str, str], int]:
+    """Priorities of all runs: that of the highest number begins first.
+
+    The longest run comes first, so that none is left to the end, where a core would wait for it.
+    The study may name sweeps that come before, in the order of their worth; the shortest run of
+    each of these comes first, so that much of it is whole whenever somebody stops the study.
 
     Parameters
     ----------
-    papers : list of Paper
-    results : Results
-    page : str
-        What the names of report and verdict table end in.
-    runs : iterable of str
-        Results of the runs that are done.
-    writing : collection of str
-        From `open_logs`.
+    papers : dict of str to Paper
+    first : sequence of str
+        Sweeps as ``paper.sweep``, the one of the greatest worth in front. Those of papers that are
+        not among ``papers`` do nothing.
 
     Returns
     -------
-    list of JobStatus
+    dict
+        From paper, sweep and point to a number from 1 up.
     """
-    found, made = [], set(runs)
-    for job in [*(job for paper in papers for job in _jobs(paper, results)),
-                *_pages(papers, results, page)]:  # fmt: skip
-        found.append(_status(job, made, writing))
-        if found[-1].state == DONE:
-            made.update(job.outputs)
-    return found
+    work = {
+        (paper.name, sweep.name, point.name): round(point.scene.work / 1e6)
+        for paper in papers.values()
+        for sweep in paper.sweeps.values()
+        for point in sweep.points
+    }
+    most = 1 + max(work.values(), default=0)
+    worth = {name: len(first) - place for place, name in enumerate(first)}
+    return {
+        run: 1 + _before(worth.get(f"{run[0]}.{run[1]}"), amount, most)
+        for run, amount in work.items()
+    }
 
 
-def _jobs(paper: Paper, results: Results) -> Iterator[Job]:
-    """The jobs of a paper, each after those whose files it needs."""
-    name = paper.name
-    for kernels in kernels_for(paper):
-        log = results.log(name, "compiled", kernels)
-        yield Job("kernels", f"{name} {kernels}", (results.compiled(name, kernels),), log)
-    for start, ((sweep, _), *_) in waiting_for_starts(paper).items():
-        log = results.log(name, "starts", start)
-        yield Job("start", f"{name} {sweep} {start}", (results.start(name, start),), log)
-    for theory in paper.theory:
-        log = results.log(name, "sweeps", theory)
-        yield Job("theory", f"{name} {theory}", (results.sweep(name, theory),), log)
-    for sweep in paper.sweeps.values():
-        if not sweep.derived:
-            yield _collection(paper, sweep, results)
-    for sweep in paper.sweeps.values():
-        if sweep.derived:
-            sources = derived_from(results, name, sweep)
-            log = results.log(name, "derived", sweep.name)
-            table = results.derived(name, sweep.name)
-            yield Job("derived", f"{name} {sweep.name}", (table,), log, tuple(sources))
-            yield _collection(paper, sweep, results, table)
-    for measurement in paper.measurements:
-        log = results.log(name, "measurements", measurement)
-        file = results.measurement(name, measurement)
-        yield Job("measurement", f"{name} {measurement}", (file,), log)
-    for figure, feeds in paper.figures.items():
-        inputs = data_of_figure(results, name, feeds)
-        log = results.log(name, "figures", figure)
-        outputs = tuple(results.figure(name, figure, kind) for kind in FIGURE_FILES)
-        yield Job("figure", f"{name} {figure}", outputs, log, tuple(inputs))
+def _before(worth, amount, most):
+    """Number of a run by the worth of its sweep, None for those that the study does not name."""
+    return amount if worth is None else worth * most + (most - amount)
 
 
-def _collection(paper, sweep, results, *derived):
-    """The job that puts the runs of a sweep on its axes."""
-    runs = [results.run(paper.name, sweep.name, point.name) for point in sweep.points]
-    log = results.log(paper.name, "sweeps", sweep.name)
-    file = results.sweep(paper.name, sweep.name)
-    return Job("sweep", f"{paper.name} {sweep.name}", (file,), log, (*runs, *derived))
+def start_bead_steps(scene: Scene) -> int:
+    """Work of a first configuration, as `dpd.scene.scene.Scene.work` has that of a run."""
+    return scene.beads * (scene.relaxing + scene.start.work)
 
 
-def _pages(papers: Sequence[Paper], results: Results, page: str) -> Iterator[Job]:
-    """The verdict table and the report."""
-    log = results.log(f"verdicts{page}")
-    yield Job(
-        "verdicts", "all", (results.verdicts(page),), log, tuple(verdicts_of(results, papers))
-    )
-    log = results.log(f"report{page}")
-    yield Job("report", "all", (results.report(page),), log, tuple(page_sources(results, papers)))
-
-
-def _status(job: Job, made: set[str], writing: Collection[str]) -> JobStatus:
-    about = job.kind, job.name, job.log
-    if os.path.abspath(job.log) in writing:
-        steps = [found[0] for line in tail_of(job.log) if (found := STEP.search(line))]
-        return JobStatus(*about, AT_WORK, steps[-1] if steps else "")
-    if made.issuperset(job.inputs) and _is_new(job.outputs, job.inputs):
-        return JobStatus(*about, DONE)
-    error = last_error(job.log)
-    return JobStatus(*about, FAILS, error) if error else JobStatus(*about, WAITS)
-
-
-def _is_new(outputs, inputs):
-    """Whether all outputs are there, none older than an input."""
-    try:
-        made = min(os.stat(path).st_mtime_ns for path in outputs)
-        return all(os.stat(path).st_mtime_ns <= made for path in inputs)
-    except OSError:
-        return False
-
-
-def open_logs(folder: str | Path) -> frozenset[str]:
-    """Logs below a folder that a process of this machine is writing: its job is at work.
-
-    A rule passes what its command says to `tee`, which has the log open as long as the command
-    lives. Of processes of other users and machines nothing is seen.
+def minutes(bead_steps: float, attempt: int, longest: int) -> int:
+    """Minutes of wall clock to ask for.
 
     Parameters
     ----------
-    folder : path
+    bead_steps : float
+        The work, on one core.
+    attempt : int
+        The number of the try, from 1.
+    longest : int
+        What the cluster allows.
 
     Returns
     -------
-    frozenset of str
-        Absolute paths.
+    int
+        At most ``longest``: a run that needs more goes on in its next try.
     """
-    begins, found = f"{os.path.abspath(folder)}{os.sep}", set()
-    for process in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):  # another user's, or it has just ended
-            for link in os.scandir(process / "fd"):
-                path = os.readlink(link.path)
-                if path.startswith(begins) and _is_written(process / "fdinfo" / link.name):
-                    found.add(path)
-    return frozenset(found)
+    asked = math.ceil(BEGINNING + GENEROUS * _expected_minutes(bead_steps))
+    return min(attempt * asked, longest)
 
 
-def _is_written(about: Path) -> bool:
-    """Whether an open file is there to be written, by what the system says of it."""
-    with suppress(OSError, StopIteration, IndexError, ValueError):
-        lines = about.read_text().splitlines()
-        flags = next(line for line in lines if line.startswith("flags:"))
-        return bool(int(flags.split()[1], 8) & WRITING)
-    return False
+def megabytes(beads: int, attempt: int) -> int:
+    """MB of memory to ask for, `GENEROUS` times those of the beads.
+
+    Parameters
+    ----------
+    beads, attempt : int
+        The number of the try counts from 1.
+    """
+    return attempt * (PROCESSES + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
+
+
+def batch(bead_steps: float) -> str | None:
+    """Name of the batch that takes such a job, of `BATCHES`; None for one that is long enough.
+
+    Snakemake submits several jobs of one batch together, as many as the profile says.
+    """
+    expected = _expected_minutes(bead_steps)
+    return next((name for name, most in BATCHES.items() if expected < most), None)
+
+
+def _expected_minutes(bead_steps):
+    return bead_steps / RATE / 60

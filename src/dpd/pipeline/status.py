@@ -1,234 +1,265 @@
-"""What of a study runs, waits, is done or failed, and how long the rest will take.
+"""What of a study, or of runs of one's own, is at work, done, stopped, failed or waits.
 
-Nothing is written, no lock is taken, and Snakemake is not asked: a study may be at work meanwhile.
+It is told by files: locks, checkpoints, results and logs. They are only read.
 """
 
 from __future__ import annotations
 
-import glob
-import heapq
-import math
 import os
-import time
-from dataclasses import dataclass, replace
+import re
+from collections import Counter
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from dpd.errors import UserError, reason
+import numpy as np
+
+from dpd import files
+from dpd.analysis.statistics import mean_and_error
+from dpd.digest import ROOT
+from dpd.engine.checkpoint import stored_in
+from dpd.errors import FAILED, UserError, reason
 from dpd.pipeline.derived import resolved
-from dpd.pipeline.jobs import JobStatus, jobs_of, open_logs
-from dpd.pipeline.lock import lock_of
-from dpd.pipeline.paths import Results, page_suffix
-from dpd.pipeline.run_status import AT_WORK, DONE, WAITS, RunStatus, look_at
+from dpd.pipeline.paths import Results
 from dpd.pipeline.study import read_config, read_paper
+from dpd.runs.lock import worker_on
+from dpd.runs.result import checkpoint_path, is_made
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from dpd.pipeline.study import Paper
-    from dpd.pipeline.sweep import Sweep
+    from dpd.scene.scene import Scene
+
+AT_WORK, DONE, STOPPED, FAILS, WAITS = "at work", "done", "stopped", "failed", "waiting"
+STATES = (AT_WORK, DONE, STOPPED, FAILS, WAITS)
+ASKED = ("as asked", "interrupted")  # in the last sentence of a command that a signal has ended
+STEPS = re.compile(r"^\d+ of \d+ steps \(.*\) done$", re.MULTILINE)  # of Snakemake's log
+MOST = 20  # runs that are listed with what is wrong with them
 
 
 @dataclass(frozen=True)
-class Left:
-    """How long the runs that are not done will take, by the rates of those that have run.
-
-    Starts, compilation, figures and pages are not in it.
+class RunStatus:
+    """One run as it is now.
 
     Attributes
     ----------
-    core_seconds : float or None
-        Of all of them together; None where no run has a rate yet.
-    cores : int
-        Jobs that are at work now.
-    seconds : float or None
-        Of wall clock on so many cores; None where nothing is at work, or no rate is known.
-    borrowed : int
-        Runs whose rate is that of other sweeps, because no run of theirs has one.
+    name : tuple of str
+        Paper, sweep and point; or the path of a run of one's own.
+    path : str
+        Of its result.
+    state : str
+        One of `STATES`.
+    why : str
+        Why it is in that state, or who is at work.
+    step, steps, beads : int or None
+        Done, and in all.
+    rate : float or None
+        Steps per second: of the last minute; of a run that is done, of the whole.
+    measured : dict
+        kT and pressure with their standard errors, over the samples so far.
     """
 
-    core_seconds: float | None
-    cores: int
-    seconds: float | None
-    borrowed: int
+    name: tuple[str, ...]
+    path: str
+    state: str = WAITS
+    why: str = ""
+    step: int | None = None
+    steps: int | None = None
+    beads: int | None = None
+    rate: float | None = None
+    measured: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Status:
-    """A study, or some runs of one's own, as they are now.
-
-    Attributes
-    ----------
-    folder : str
-        Of the results; or a path of a run.
-    study : str
-        Nothing for runs of one's own.
-    time : float
-        As `time.time` has it.
-    runs : list of RunStatus
-    jobs : list of JobStatus
-        What else the study makes.
-    left : Left
-    """
-
-    folder: str
-    study: str
-    time: float
-    runs: list[RunStatus]
-    jobs: list[JobStatus]
-    left: Left
-
-
-class Study:
-    """A study that is looked at again and again.
-
-    Parameters
-    ----------
-    study : str
-    folder : str
-        Of its results.
-    papers : list of str or None
-        Those of config/config.yaml if None.
+def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -> list[RunStatus]:
+    """All runs of some papers in a study; of those of config/config.yaml if None.
 
     Raises
     ------
     UserError
-        If the configuration is not right.
+        If the configuration is not right, or the folder of results cannot be read.
     """
-
-    def __init__(self, study: str, folder: str, papers: Sequence[str] | None = None) -> None:
-        all_papers = read_config()["papers"]
-        names = papers or all_papers
-        self._study, self._results = study, Results(folder)
-        self._papers = [read_paper(name, study) for name in names]
-        self._page = page_suffix(names, all_papers)
-
-    def look(self) -> Status:
-        """The study as it is now."""
-        _check_readable(self._results.folder)
-        writing = open_logs(self._results.logs)
-        runs = [run for paper in self._papers for run in self._runs(paper, writing)]
-        runs += _others(self._results, {run.path for run in runs})
-        done = [run.path for run in runs if run.state == DONE]
-        jobs = jobs_of(self._papers, self._results, self._page, done, writing)
-        return Status(
-            self._results.folder, self._study, time.time(), runs, jobs, left_of(runs, jobs)
-        )
-
-    def _runs(self, paper: Paper, writing: frozenset[str]) -> Iterator[RunStatus]:
-        """Those of a paper, in the order of its sweeps."""
-        for planned in paper.sweeps.values():
-            sweep, why = _resolved(planned, self._results.derived(paper.name, planned.name))
-            for point in sweep.points:
-                run = look_at(
-                    (paper.name, sweep.name, point.name),
-                    self._results.run(paper.name, sweep.name, point.name),
-                    point.scene,
-                    self._results.log(paper.name, "runs", sweep.name, point.name),
-                    writing,
-                )
-                if why and run.state == DONE:
-                    run = replace(run, state=WAITS, work=float(point.scene.work))
-                yield replace(run, why=why) if why and run.state == WAITS else run
-
-
-def _resolved(sweep: Sweep, table: str) -> tuple[Sweep, str]:
-    """A sweep with what others measure for it, as far as that is known; and what it waits for."""
-    try:
-        return resolved(sweep, table), ""
-    except UserError:
-        sources = ", ".join(sorted({rule.source for rule in sweep.derived}))
-        return sweep, f"it takes values that other sweeps measure first: {sources}"
-
-
-def _others(results: Results, known: set[str]) -> list[RunStatus]:
-    """Runs at work in the folder of a study that are not of the study as it is planned now."""
-    found = []
-    locks = lock_of(Results(glob.escape(results.folder)).run("*", "*", "*"))
-    for lock in sorted(glob.glob(str(locks))):
-        path = lock.removesuffix(locks.suffix)
-        if path not in known:
-            paper, _, sweep, point = Path(path).relative_to(results.folder).parts[:4]
-            run = look_at((paper, sweep, point), path)
-            if run.state == AT_WORK:
-                found.append(replace(run, why="it is not in the study as it is now"))
+    results = Results(folder)
+    found: list[RunStatus] = []
+    errors = errors_in(results.logs)
+    for name in papers or read_config()["papers"]:
+        found += _runs_of(read_paper(name, study), results, errors)
     return found
 
 
-def _check_readable(folder):
-    """Refuse a folder that cannot be read; one that is not there has no results yet."""
+def _runs_of(paper: Paper, results: Results, errors: Mapping[str, str]) -> Iterator[RunStatus]:
+    for sweep in paper.sweeps.values():
+        try:
+            known, waits = resolved(sweep, results.derived(paper.name, sweep.name)), ""
+        except UserError:
+            known, waits = sweep, "it takes values that other sweeps measure first"
+        for point in known.points:
+            name = (paper.name, sweep.name, point.name)
+            error = errors.get(results.log(paper.name, "runs", sweep.name, point.name), "")
+            run = look_at(name, results.run(*name), point.scene, error)
+            if waits and run.state in (DONE, WAITS):
+                run = replace(run, state=WAITS, why=waits)
+            yield run
+
+
+def own_status(path: Path) -> list[RunStatus]:
+    """Runs of one's own: one by its path, or all that lie in a folder, done or begun.
+
+    Raises
+    ------
+    UserError
+        If there is no run, or what is there cannot be read.
+    """
+    runs = [look_at((str(each),), each) for each in (runs_in(path) if path.is_dir() else [path])]
+    for run in runs:
+        if run.state == WAITS:
+            raise UserError(f"{path}: {run.why or 'there is no such run; name a run.nc'}")
+    return runs
+
+
+def runs_in(folder: Path) -> list[Path]:
+    """Results of all runs that lie in a folder, done or begun."""
     try:
-        os.listdir(folder)
-    except FileNotFoundError:
-        pass
+        names = sorted(os.listdir(folder))
     except OSError as problem:
         raise UserError(f"{folder}: cannot be read ({reason(problem)})") from None
+    begun = {
+        folder / f"{name.removesuffix(ending)}.nc"
+        for name in names
+        for ending in (".nc.lock", ".checkpoint")
+        if name.endswith(ending)
+    }
+    there = {folder / name for name in names if name.endswith(".nc")}
+    return sorted(begun | {path for path in there if look_at((), path).state == DONE})
 
 
-class _Rate(NamedTuple):
-    """Bead-steps per second; and whether it is that of other sweeps."""
+def look_at(
+    name: tuple[str, ...], path: str | Path, scene: Scene | None = None, error: str = ""
+) -> RunStatus:
+    """The status of a run, with the ``scene`` that is to run, and the error in its log."""
+    run = RunStatus(name, str(path))
+    if scene is not None:
+        run = replace(run, steps=sum(scene.steps), beads=scene.beads)
+    try:
+        worker = worker_on(path)
+    except UserError as problem:
+        return replace(run, state=FAILS, why=str(problem))
+    if worker is not None and worker.alive:
+        who = f"process {worker.process} on {worker.host}, begun {worker.since}"
+        step, steps, rate = (worker.report.get(key) for key in ("step", "steps", "rate"))
+        stored = stored_in(checkpoint_path(path))
+        return replace(
+            run, state=AT_WORK, why=who, step=step, steps=steps or run.steps, rate=rate,
+            measured=_means(stored.arrays) if stored else {},
+        )  # fmt: skip
+    made = _made(run, scene)
+    if made.state == DONE:
+        return made
+    if error:
+        return replace(run, state=FAILS, why=error)
+    there = os.path.lexists(checkpoint_path(path))
+    if worker is None and not there:
+        return made
+    why = "it was stopped" if worker is None else f"process {worker.process} was killed"
+    stored = stored_in(checkpoint_path(path))
+    if stored is None or (scene is not None and stored.key["scene"] != scene.digest):
+        return replace(run, state=STOPPED, why=f"{why}; it begins anew")
+    step = int(stored.arrays["step"])
+    run = replace(run, state=STOPPED, why=f"{why}; it goes on from step {step}", step=step)
+    return replace(run, measured=_means(stored.arrays))
 
-    value: float
-    borrowed: bool
+
+def _made(run, scene):
+    """A run with its result, if there is one; it waits if the result is of no use."""
+    if not os.path.lexists(run.path):
+        return run
+    try:
+        values, found = files.read(run.path)
+        steps, beads = int(found["steps"]), int(found["beads"])
+    except UserError as problem:
+        return replace(run, why=str(problem).removeprefix(f"{run.path}: "))
+    except KeyError:
+        return replace(run, why="not the result of a run")
+    if scene is not None and not is_made(scene, run.path):
+        return replace(run, why="its scene, or the sources, changed since its result was made")
+    rate = float(found["bead_steps_per_second"]) / beads
+    return replace(
+        run, state=DONE, step=steps, steps=steps, beads=beads, rate=rate, measured=_means(values)
+    )
 
 
-class _Rates:
-    """Rates of the runs of a study that have one: means over work, by sweep, by paper, of all."""
-
-    def __init__(self, runs: Sequence[RunStatus]) -> None:
-        self._sums: dict[tuple[str, ...], list[float]] = {}
-        for run in runs:
-            if run.rate and run.beads and run.steps:
-                work = float(run.beads * run.steps)
-                for length in range(3):
-                    sums = self._sums.setdefault(run.name[:length], [0.0, 0.0])
-                    sums[0] += work
-                    sums[1] += work / (run.rate * run.beads)
-
-    def of(self, run: RunStatus) -> _Rate | None:
-        """The rate of the runs that are most like one: of its sweep, its paper, or all."""
-        for length in (2, 1, 0):
-            if sums := self._sums.get(run.name[:length]):
-                return _Rate(sums[0] / sums[1], length < 2)
-        return None
+def _means(arrays: Mapping[str, np.ndarray]) -> dict[str, tuple[float, float]]:
+    """Means of what was sampled, and their errors; not of what has no value yet."""
+    found = {}
+    for name, array in arrays.items():
+        short = name.rpartition("/")[2]
+        if short in ("kT", "pressure") and np.isfinite(array).any():
+            mean, error, _ = mean_and_error(array[np.isfinite(array)])
+            found[short] = (float(mean), float(error))
+    return found
 
 
-def left_of(runs: Sequence[RunStatus], jobs: Sequence[JobStatus] = ()) -> Left:
-    """What the runs that are not done will take, begun in the order that Snakemake takes.
+def errors_in(logs: str) -> dict[str, str]:
+    """Logs below a folder whose job failed in its last try, with its sentence."""
+    found = {}
+    for path in sorted(Path(logs).rglob("*.log")):
+        lines = path.read_text(errors="replace").splitlines()
+        last = next((line for line in reversed(lines) if line.startswith(FAILED)), "")
+        if last and not any(words in last for words in ASKED):
+            found[str(path)] = last.removeprefix(FAILED)
+    return found
 
-    Parameters
-    ----------
-    runs : list of RunStatus
-    jobs : list of JobStatus
 
-    Returns
-    -------
-    Left
+def of_snakemake() -> str:
+    """How far the last Snakemake is or got, by its log; nothing if it has none."""
+    logs = sorted((ROOT / ".snakemake" / "log").glob("*.log"), key=os.path.getmtime)
+    said = STEPS.findall(logs[-1].read_text(errors="replace")) if logs else []
+    return f"snakemake: {said[-1]}" if said else ""
+
+
+def as_text(runs: Sequence[RunStatus], title: str) -> str:
+    """A table of counts by sweep, with what is at work and what went wrong."""
+    lines = [f"{title}: {_counts(runs) or 'no runs'}"]
+    for state in (AT_WORK, STOPPED, FAILS):
+        chosen = [run for run in runs if run.state == state]
+        lines += [f"{state}: {_line(run)}" for run in chosen[:MOST]]
+        lines += [f"and {len(chosen) - MOST} more {state}"] * (len(chosen) > MOST)
+    of_study = [run for run in runs if len(run.name) > 1]
+    lines += [f"done: {_line(run)}" for run in runs if run.state == DONE and run not in of_study]
+    for sweep in dict.fromkeys(run.name[:2] for run in of_study):
+        lines.append(f"  {' '.join(sweep)}: {_counts([r for r in runs if r.name[:2] == sweep])}")
+    if left := seconds_left(runs):
+        cores = sum(run.state == AT_WORK for run in runs)
+        lines.append(f"left: {left / 3600:.2g} h of the {cores} at work")
+    return "\n".join(lines)
+
+
+def _counts(runs):
+    counts = Counter(run.state for run in runs)
+    return ", ".join(f"{counts[state]} {state}" for state in STATES if counts[state])
+
+
+def _line(run: RunStatus) -> str:
+    """A run, how far it is, what it has measured, and why it is as it is."""
+    found = [f"step {run.step} of {run.steps}"] if run.step is not None else []
+    found += [f"{run.rate:.4g} steps/s"] if run.rate else []
+    found += [f"{name} {mean:.4g} +- {error:.2g}" for name, (mean, error) in run.measured.items()]
+    return f"{' '.join(run.name)}: {', '.join([*found, *([run.why] if run.why else [])])}"
+
+
+def seconds_left(runs: Sequence[RunStatus]) -> float | None:
+    """Of wall clock for all runs on as many cores as are at work, by the mean of the known rates.
+
+    None where nothing is at work, or no rate is known.
     """
-    rates, borrowed = _Rates(runs), 0
-    at_work: list[float] = []
-    waiting: list[float] = []
-    for run in runs:
-        if run.state == DONE:
-            continue
-        seconds = run.seconds_left
-        if seconds is None:
-            rate = rates.of(run)
-            if rate is None or math.isnan(run.work):
-                return Left(None, _at_work(runs, jobs), None, 0)
-            seconds = run.work / rate.value
-            borrowed += rate.borrowed
-        (at_work if run.state == AT_WORK else waiting).append(seconds)
-    cores, total = _at_work(runs, jobs), sum(at_work) + sum(waiting)
-    if not cores:
-        return Left(total, 0, None, borrowed)
-    free = [*at_work, *[0.0] * (cores - len(at_work))]  # when each core is free again
-    heapq.heapify(free)
-    for seconds in sorted(waiting, reverse=True):  # the longest first
-        heapq.heapreplace(free, free[0] + seconds)
-    return Left(total, cores, max(free), borrowed)
-
-
-def _at_work(runs, jobs):
-    """How many jobs are at work."""
-    return sum(each.state == AT_WORK for each in (*runs, *jobs))
+    known = [run for run in runs if run.beads and run.steps]
+    rates = [run.rate * run.beads for run in known if run.rate and run.beads]
+    at_work = sum(run.state == AT_WORK for run in runs)
+    if not rates or not at_work:
+        return None
+    left: list[Any] = [
+        run.beads * (run.steps - (run.step or 0))
+        for run in known
+        if run.state != DONE and run.beads and run.steps
+    ]
+    return float(sum(left) / np.mean(rates) / at_work)

@@ -16,7 +16,7 @@ from PIL import Image
 from dpd.analysis.collect import load
 from dpd.analysis.verdicts import KINDS
 from dpd.files import attribute, replace_whole
-from dpd.pipeline.made_from import verdicts_of
+from dpd.pipeline.jobs import verdicts_of
 from dpd.pipeline.paths import Results
 from dpd.report.archive import read_table
 from dpd.report.captions import label

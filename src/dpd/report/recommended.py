@@ -23,23 +23,7 @@ STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
 
 
 def recommendations(figures: Path) -> str:
-    """The file: of each system, friction and tolerance the cheapest scheme.
-
-    Parameters
-    ----------
-    figures : path
-        Folder of the figures ``fluid_accuracy`` and ``melt_accuracy``.
-
-    Returns
-    -------
-    str
-        YAML; see `dpd.physics.common.automatic`.
-
-    Raises
-    ------
-    UserError
-        If they were not made.
-    """
+    """The file, from a folder with the figures ``fluid_accuracy`` and ``melt_accuracy``."""
     parts = [HEAD]
     for system, stiffness in STIFFNESS.items():
         path = figures / f"{system}_accuracy.nc"

@@ -10,6 +10,7 @@ from dpd.page import PairForce
 if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
+BYTES_PER_BEAD = 312  # of memory in a run, measured; with DPD-VV and a list 750
 SMALL = 0.1  # of a run's steps: a start that takes no more is made by the run itself
 
 

@@ -2,13 +2,11 @@
 
 automatic.yaml, beside this file, holds what the benchmark found: for a fluid and for a melt of
 stiff bonds, at two frictions, the scheme and step of least run time for each tolerance in pressure
-and kT. Other scenes heat up at other steps: `dpd.pipeline.probing` tries the guess on the scene
-itself.
+and kT. Other scenes heat up at other steps: `dpd.runs.auto` tries the guess on the scene itself.
 """
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,32 +22,12 @@ DENSITY = {"fluid": 3.0, "melt": 1.0}
 HOLDING = ("shardlow", "lowe-andersen", "aboba")
 
 
-@cache
-def table() -> dict[str, Any]:
-    """The measured table: ``fluid`` and ``melt``, each with a list of ``choices``.
-
-    Of a choice: ``gamma``, ``tolerance``, ``scheme``, ``lambda``, ``dt``; of each system
-    ``stiffness``: a rho and C in kT / r_c^2, what its steps were measured for.
-    """
-    return yaml.safe_load(TABLE.read_text())
-
-
 def choose(scene: Any, tolerance: float) -> dict[str, Any]:
-    """A guess at the integrator of a scene that leaves it to us.
+    """A guess at ``scheme``, ``lambda`` and ``dt`` of a scene that leaves them to us.
 
     The step is that of the measured system, shorter where this one is stiffer (as
     1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
-    the highest friction.
-
-    Parameters
-    ----------
-    tolerance : float
-        Relative error in pressure and kT that is allowed.
-
-    Returns
-    -------
-    dict
-        ``scheme``, ``lambda`` and ``dt``.
+    the highest friction. The ``tolerance`` is that of pressure and kT.
 
     Raises
     ------
@@ -60,41 +38,37 @@ def choose(scene: Any, tolerance: float) -> dict[str, Any]:
     for term in scene.terms.values():
         if why := term.untried():
             raise UserError(f"{scene.where}: integrator.scheme: 'auto' cannot choose here: {why}")
-    bond = scene.bond_force
-    system = "melt" if bond else "fluid"
-    measured = table()[system]
+    system = "melt" if (bond := scene.bond_force) else "fluid"
+    measured = yaml.safe_load(TABLE.read_text())[system]
     gamma = max(scene.terms["thermostat"].frictions()) / min(1.0, scene.lightest)
     choice = _row(measured["choices"], gamma, tolerance, scene.where)
-    density, known = max(scene.density, DENSITY[system]), measured["stiffness"]
-    ratios = [max(scene.repulsions.values()) * density / known["repulsion"]]
+    # C and a rho in kT / r_c^2 over those of the measured system
+    known = measured["stiffness"]
+    ratios = [
+        scene.kT,
+        max(scene.repulsions.values()) * max(scene.density, DENSITY[system]) / known["repulsion"],
+    ]
     if bond:
         ratios.append(max(law.stiffness for law in bond.laws(scene).values()) / known["bond"])
-    stiffest = max(scene.kT, *ratios)
-    slower = max(1.0, stiffest / min(1.0, scene.lightest)) ** 0.5
+    slower = max(1.0, max(ratios) / min(1.0, scene.lightest)) ** 0.5
     dt = float(f"{choice['dt'] / slower:.2g}")
     return {"scheme": choice["scheme"], "lambda": choice.get("lambda", 0.5), "dt": dt}
 
 
 def _row(choices, gamma, tolerance, where):
     """The measured choice that is safe for a friction and a tolerance."""
-    frictions = sorted({choice["gamma"] for choice in choices})
-    at = [friction for friction in frictions if friction >= gamma]
-    if not at:
+    most = max(choice["gamma"] for choice in choices)
+    if gamma > most:
         raise UserError(
             f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
-            f"<= {frictions[-1]:g} (over the mass of the lightest beads, where that is below 1), "
-            f"or name scheme and dt: {', '.join(HOLDING)} hold gamma 200 at dt 0.04 in a fluid of "
-            "density 3"
+            f"<= {most:g} (over the mass of the lightest beads, where that is below 1), or name "
+            f"scheme and dt: {', '.join(HOLDING)} hold gamma 200 at dt 0.04 in a fluid of density 3"
         )
-    good = [
-        choice
-        for choice in choices
-        if choice["gamma"] == at[0] and choice["tolerance"] <= tolerance
-    ]
-    if not good:
-        least = min(choice["tolerance"] for choice in choices if choice["gamma"] == at[0])
+    above = min(choice["gamma"] for choice in choices if choice["gamma"] >= gamma)
+    known = {choice["tolerance"]: choice for choice in choices if choice["gamma"] == above}
+    if tolerance < min(known):
         raise UserError(
-            f"{where}: integrator.tolerance: {tolerance:g} is less than was "
-            f"measured; allowed: >= {least:g}"
+            f"{where}: integrator.tolerance: {tolerance:g} is less than was measured; allowed: >= "
+            f"{min(known):g}"
         )
-    return max(good, key=lambda choice: choice["tolerance"])
+    return known[max(each for each in known if each <= tolerance)]

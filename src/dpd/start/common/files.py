@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,17 +12,18 @@ import numpy as np
 from dpd import files
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.particles.tilt import SLID
+from dpd.page import Term, names
+from dpd.particles.particles import SLID
+from dpd.scene.scene import Scene
 from dpd.scene.start import start_description, start_digest
 from dpd.stages import start_sources
-from dpd.start.common.make import make_start_and_record
+from dpd.start.common.make import make_start, make_start_and_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from dpd.scene.scene import Scene
-
+NETCDF = ".nc"
 REMEDY = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
@@ -121,3 +123,77 @@ def _check_origin(scene, path, attributes):
             f"{attributes['start_digest']}, now {start_digest(scene)}); {REMEDY}"
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
+
+
+def begin(
+    scene: Scene,
+    path: Path,
+    progress: Callable[[int], object] | None,
+    say: Callable[[str], object],
+) -> tuple[Scene, State]:
+    """Begin a run of one's own.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : Path
+        Of the first configuration. If nothing is there, it is made and kept there. A start of this
+        scene is taken as it is. Of any other file the scene's part ``start`` is replaced by
+        ``{method: file}``, so that what is in it becomes part of the scene.
+    progress : callable or None
+        See `dpd.start.common.make.make_start`.
+    say : callable
+        Called with a sentence for what a person should know of the file.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read, or holds another system.
+    """
+    if not path.exists():
+        if path.suffix.lower() != NETCDF:
+            raise UserError(
+                f"{path}: there is no such file to start from. (A name in {NETCDF} that is not "
+                "there yet would be made.)"
+            )
+        write_start(scene, path, progress, say)
+        return scene, read_start(scene, path)
+    found = begins_with(scene, path, say)
+    if found is scene:
+        return scene, read_start(scene, path)
+    return found, make_start(found, progress, say)
+
+
+def begins_with(scene: Scene, path: Path, say: Callable[[str], object]) -> Scene:
+    """The scene that `begin` runs: the same one, if its start is in the file."""
+    attributes = files.attributes(path) if path.suffix.lower() == NETCDF else {}
+    if "start_digest" in attributes and attributes["start_digest"] == start_digest(scene):
+        if attributes.get("start_sources") == start_sources(scene):
+            return scene
+        say(f"{path}: made by other sources than today's, which may make other bits of it")
+    former = _scene_in(attributes)
+    # What decides how beads move; a start from a run that had other values is said to be one.
+    motion = sorted({*names(Term), *scene.terms, "mass"})
+    if changed := [key for key in motion if former and former.get(key) != scene.data.get(key)]:
+        say(f"{path}: made with other values of {', '.join(changed)} than this scene has")
+    if "scene_digest" in attributes and former.get("seed") == scene.data["seed"]:
+        say(
+            f"{path}: its run had the seed {scene.data['seed']} as well, so the same noise comes "
+            "again; another 'seed' makes the two independent"
+        )
+    return starting_from(scene, path)
+
+
+def starting_from(scene: Scene, path: Path) -> Scene:
+    """The same scene with its first configuration from a file, as it stands there."""
+    kept = {key: scene.data["start"][key] for key in ("kT", "seed") if key in scene.data["start"]}
+    start = kept | {"method": "file", "path": str(path)}
+    return Scene(scene.data | {"start": start}, scene.where)
+
+
+def _scene_in(attributes):
+    """What a file keeps of the scene that it was made from; nothing if that cannot be read."""
+    with suppress(ValueError, TypeError):
+        found = json.loads(attributes.get("scene", "{}"))
+        return found if isinstance(found, dict) else {}
+    return {}

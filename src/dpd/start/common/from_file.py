@@ -9,13 +9,11 @@ import numpy as np
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
-from dpd.particles.particles import whole_images
-from dpd.particles.tilt import UPRIGHT, shear_of
+from dpd.particles.particles import UPRIGHT, shear_of, whole_images
 from dpd.scene.start import start_description
 from dpd.start.common.between_walls import between_walls
-from dpd.start.common.make import species_of, system_of
+from dpd.start.common.make import species_of, system_of, thermal_velocities
 from dpd.start.common.matching import order_of, same_box
-from dpd.start.common.velocities import thermal_velocities
 from dpd.start.file import LAST_FRAME, file_digest
 
 if TYPE_CHECKING:

@@ -15,14 +15,12 @@ from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.own import told_of
 from dpd.page import Change, PairForce
-from dpd.particles.particles import whole_images
-from dpd.particles.tilt import box_at
+from dpd.particles.particles import box_at, whole_images
 from dpd.physics.common.records import bond_record
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import joined
 from dpd.scene.start import start_description, start_work
-from dpd.start.common.velocities import thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -283,3 +281,26 @@ def relaxed(
         np.arange(len(done.identity), dtype=np.uint32), species, 0, box=done.box,
         image=done.image,
     )  # fmt: skip
+
+
+def thermal_velocities(
+    shape: tuple[int, ...], kT: float, rng: np.random.Generator, mass: float | np.ndarray = 1.0
+) -> np.ndarray:
+    """Maxwellian velocities in r_c / tau, at rest as a whole.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Dimension and beads.
+    kT : float
+    rng : numpy.random.Generator
+    mass : float or (n,) array
+        Of all beads, or of each.
+
+    Returns
+    -------
+    (dimension, n) array
+    """
+    velocity = rng.normal(scale=np.sqrt(kT / mass), size=shape)
+    weights = mass if np.ndim(mass) else None
+    return velocity - np.average(velocity, axis=1, weights=weights, keepdims=True)

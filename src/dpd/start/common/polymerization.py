@@ -24,8 +24,7 @@ from dpd.errors import UserError
 from dpd.scene.molecules import numbers_of
 from dpd.scene.start import start_description
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
-from dpd.start.common.make import relaxed, start_system
-from dpd.start.common.velocities import thermal_velocities
+from dpd.start.common.make import relaxed, start_system, thermal_velocities
 from dpd.start.polymerize import RECORD
 
 if TYPE_CHECKING:

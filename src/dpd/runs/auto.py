@@ -23,8 +23,7 @@ from dpd.errors import UserError
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.start.common.make import system_of
-from dpd.start.common.velocities import thermal_velocities
+from dpd.start.common.make import system_of, thermal_velocities
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 SURE = 3.0  # standard errors: all looks together are right with 95 % confidence or more
 SHRINK = 0.4, 0.8  # of the step, the least and the most from one try to the next
 SHORTEST = 0.02  # of the proposed step, below which no try is made
-LEAST_WORK = 1e8  # bead-steps that a probe may take, some seconds; or SHARE of the run, if more
+LEAST_WORK = 1e8  # bead-steps that the tries may take, some seconds; or SHARE of the run, if more
 SHARE = 0.1
 SAMPLE = 0.1  # tau between samples
 SETTLING = 3.0  # thermostat times that are left out of what is measured
@@ -50,51 +49,38 @@ class Bounds(NamedTuple):
     pressure: float
     pressure_unsure: float
 
-    @property
-    def most(self) -> tuple[float, float]:
-        """Largest errors of kT and pressure that are not ruled out."""
-        return self.kT + self.kT_unsure, self.pressure + self.pressure_unsure
-
-    def within(self, tolerance: float) -> bool:
-        """Whether both are within a tolerance for sure."""
-        return max(self.most) <= tolerance
+    def most(self) -> float:
+        """The largest error that is not ruled out."""
+        return max(self.kT + self.kT_unsure, self.pressure + self.pressure_unsure)
 
     def beyond(self, tolerance: float) -> bool:
-        """Whether one is not for sure, or so near to it that a shorter step is found sooner."""
+        """Whether one is beyond it for sure, or so near that a shorter step is found sooner."""
         return any(
             found - unsure > tolerance or (found > tolerance / 2 and unsure < tolerance / 2)
-            for found, unsure in ((self.kT, self.kT_unsure), (self.pressure, self.pressure_unsure))
+            for found, unsure in (self[:2], self[2:])
         )
 
 
-class Probe:
-    """A scene in motion with a step of its own, and what was seen of it.
+UNKNOWN = Bounds(0.0, np.inf, 0.0, np.inf)
 
-    Parameters
-    ----------
-    scene : dpd.scene.scene.Scene
-    state : State
-    dt : float
-    look : callable or None
-        See `settle`.
-    """
+
+class Probe:
+    """A scene in motion with a step of its own, and what was seen of it."""
 
     def __init__(
-        self, scene: Scene, state: State, dt: float, look: Callable[[], None] | None = None
+        self, scene: Scene, state: State, dt: float, look: Callable[[], object] = bool
     ) -> None:
         system = replace(system_of(scene), dt=dt, skin=scene.skin_at(dt), pressure=None)
-        self._simulation = Simulation(system, _copy(state))
-        self._thermal = ThermalMotion(scene, system)
-        self._every = max(1, round(SAMPLE / dt))
-        self._volume, self._dimension = self._simulation.volume, system.dimension
-        self._look = look or _do_not_look
+        self._simulation, self._look = Simulation(system, _copy(state)), look
+        self._thermal, self._every = ThermalMotion(scene, system), max(1, round(SAMPLE / dt))
         self.dt = dt
         self.kT: list[float] = []
         self.excess: list[float] = []
 
     def run(self, time: float) -> None:
         """Go on for a time in tau."""
-        simulation, d = self._simulation, self._dimension
+        simulation = self._simulation
+        d = simulation.system.dimension
         for _ in range(max(1, round(time / (self.dt * self._every)))):
             self._look()
             if self._every > 1:
@@ -102,23 +88,16 @@ class Probe:
             sums = simulation.sample(1, [simulation.state.step + 1], measure=True)
             kinetic, virial = self._thermal.kinetic(sums)[0], sums.virial[0, CONSERVATIVE]
             self.kT.append(float(np.trace(kinetic) / (d * sums.beads.sum())))
-            self.excess.append(float(np.trace(virial) / (d * self._volume)))
+            self.excess.append(float(np.trace(virial) / (d * simulation.volume)))
 
     def means(self, settling: float) -> list[tuple[float, float]]:
-        """(mean, error) of kT and of the excess pressure, after a time to settle."""
-        first = round(settling / (self.dt * self._every))
-        return [_mean(np.array(series)[first:]) for series in (self.kT, self.excess)]
-
-
-def _mean(series):
-    """Mean and its error; without limit where the series is too short to know it."""
-    mean, error, _ = mean_and_error(series)
-    known = len(series) >= LENGTH * correlation_time(series)
-    return mean, error if known else np.inf
-
-
-def _do_not_look():
-    """Where nobody asks to be called."""
+        """(mean, error) of kT and excess pressure after a time to settle; inf if not known."""
+        first, found = round(settling / (self.dt * self._every)), []
+        for series in (np.array(self.kT)[first:], np.array(self.excess)[first:]):
+            mean, error, _ = mean_and_error(series)
+            known = len(series) >= LENGTH * correlation_time(series)
+            found.append((mean, error if known else np.inf))
+        return found
 
 
 def _copy(state):
@@ -134,13 +113,7 @@ def thermostat_time(scene: Scene, pushes: float) -> float:
     Friction takes 2 gamma w^2 kT from each pair (Groot and Warren 1997, Eq. 4), of a kinetic
     energy of d kT / 2 for each bead; the rest of the energy follows that of motion. With masses it
     takes gamma w^2 kT / mu, with the reduced mass mu. If species differ, gamma / (2 mu) is the mean
-    over pairs of beads.
-
-    Parameters
-    ----------
-    scene : dpd.scene.scene.Scene
-    pushes : float
-        Sum of w^2 over all pairs, per bead.
+    over pairs of beads. ``pushes`` is the sum of w^2 over all pairs, per bead.
     """
     share = np.bincount(scene.kinds, minlength=len(scene.species)) / scene.beads
     inverse = 1 / (np.ones(len(share)) if scene.masses is None else scene.masses)
@@ -148,16 +121,16 @@ def thermostat_time(scene: Scene, pushes: float) -> float:
     return scene.dimension / (4 * float(share @ rate @ share) * max(pushes, 1e-9))
 
 
-def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -> Scene:
+def settle(scene: Scene, state: State, look: Callable[[], object] = bool) -> Scene:
     """The scene with a scheme and a step that were tried on it.
 
     Parameters
     ----------
-    scene : dpd.scene.scene.Scene
+    scene : Scene
     state : State
         Its start, which is left as it is.
-    look : callable or None
-        Called several times a second while steps are tried; it may raise something to end that.
+    look : callable
+        Called several times a second; it may raise something to end the search.
 
     Returns
     -------
@@ -168,22 +141,20 @@ def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -
     Raises
     ------
     UserError
-        If no step could be shown to be good within the work that a probe may take.
+        If no step could be shown to be good within the work that the search may take.
     """
     if not scene.is_auto:
         return scene
-    budget = max(LEAST_WORK, SHARE * scene.work)
+    budget, tolerance = max(LEAST_WORK, SHARE * scene.work), scene.terms["integrator"].tolerance
     proposed = dt = scene.dt
-    tolerance = scene.terms["integrator"].tolerance
     state, pushes, spent = _at_rest(scene, state, proposed / 4, budget, look)
     memory, best = thermostat_time(scene, pushes), np.inf
     while dt >= SHORTEST * proposed and spent < budget:
-        trial = _Trial(scene, state, dt, memory, look)
-        bounds = trial.look(tolerance, budget - spent)
-        spent += trial.spent
-        if bounds.within(tolerance):
+        bounds, cost = _tried(scene, state, dt, memory, budget - spent, look)
+        spent += cost
+        if bounds.most() <= tolerance:
             return _chosen(scene, dt, bounds)
-        best = min(best, max(bounds.most))
+        best = min(best, bounds.most())
         shorter = np.sqrt(tolerance / 2 / max(bounds.kT, bounds.pressure, 1e-9))
         dt = float(f"{dt * np.clip(shorter, *SHRINK):.2g}")
     known = ""
@@ -198,14 +169,14 @@ def settle(scene: Scene, state: State, look: Callable[[], None] | None = None) -
     )
 
 
-def _at_rest(scene, state, dt, budget=np.inf, look=None):
+def _at_rest(scene, state, dt, budget=np.inf, look=bool):
     """The start at its temperature, the sum of w^2 per bead, and the bead-steps that it took.
 
     Its velocities are drawn anew again and again, which brings any system to its temperature,
     however rarely its beads meet.
     """
     steps = max(1, round(PAUSE / dt))
-    cost, look = ROUNDS * steps * scene.beads, look or _do_not_look
+    cost = ROUNDS * steps * scene.beads
     if cost > budget:
         raise UserError(
             f"{scene.where}: integrator.scheme: 'auto' cannot choose here: to bring the start to "
@@ -230,89 +201,72 @@ def _at_rest(scene, state, dt, budget=np.inf, look=None):
     return simulation.state, np.mean(pushes[ROUNDS // 2 :]), cost
 
 
-class _Trial:
-    """A step and half of it, side by side, until they tell."""
+def _tried(scene, state, dt, memory, budget, look):
+    """`Bounds` of a step, as good as a budget in bead-steps allows, and the bead-steps they took.
 
-    def __init__(self, scene, state, dt, memory, look):
-        self._scene, self._settling = scene, SETTLING * memory
-        self._length = self._settling + max(100 * SAMPLE, LENGTH * memory)
-        self._whole = Probe(scene, state, dt, look)
-        self._half = Probe(scene, state, dt / 2, look)
-        self.spent = 0.0
-
-    def look(self, tolerance, budget):
-        """`Bounds`, as good as the budget in bead-steps allows; infinite if a step blows up."""
-        bounds, time, half_too = UNKNOWN, self._length, True
-        while not (bounds.within(tolerance) or bounds.beyond(tolerance)):
-            cost = time / self._whole.dt * self._scene.beads * (3 if half_too else 1)
-            if self.spent + cost > budget:
-                self.spent = budget  # a shorter step would tell even less
-                return bounds
-            self.spent += cost
-            try:
-                self._whole.run(time)
-                if half_too:
-                    self._half.run(time)
-            except Unstable:
-                return UNKNOWN._replace(kT=np.inf)
-            bounds = self._bounds()
-            known = bounds.pressure_unsure < bounds.kT_unsure + tolerance / 4
-            half_too = not known or np.isinf(bounds.pressure_unsure)
-            time = len(self._whole.kT) * SAMPLE  # twice as long in all
-        return bounds
-
-    def _bounds(self):
-        """What both say of the longer step."""
-        scene, settling = self._scene, self._settling
-        asked = scene.data["thermostat"]["kT"]
-        (kT, kT_error), (excess, error) = self._whole.means(settling)
-        _, (excess_half, error_half) = self._half.means(settling)
-        found, unsure = abs(kT / asked - 1), SURE * kT_error / asked
-        ideal = scene.density * asked
-        pressure = max(abs(ideal + excess), ideal)
-        share = ideal / pressure
-        # A scheme of first order is twice as far from the limit as from half the step; one of
-        # second order is nearer.
-        off = 2 * abs(excess - excess_half) / pressure
-        off_unsure = 2 * SURE * np.hypot(error, error_half) / pressure
-        return Bounds(found, unsure, off + share * found, off_unsure + share * unsure)
+    The step and half of it run side by side until they tell.
+    """
+    tolerance, settling = scene.terms["integrator"].tolerance, SETTLING * memory
+    whole, half = (Probe(scene, state, step, look) for step in (dt, dt / 2))
+    bounds, spent, half_too = UNKNOWN, 0.0, True
+    time = settling + max(100 * SAMPLE, LENGTH * memory)
+    while bounds.most() > tolerance and not bounds.beyond(tolerance):
+        cost = time / dt * scene.beads * (3 if half_too else 1)
+        if spent + cost > budget:
+            return bounds, budget  # a shorter step would tell even less
+        spent += cost
+        try:
+            whole.run(time)
+            if half_too:
+                half.run(time)
+        except Unstable:
+            return UNKNOWN._replace(kT=np.inf), spent
+        bounds = _bounds(scene, whole.means(settling), half.means(settling))
+        known = bounds.pressure_unsure < bounds.kT_unsure + tolerance / 4
+        half_too = not known or np.isinf(bounds.pressure_unsure)
+        time = len(whole.kT) * SAMPLE  # twice as long in all
+    return bounds, spent
 
 
-UNKNOWN = Bounds(0.0, np.inf, 0.0, np.inf)
+def _bounds(scene, whole, half):
+    """What both say of the longer step.
+
+    A scheme of first order is twice as far from the limit as from half the step; one of second
+    order is nearer.
+    """
+    asked = scene.data["thermostat"]["kT"]
+    (kT, kT_error), (excess, error) = whole
+    _, (excess_half, error_half) = half
+    found, unsure = abs(kT / asked - 1), SURE * kT_error / asked
+    ideal = scene.density * asked
+    pressure = max(abs(ideal + excess), ideal)
+    share = ideal / pressure
+    off = 2 * abs(excess - excess_half) / pressure
+    off_unsure = 2 * SURE * np.hypot(error, error_half) / pressure
+    return Bounds(found, unsure, off + share * found, off_unsure + share * unsure)
 
 
 def _chosen(scene, dt, bounds):
     """The scene with a step that was found to be good."""
-    guess = scene.terms["integrator"].named
-    integrator = {"scheme": guess.scheme, "lambda": guess.lambda_, "dt": dt}
-    kT, pressure = (100 * most for most in bounds.most)
-    tolerance = scene.terms["integrator"].tolerance
+    guess, tolerance = scene.terms["integrator"].named, scene.terms["integrator"].tolerance
+    kT, pressure = (100 * sum(each) for each in (bounds[:2], bounds[2:]))
     said = (
-        f"integrator: auto is {integrator['scheme']}, dt {dt:g}: tried on this scene with this "
+        f"integrator: auto is {guess.scheme}, dt {dt:g}: tried on this scene with this "
         f"step and half of it, kT is within {kT:.2g} % and the pressure within {pressure:.2g} % "
         f"(95 % confidence; asked for: {100 * tolerance:g} %)"
     )
-    return _with_choice(scene, {"asked": _asked(scene), "integrator": integrator, "said": said})
+    integrator = {"scheme": guess.scheme, "lambda": guess.lambda_, "dt": dt}
+    asked = value_digest([scene.digest, run_sources(scene)])
+    return _with_choice(scene, {"asked": asked, "integrator": integrator, "said": said})
 
 
 def settled_before(scene: Scene, choice: object) -> Scene | None:
-    """The scene with a choice that was kept; None if it is not one of this scene and these sources.
-
-    Parameters
-    ----------
-    scene : dpd.scene.scene.Scene
-        That leaves its step to us.
-    choice : object
-        The ``chosen`` of what `settle` returned, or anything else.
-    """
-    if not isinstance(choice, dict) or choice.get("asked") != _asked(scene):
+    """The scene with the ``chosen`` of an earlier `settle`; None if it is not of this scene and
+    these sources."""
+    asked = value_digest([scene.digest, run_sources(scene)])
+    if not isinstance(choice, dict) or choice.get("asked") != asked:
         return None
     return _with_choice(scene, choice)
-
-
-def _asked(scene):
-    """Digest of all that a choice depends on."""
-    return value_digest([scene.digest, run_sources(scene)])
 
 
 def _with_choice(scene, choice):

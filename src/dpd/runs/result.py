@@ -1,0 +1,288 @@
+"""What a result holds beside what was measured, and what is in the place of one.
+
+A run of one's own keeps its last configuration, which is for everybody (`dpd.particles.netcdf`),
+and in the group ``state`` what `dpd.runs.extend` alone needs: the arrays of its last checkpoint
+(`dpd.engine.checkpoint.arrays_of`) that the last configuration lacks. People edit a scene and run
+it again: a result of the same scene is kept, and nothing else is replaced unless they ask for it.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from dpd import files
+from dpd.engine.checkpoint import arrays_of, checksum_of, file_of, put_back, stored_in
+from dpd.errors import Occupied, OtherPage, UserError
+from dpd.observe import observables
+from dpd.particles.netcdf import attributes_of, particles_of, variables_of
+from dpd.particles.particles import Particles, box_at, of_scene
+from dpd.scene.scene import Scene
+from dpd.stages import run_sources
+from dpd.start.common.make import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from dpd.engine.state import State
+
+STATE = "state"  # name of the group
+IN_CONFIGURATION = ("position", "velocity", "species")
+CHECKSUM = "state_checksum"
+NO_STATE = "not_extendable"  # attribute that says why there is no such group
+
+
+class Kept(NamedTuple):
+    """What `dpd.files.write` takes."""
+
+    variables: dict[str, tuple]
+    attributes: dict[str, Any]
+    groups: dict[str, dict[str, np.ndarray]]
+
+
+class Former(NamedTuple):
+    """A finished run that a longer one can go on from; its observables have all they had."""
+
+    scene: Scene
+    state: State
+    observers: list[Any]
+    attributes: dict[str, Any]
+
+
+def checkpoint_path(path: str | Path) -> Path:
+    """Where the checkpoint of a result lies: beside it, under a name that no rule declares."""
+    path = Path(path)
+    return path.with_name(path.stem + ".checkpoint")
+
+
+def go_on_from(observer: Any, former: Any, step: int) -> None:
+    """Put an observable where that of a run that was planned as long would be at a step.
+
+    Its arrays do not depend on how long a run is planned to be, but for series and levels of
+    correlations, for which a longer one has more room, and a shorter one enough.
+
+    Parameters
+    ----------
+    observer : observable
+        Before its first sample.
+    former : observable
+        The same of a run that was planned otherwise, with its own file.
+    step : int
+        Steps that this one has looked at.
+
+    Raises
+    ------
+    ValueError
+        If the two take their samples at other steps, of which some are over.
+    """
+    if observer.every != former.every:
+        if observer.every <= step:
+            raise ValueError(f"samples every {observer.every} steps cannot follow {former.every}")
+        return  # the longer run would not have looked yet
+    if (file := file_of(observer)) is not None:
+        file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digests"])
+    for name, array in observer.arrays.items():
+        room = min(len(array), len(former.arrays[name]))
+        array[:room] = former.arrays[name][:room]
+
+
+def last_configuration(scene: Scene, state: State) -> Particles:
+    """The beads of a state in the order of their identities."""
+    box = box_at(scene, state.step, state.slid) if state.box is None else state.box
+    position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
+    return of_scene(scene, box, position, state.image, velocity, state.step)
+
+
+def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str = "") -> Kept:
+    """What a run keeps at its end; ``why_not`` says why no longer run can go on from it."""
+    last = last_configuration(scene, state)
+    attributes = attributes_of(last)
+    if why_not:
+        return Kept(variables_of(last), attributes | {NO_STATE: why_not}, {})
+    arrays = arrays_of(state, observers)
+    attributes[CHECKSUM] = checksum_of(arrays)
+    stored = {
+        name.replace("/", "."): np.asarray(array)
+        for name, array in arrays.items()
+        if name not in IN_CONFIGURATION
+    }
+    return Kept(variables_of(last), attributes, {STATE: stored})
+
+
+def read_former(path: str | Path) -> Former:
+    """The finished run in a file.
+
+    Raises
+    ------
+    UserError
+        If it is not the result of a run, or of one that cannot be made longer, or is damaged.
+    """
+    refuse_other(path, files.attributes(path))
+    variables, attributes = files.read(path)
+    stored = files.read_group(path, STATE)
+    scene = scene_of(path, attributes)
+    if not stored:
+        why = attributes.get(NO_STATE) or (
+            "it holds no state to go on from. `dpd run --overwrite` makes it again with one; a run "
+            "of a study has one if its scene says 'keep_state: true'"
+        )
+        raise UserError(f"{path}: {why}")
+    arrays = _as_checkpoint(stored, particles_of(variables, attributes, path), scene)
+    if attributes.get(CHECKSUM) != checksum_of(arrays):
+        raise UserError(
+            f"{path}: the state that it holds cannot be right (its checksum does not fit), so no "
+            "run can go on from it; make the file anew"
+        )
+    try:
+        if attributes.get("scene_digest") != scene.digest:
+            raise ValueError
+        state = put_back(arrays, ())
+        observers = list(observables(scene, system_of(scene), path, state))
+        put_back(arrays, observers)
+    except (KeyError, ValueError):  # a default has changed, or what is kept
+        raise UserError(
+            f"{path}: made by another version of this program, which alone can make it longer; a "
+            f"new run can begin with its last configuration: --start {path}"
+        ) from None
+    return Former(scene, state, observers, attributes)
+
+
+def _as_checkpoint(
+    stored: Mapping[str, np.ndarray], last: Particles, scene: Scene
+) -> dict[str, np.ndarray]:
+    """The arrays of a checkpoint, from those of the group and from the last configuration."""
+    arrays = {name.replace(".", "/"): np.asarray(array) for name, array in stored.items()}
+    order = arrays.get("identity")
+    if order is None or not np.array_equal(np.sort(order), np.arange(last.position.shape[1])):
+        return arrays  # which lack positions, and so cannot be right
+    arrays["position"] = last.position[:, order]
+    arrays["velocity"] = last.velocity[:, order] if last.velocity is not None else np.zeros(0)
+    if len(scene.species) > 1:
+        arrays["species"] = last.species[order]
+    return arrays
+
+
+def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
+    """Refuse what is no result, and that of a run which was lost, by the attributes of a file."""
+    if "scene" not in attributes or "scene_digest" not in attributes:
+        what = "a first configuration" if "start_digest" in attributes else "some other NetCDF file"
+        raise UserError(f"{path}: this is {what}, not the result of a run; name a run.nc")
+    lost = int(attributes.get("lost_step", -1))
+    if lost >= 0:
+        raise UserError(
+            f"{path}: this run was lost at step {lost} (it blew up, or its bonds got "
+            "too long), so nothing can go on from it; run its scene with a smaller dt"
+        )
+
+
+def scene_of(path: str | Path, attributes: Mapping[str, Any]) -> Scene:
+    """The scene of a result, with the step that was chosen for it; or of a checkpoint's note."""
+    scene = Scene.of_result(attributes.get("scene"), str(path))
+    if chosen := attributes.get("chosen"):
+        scene.chosen = chosen if isinstance(chosen, dict) else {"said": chosen}
+    return scene
+
+
+def is_made(scene: Scene, path: str | Path) -> bool:
+    """Whether a result is there that belongs to a scene and to the sources as they are."""
+    if not all(each.is_file() for each in (Path(path), *scene.files_beside(path).values())):
+        return False
+    try:
+        made = [files.attribute(path, name) for name in ("scene_digest", "sources")]
+    except (UserError, AttributeError):  # not NetCDF, or not a run
+        return False
+    return made == [scene.digest, run_sources(scene)]
+
+
+def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Scene | None:
+    """The scene of a result that is there, if it is the same (``say`` tells); None for no file.
+
+    Raises
+    ------
+    Occupied
+        If anything else is in the place of the output, or in that of what lies beside it.
+    """
+    checkpoint, beside = checkpoint_path(output), scene.files_beside(output).values()
+    if not files.is_filled(output):
+        refuse_to_lose(scene, checkpoint)
+        for path in beside if not stored_in(checkpoint) else ():
+            # Here, as most scenes have no trajectory, and its library takes time to import.
+            from dpd.particles.trajectory_file import refuse_other_trajectory
+
+            refuse_other_trajectory(path)  # which --overwrite does not replace either
+            files.refuse_to_replace(path)
+        return None
+    try:
+        attributes = files.attributes(output)
+        former = scene_of(output, attributes) if "scene_digest" in attributes else None
+    except OtherPage as problem:
+        raise Occupied(
+            f"{output}: holds the result of a run with another page; {problem}"
+        ) from None
+    except UserError:
+        former = None
+    if former is None:
+        raise Occupied(f"{output}: is there already, and no result of a run that can be read")
+    if not _same(scene, former):
+        raise Occupied(f"{output}: holds the result of {_other(scene, former)}")
+    if missing := [path for path in beside if not path.is_file()]:
+        raise Occupied(f"{output}: is there already, but not {missing[0]}, which belongs to it")
+    is_ours = attributes.get("sources") == run_sources(former)
+    version = "" if is_ours else ", made by another version of this program"
+    say(f"{output}: is there already, of the same scene{version}; it is kept, and nothing was run")
+    return former
+
+
+def refuse_to_lose(scene: Scene, checkpoint: Path) -> None:
+    """Refuse to begin anew where the state of a run lies from which this one cannot go on."""
+    if not (stored := stored_in(checkpoint)):
+        return
+    holds = f"{checkpoint}: holds the state of a run that was stopped or killed,"
+    try:
+        former = scene_of(checkpoint, stored.note)
+    except OtherPage as problem:
+        raise Occupied(f"{holds} with another page; {problem}") from None
+    except UserError:
+        raise Occupied(f"{holds} of an older version, which alone can go on with it") from None
+    if not _same(scene, former):
+        raise Occupied(f"{holds} of {_other(scene, former)}")
+    if stored.key.get("sources") != run_sources(former):
+        raise Occupied(
+            f"{holds} of another version of this program, such as 0.2, which alone can go on with "
+            "it: finish the run with that one"
+        )
+    if stored.key.get("kept") is not former.data.get("keep_state", True):
+        raise Occupied(f"{holds} of a study, which keeps less: finish it by the same command")
+
+
+def remove_left(checkpoint: Path, scene: Scene) -> bool:
+    """Remove the checkpoint of a run whose result is whole; whether there was one."""
+    stored = stored_in(checkpoint)
+    left = stored is not None and stored.key.get("scene") == scene.digest
+    if left:
+        os.unlink(checkpoint)
+    return left
+
+
+def _same(scene, former):
+    """Whether two scenes are the same; one that leaves its step to us is with what it found."""
+    if scene.is_auto:
+        said = (former.chosen or {}).get("said", "")
+        if not said.endswith(f"asked for: {100 * scene.terms['integrator'].tolerance:g} %)"):
+            return False
+        scene = Scene(scene.data | {"integrator": former.data["integrator"]}, scene.where)
+    return scene.digest == former.digest
+
+
+def _other(scene, former):
+    """What distinguishes the scene of a file from one that is to be run."""
+    mine, its = scene.data, former.data
+    keys = sorted(key for key in mine.keys() | its.keys() if mine.get(key) != its.get(key))
+    more = former.steps.sample - scene.steps.sample
+    if keys == ["steps"] and former.steps.equilibrate == scene.steps.equilibrate:
+        hint = " (`dpd extend` makes a result longer)" if more < 0 else ""
+        return f"this scene, {abs(more)} steps {'longer' if more > 0 else 'shorter'}{hint}"
+    return f"another scene, with other values of {', '.join(keys)}"

@@ -1,0 +1,501 @@
+"""A run: alone on its output, started or resumed, stopped when asked, and written to run.nc."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from dpd import files
+from dpd.analysis.statistics import mean_and_error
+from dpd.engine.checkpoint import Checkpoint, file_of, refuse_other_file, stored_in
+from dpd.engine.loop import counts_from
+from dpd.engine.loop import run as run_steps
+from dpd.engine.simulation import Simulation
+from dpd.errors import LostRun, Stopped, UserError
+from dpd.files import remove_drafts, unfinished
+from dpd.jit import COMPILING
+from dpd.observe import observables
+from dpd.page import Change
+from dpd.progress import Progress
+from dpd.runs.lock import alone
+from dpd.runs.result import (
+    Kept,
+    checkpoint_path,
+    go_on_from,
+    is_made,
+    kept_of,
+    remove_left,
+    result_there,
+)
+from dpd.runs.warnings import warning_of
+from dpd.scene.scene import Scene
+from dpd.scene.start import BYTES_PER_BEAD, start_work
+from dpd.stages import run_sources
+from dpd.start.common.make import make_start, system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from dpd.engine.state import State
+
+NETCDF = ".nc"
+COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
+TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
+STOPPING = b"stopping after the steps under way; a second Ctrl-C ends at once\n"
+
+
+def warn(sentence: str) -> None:
+    """A warning to the terminal, if anybody reads that; nothing for an empty one."""
+    with suppress(OSError):
+        if sentence:
+            print(f"warning: {sentence}", file=sys.stderr, flush=True)
+
+
+def tell(sentence: str) -> None:
+    """A sentence on what is done, to whoever reads it."""
+    with suppress(OSError):
+        print(sentence, flush=True)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a run is carried out; none of it changes a bit of what it measures.
+
+    Attributes
+    ----------
+    threads : int
+    every_seconds : float or None
+        Wall clock between checkpoints beside the result; None keeps no state.
+    overwrite : bool
+        Replace what is in the place of the result, see `dpd.runs.result`.
+    own : bool
+        A run of one's own: it keeps its end for longer ones, begins with any file, and is refused
+        where another is at work. Otherwise it is Snakemake's: it waits for the other, leaves a
+        result of the same scene and sources as it is, replaces any other, and its ``start`` is
+        that of the scene.
+    label : str
+        For progress.
+    signals : tuple of int
+        What asks it to stop.
+    say, tell : callable
+        Called with a warning, and with a sentence on what is done.
+    progress : callable
+        Makes a `dpd.progress.Progress` from a number of steps and a label.
+    """
+
+    threads: int = 1
+    every_seconds: float | None = None
+    overwrite: bool = False
+    own: bool = False
+    label: str = ""
+    signals: tuple[int, ...] = (signal.SIGINT,)
+    say: Callable[[str], None] = warn
+    tell: Callable[[str], None] = tell
+    progress: Callable[..., Progress] = Progress
+
+
+def run(
+    scene: Scene, output: Path, start: Path | None = None, options: Options = Options()
+) -> dict[str, float]:
+    """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
+
+    Parameters
+    ----------
+    scene : Scene
+    output : Path
+        The NetCDF file to write.
+    start : Path or None
+        First configuration; without one it is made. For a run of one's own it is made there if
+        there is none.
+    options : Options
+
+    Returns
+    -------
+    dict
+        Summary, see `summary`.
+
+    Raises
+    ------
+    UserError
+        If it cannot be, see `dpd.runs.lock.alone` and `simulate`, or would replace something
+        unasked.
+    Stopped
+        If a signal asked for it.
+    """
+    checkpoint = checkpoint_path(output)
+    beside, given = list(scene.files_beside(output).values()), [start] if start else []
+    of_scene = [scene.where] if Path(scene.where).is_file() else []
+    for path in (output, checkpoint, *beside):
+        files.check_output(path, NETCDF if path == output else "", [*of_scene, *given])
+    if options.own and start and not start.exists() and start.suffix.lower() == NETCDF:
+        files.check_output(start, NETCDF, of_scene)
+    refuse_other_file(checkpoint)
+    with alone(output, options.say, wait=not options.own) as lock:
+        if (made := _made(scene, output, start, options)) is not None:
+            remove_left(checkpoint, made)
+            return summary(made, *files.read(output))
+        for path in (output, checkpoint, *beside, *map(unfinished, beside)):
+            remove_drafts(path)
+        with stop_on(options.signals) as stopping:
+            return _run(scene, output, start, options, stopping, lock)
+
+
+def _run(scene, output, start, options, stopping, lock):
+    begun, checkpoint = time.perf_counter(), checkpoint_path(output)
+    _refuse_too_large(scene)
+    say_if_resumed(checkpoint)
+    work, COMPILING.tell = start_work(scene), options.tell
+    with options.progress(work, f"{options.label}: start", lock, "start") as shown:
+        progress = partial(_stoppable, stopping, shown)
+        if start is None:
+            state = make_start(scene, progress, options.tell)
+        else:
+            from dpd.start.common.files import begin, read_start
+
+            if options.own:
+                scene, state = begin(scene, start, progress, options.tell)
+            else:
+                state = read_start(scene, start)
+    scene = _settled(scene, state, checkpoint, partial(_stoppable, stopping))
+    if scene.chosen:
+        options.tell(scene.chosen["said"])
+    with options.progress(sum(scene.steps), options.label, lock) as progress:
+        return simulate(scene, output, state, options, progress, stopping, begun)
+
+
+@contextmanager
+def stop_on(signals: Sequence[int]) -> Iterator[Callable[[], int]]:
+    """While a run looks whether it is asked to stop.
+
+    The first signal asks for it, a second Ctrl-C does what it did before. Those that the caller
+    has ignored, as nohup does, stay so. Python tells its main thread alone of signals: nobody asks
+    a run in another one.
+
+    Yields
+    ------
+    callable
+        Returns the number of the signal that asks to stop, or 0.
+    """
+    came: list[tuple[int, float]] = []
+
+    def ask(number, frame):
+        if not came:
+            came.append((number, time.monotonic()))
+            with suppress(OSError):
+                os.write(2, STOPPING)
+        elif number == signal.SIGINT and time.monotonic() - came[0][1] > TOGETHER:
+            former[number](number, frame)
+
+    is_main = threading.current_thread() is threading.main_thread()
+    former = {number: signal.getsignal(number) for number in signals if is_main}
+    former = {n: was for n, was in former.items() if was not in (signal.SIG_IGN, None)}
+    try:
+        for number in former:
+            signal.signal(number, ask)
+        yield lambda: came[0][0] if came else 0
+    finally:
+        for number, was in former.items():
+            signal.signal(number, was)
+
+
+def _stoppable(stopping, shown=None, done=0):
+    """Progress of work that keeps no state: it ends where a run would be stopped."""
+    if number := stopping():
+        raise Stopped("stopped before the first step, as asked", number)
+    if shown is not None:
+        shown(done)
+
+
+def _made(scene, output, start, options):
+    """The scene of a result that is there already and stays.
+
+    For Snakemake it is of the same sources too. Another run has made it while this one waited; or
+    a Snakemake that was killed, or whose job of many runs was, asks again for those that were done.
+    Or what the scene takes from other sweeps was measured anew, and came out as before.
+    """
+    if options.own:
+        if start is not None and start.exists():
+            from dpd.start.common.files import begins_with
+
+            scene = begins_with(scene, start, lambda sentence: None)
+        return None if options.overwrite else result_there(scene, output, options.say)
+    if not is_made(scene, output):
+        return None
+    for place in (output, *scene.files_beside(output).values()):
+        os.utime(place)  # newer than what it is made from
+    options.tell(f"{output}: is there already, of the same scene and the same sources")
+    return scene
+
+
+def _refuse_too_large(scene):
+    """Refuse beads for which this machine has no memory: the system would end the process."""
+    needed = BYTES_PER_BEAD * scene.beads
+    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > there:
+        raise UserError(
+            f"{scene.where}: {scene.beads} beads take about {needed / 2**30:.3g} GiB of memory, "
+            f"and this machine has {there / 2**30:.3g}; take a smaller box or fewer molecules"
+        )
+
+
+def say_if_resumed(checkpoint: Path) -> None:
+    """Tell a person that there may be a run to resume."""
+    if checkpoint.exists():
+        with suppress(OSError):
+            print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
+
+
+def _settled(scene, state, checkpoint, look):
+    """The scene with the time step that it names, that it began with, or that is found now."""
+    if not scene.is_auto:
+        return scene
+    from dpd.runs.auto import settle, settled_before
+
+    stored = stored_in(checkpoint)
+    before = settled_before(scene, stored.note.get("chosen")) if stored else None
+    return before or settle(scene, state, look)
+
+
+def simulate(
+    scene: Scene,
+    path: str | Path,
+    state: State,
+    options: Options = Options(),
+    progress: Callable[[int], object] | None = None,
+    stopping: Callable[[], int] | None = None,
+    begun: float | None = None,
+    former: Sequence[Any] = (),
+) -> dict[str, float]:
+    """Run a scene from a first configuration and write what it observed.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : path
+        The NetCDF file; written at the end, whole.
+    state : State
+        From `read_start` or `make_start` of `dpd.start.common`, or the end of a shorter run.
+    options : Options
+    progress, stopping : callable or None
+        See `dpd.engine.loop.run`.
+    begun : float or None
+        When the work on this run began, as `time.perf_counter` has it; now if None.
+    former : list
+        Observables of the shorter run that this one goes on from, at its end.
+
+    Returns
+    -------
+    dict
+        See `summary`.
+
+    Raises
+    ------
+    UserError
+        If the run blows up or is stopped; the last checkpoint stays. Before it begins, if
+        there is no room for checkpoint and result.
+    """
+    begun = time.perf_counter() if begun is None else begun
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
+            "dpd.runs.auto.settle(scene, state) first, or name scheme and dt"
+        )
+    systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
+    simulation = Simulation(systems[0][1], state, options.threads)
+    observers = observables(scene, systems[0][1], path, state)
+    for observer, its_former in zip(observers, former):
+        looked = state.step - counts_from(observer, scene.steps.equilibrate)
+        go_on_from(observer, its_former, looked)
+    for file in filter(None, map(file_of, observers)):
+        file.refuse_other_files()
+    keeper = _keeper(scene, path, options)
+    for place in (path, keeper.path) if keeper else (path,):
+        _check_room(place, simulation, observers)
+    running, lost = time.perf_counter() - COMPILING.seconds, -1
+    try:
+        done = run_steps(
+            simulation, scene.steps, observers, keeper, progress, options.every_seconds or 0.0,
+            stopping, options.say, systems,
+        )  # fmt: skip
+    except LostRun as problem:
+        if scene.data["unstable"] != "record":
+            raise _with_place(problem, scene, keeper) from None
+        done = lost = problem.step
+    except UserError as problem:
+        raise _with_place(problem, scene, keeper) from None
+    now, compiled = time.perf_counter(), COMPILING.seconds
+    timed = {
+        "lost_step": lost,
+        "seconds": now - begun,
+        "bead_steps_per_second": scene.beads * done / max(now - compiled - running, 1e-9),
+    }
+    if former:
+        timed["extended_from_step"] = state.step
+    measured = gathered(scene, simulation, observers, timed)
+    said = [measured.attributes.get("warning", "")]
+    keeps = scene.data.get("keep_state", options.own) and lost < 0
+    try:
+        _write(path, scene, simulation, observers, measured, keeper if lost < 0 else None,
+               keeps, said)  # fmt: skip
+    except UserError as problem:
+        if keeper and lost < 0 and (unsaved := keeper.save(simulation, observers)):
+            problem = UserError(f"{problem}; {unsaved}")
+        raise _with_place(problem, scene, keeper) from None
+    if keeper:
+        keeper.discard()
+    for sentence in filter(None, said):
+        options.say(sentence)  # now: where warnings are errors, it raises
+    return summary(scene, measured.values, measured.attributes)
+
+
+def _keeper(scene, path, options):
+    """The checkpoint of a run, if it is to have one."""
+    if options.every_seconds is None:
+        return None
+    keeps = scene.data.get("keep_state", options.own)
+    key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
+    note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
+    return Checkpoint(checkpoint_path(path), key, note)
+
+
+def _check_room(path, simulation, observers):
+    """Refuse to begin where checkpoint and result will not fit."""
+    kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
+    state = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
+    beside = sum(getattr(observer, "file_bytes", 0) for observer in observers)
+    files.check_room(path, COPIES * (kept + state) + beside)
+
+
+def _write(path, scene, simulation, observers, measured, keeper, keeps, said):
+    """Finish the files beside the result, and write that last: it says that all is there."""
+    own = [observer for observer in observers if file_of(observer)]
+    if keeper and own:  # a kill before the result is there costs no trajectory
+        said.append(keeper.save(simulation, observers))
+    lost_frames = ""
+    for observer in own:
+        taken, digests = observer.arrays["taken"], observer.arrays["digests"]
+        lost_frames = file_of(observer).finish(int(taken[0]), digests, Path(path))
+        said.append(lost_frames)
+    kept = Kept({}, {}, {})
+    if keeps:
+        kept = kept_of(scene, simulation.state, observers, lost_frames)
+    variables = measured.variables | kept.variables
+    files.write(path, variables, measured.attributes | kept.attributes, kept.groups)
+
+
+def _with_place(problem, scene, keeper):
+    """A problem of a run, with the scene's file and where the last good state is."""
+    kept = keeper is not None and keeper.is_ours and keeper.path.exists()
+    last = f"; its last good state is in {keeper.path}" if kept else ""
+    text = f"{scene.where}: {str(problem).rstrip('.')}{last}"
+    return Stopped(text, problem.signal) if isinstance(problem, Stopped) else UserError(text)
+
+
+class Gathered(NamedTuple):
+    """What a run has measured: variables for its file, their values by name, and attributes."""
+
+    variables: dict[str, files.Variable]
+    values: dict[str, np.ndarray]
+    attributes: dict[str, Any]
+
+
+def gathered(
+    scene: Scene, simulation: Simulation, observers: list[Any], timed: Mapping[str, Any]
+) -> Gathered:
+    """All that a run has measured in the end; ``timed`` attributes say how it went."""
+    variables: dict[str, files.Variable] = {}
+    for observer in observers:
+        variables |= observer.variables()
+    values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
+    attributes = {
+        "scene": json.dumps(scene.data),
+        "scene_digest": scene.digest,
+        "sources": run_sources(scene),
+        "beads": scene.beads,
+        "seed": scene.data["seed"],
+        "steps": sum(scene.steps),
+        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "number_density": mean_density(scene, simulation.volume, values),
+    }
+    attributes = {**attributes, **versions(), **timed}
+    if scene.chosen:
+        attributes["chosen"] = scene.chosen["said"]
+    if warning := warning_of(scene, values):
+        attributes["warning"] = warning
+    return Gathered(_with_means(variables), values, attributes)
+
+
+def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) -> float:
+    """Beads per r_c^dimension: the mean over the samples of a volume that changes.
+
+    ``volume`` is that of the box in the end, ``values`` what was measured, by name.
+    """
+    if Change.STRETCHES not in scene.made:
+        return scene.density
+    sampled = values.get("volume", np.array([volume]))
+    sampled = sampled[np.isfinite(sampled)]
+    return float(np.mean(scene.beads / sampled)) if len(sampled) else scene.beads / volume
+
+
+def _with_means(variables):
+    """The same, each series with what `dpd.load` says of it; NaN where not known.
+
+    Those over ``sample``, whose times are ``time``, and of one's own pages, as ``x_sample``.
+    """
+    found = dict(variables)
+    for name, variable in variables.items():
+        over = str(variable[0][0]) if len(variable[0]) == 1 else ""
+        times = over.removesuffix("sample") + "time"
+        if over.endswith("sample") and times in variables and name != times:
+            mean, error, memory = mean_and_error(variable[1])
+            step = float(np.ravel(variables[times][1])[0])
+            time = memory * step if np.isfinite(error) else np.nan
+            found[name] = (*variable[:4], {"mean": mean, "error": error, "correlation_time": time})
+    return found
+
+
+def versions() -> dict[str, str]:
+    """Of what computes, for a file."""
+    import numba
+
+    return {"numpy": np.__version__, "numba": numba.__version__}
+
+
+def summary(
+    scene: Scene, values: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
+) -> dict[str, float]:
+    """Means of the measured series, for a person at a terminal.
+
+    Both pressures have the kinetic part that was measured, as ``pressure`` and
+    ``pressure_tensor_all`` in the file, whose variables and attributes these are.
+    """
+    found = {
+        "beads": attributes["beads"],
+        "steps": attributes["steps"],
+        "seconds": attributes["seconds"],
+        "bead-steps per second": attributes["bead_steps_per_second"],
+    }
+    if "kT" in values:
+        found["kT"] = float(np.mean(values["kT"]))
+    if "volume" in values:
+        found["number density"] = float(attributes["number_density"])
+    if "pressure" in values:
+        found["pressure (conservative virial)"] = float(np.mean(values["pressure"]))
+        diagonal = np.trace(values["pressure_tensor_all"], axis1=1, axis2=2)
+        found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
+    if "bond_mean" in values:
+        found["mean bond length"] = float(np.mean(values["bond_mean"]))
+    return found
