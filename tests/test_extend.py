@@ -171,7 +171,7 @@ def test_longer_is_as_planned_that_long(tmp_path, case):
     whole = run(data, tmp_path / "whole.nc")
     part = run(sampled(data, sample), tmp_path / "part.nc")
     more = Scene(data).steps.sample - sample
-    extend(part, more, tmp_path / "longer.nc", threads)
+    extend(part, more, tmp_path / "longer.nc", Options(threads, own=True))
     assert_same(whole, tmp_path / "longer.nc")
     assert read_former(part).scene.steps.sample == sample  # it stays as it was
 

@@ -309,7 +309,7 @@ def test_a_sheared_run_made_longer_is_one_that_was_planned_that_long(sheared, tm
     keep = Options(own=True)
     simulate(short, tmp_path / "run.nc", make_start(short), keep)
     simulate(whole, tmp_path / "whole.nc", make_start(whole), keep)
-    extend(tmp_path / "run.nc", 90, tmp_path / "run.nc", threads=2)
+    extend(tmp_path / "run.nc", 90, tmp_path / "run.nc", Options(2, own=True))
     found, expected = (xr.open_dataset(tmp_path / name) for name in ("run.nc", "whole.nc"))
     assert set(found.variables) == set(expected.variables)
     for name in expected.variables:
