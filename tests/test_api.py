@@ -71,8 +71,8 @@ def test_an_import_is_light():
     assert done.returncode == 0, done.stderr
     assert not {"numpy", "numba", "xarray", "yaml"} & set(done.stdout.split())
     assert set(dpd.__all__) <= set(dir(dpd)) and dpd.run.__module__ == "dpd.api.runs"
-    with pytest.raises(AttributeError, match="no attribute 'runs'"):
-        dpd.runs  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'walk'"):
+        dpd.walk  # noqa: B018
 
 
 def test_a_run_is_that_of_the_command(folder, dpd, fluid):

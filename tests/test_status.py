@@ -200,7 +200,7 @@ def test_the_rate_is_that_of_the_last_minute(monkeypatch):
 
         report = staticmethod(said.append)
 
-    progress = Progress(10**6, "run", Lock(), bar=False)
+    progress = Progress(10**6, "run", False, Lock())
     done = 500_000  # as one that goes on from a checkpoint
     for second in range(300):
         now[0] = float(second)

@@ -38,17 +38,17 @@ class Progress:
     total : int
         Steps of the whole run; with none there is nothing to show.
     label : str
+    bar : bool, optional
+        Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere lines.
     lock : optional
         Told every few seconds what the run is ``doing`` (its ``start``, or the ``run``), with
         ``step``, ``steps``, ``rate`` in steps per second and ``time``.
     doing : str
-    bar : bool, optional
-        Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere lines.
     """
 
     def __init__(
-        self, total: int, label: str, lock: Lock | None = None, doing: str = "run",
-        bar: bool | None = None,
+        self, total: int, label: str, bar: bool | None = None, lock: Lock | None = None,
+        doing: str = "run",
     ) -> None:  # fmt: skip
         self._total, self._label, self._lock, self._doing = total, label, lock, doing
         self._bar = None

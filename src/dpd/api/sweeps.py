@@ -263,7 +263,7 @@ def _run_all(points: Sequence[Point], runs: _Runs, workers: int, progress: bool 
         If some of them failed, once the others have ended.
     """
     with (
-        Progress(len(points), "dpd.sweep", bar=progress) as done,
+        Progress(len(points), "dpd.sweep", progress) as done,
         ThreadPoolExecutor(workers) as pool,
     ):
         under_way: list[Future] = [pool.submit(runs.run, point) for point in points]

@@ -83,7 +83,7 @@ def extend(run: Path, sample: int, output: Path, options: Options = OWN) -> dict
                 "those of a run that was made today"
             )
         say_if_resumed(checkpoint)
-        shown = options.progress(sum(scene.steps), f"{run}: longer", lock)
+        shown = options.progress(sum(scene.steps), f"{run}: longer", lock=lock)
         with stop_on(options.signals) as stopping, shown as progress:
             progress(former.state.step)  # so that the lock says how long it is to become
             return simulate(

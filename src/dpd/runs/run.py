@@ -158,7 +158,7 @@ def _run(scene, output, start, options, stopping, lock):
     _refuse_too_large(scene)
     say_if_resumed(checkpoint)
     work, COMPILING.tell = start_work(scene), options.tell
-    with options.progress(work, f"{options.label}: start", lock, "start") as shown:
+    with options.progress(work, f"{options.label}: start", lock=lock, doing="start") as shown:
         progress = partial(_stoppable, stopping, shown)
         if start is None:
             state = make_start(scene, progress, options.tell)
@@ -172,7 +172,7 @@ def _run(scene, output, start, options, stopping, lock):
     scene = _settled(scene, state, checkpoint, partial(_stoppable, stopping))
     if scene.chosen:
         options.tell(scene.chosen["said"])
-    with options.progress(sum(scene.steps), options.label, lock) as progress:
+    with options.progress(sum(scene.steps), options.label, lock=lock) as progress:
         return simulate(scene, output, state, options, progress, stopping, begun)
 
 
