@@ -30,7 +30,8 @@ ORDER = (
     ("sentences",),
     ("jit", "own"),
     ("lazy_parts",),
-    ("files", "page", "sources"),
+    ("page", "sources"),
+    ("files",),
     ("arguments", "digest", "errors", "progress", "theory"),
     ("laws",),
 )

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
-from dpd.drafts import draft_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -143,6 +142,8 @@ def kept(question: str, find: Callable[[], str]) -> str:
     found = find()
     with suppress(OSError):  # where nothing can be kept, it is found each time
         path.parent.mkdir(parents=True, exist_ok=True)
+        from dpd.files import draft_of
+
         with draft_of(path) as draft:
             draft.write_text(found)
             os.replace(draft, path)
