@@ -30,20 +30,7 @@ MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may beco
 def sample_rescaling(
     simulation: Simulation, law: Pressure, steps: int, at: np.ndarray, measure: bool
 ) -> Sums:
-    """Advance a system at constant pressure, and take sums after some steps.
-
-    Parameters
-    ----------
-    steps, at, measure
-        See `dpd.engine.simulation.Simulation.sample`. A sample after a trial is of the box that
-        came out of it.
-
-    Raises
-    ------
-    Unstable
-    UserError
-        If the box becomes too large or too small.
-    """
+    """Advance as `Simulation.sample` does; samples after a trial are of the new box."""
     parts, last = [], simulation.state.step + steps
     while simulation.state.step < last:
         step = simulation.state.step
@@ -62,20 +49,7 @@ def sample_rescaling(
 
 
 def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
-    """Try another volume.
-
-    Parameters
-    ----------
-    simulation : Simulation
-        Its state is replaced if the volume counts.
-    sums : Sums
-        One sample of where the beads are.
-
-    Returns
-    -------
-    Sums
-        One sample of where the beads are then.
-    """
+    """Try another volume from one sample of where the beads are; return that of where they end."""
     system, before, box, kept = (
         simulation.system, simulation.state, simulation.box, simulation.kept
     )  # fmt: skip
@@ -153,12 +127,7 @@ def stretched_state(system: System, state: State, box: Box, stretched: Box) -> S
 
 
 def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
-    """Refuse a box that no longer fits the forces, or that is far from that of the system.
-
-    Raises
-    ------
-    UserError
-    """
+    """Refuse a box that no longer fits the forces, or that is far from that of the system."""
     target = f"pressure.target {law.target:g}"
     times = math.prod(box) / system.volume
     if times > MOST_TIMES:

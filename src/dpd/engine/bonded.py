@@ -168,21 +168,7 @@ def length(apart, b, edges):
 
 @inlined()
 def add_bonds(f, x, slot, law, members, begin, end, arms, virial, sums, measure, edges, slide):
-    """Add the forces of some bonds; if asked, add up their virial and energy.
-
-    Parameters
-    ----------
-    f, x : arrays with a row for each bead
-        The force; in storage order.
-    slot : (n,) array
-        From `find_slots`.
-    law, members
-        See `Bonds`.
-    begin, end : int
-        The bonds.
-    virial, sums : (2, dimension, dimension) and (2,) arrays
-        Of the batch.
-    """
+    """Add the forces of some bonds; if asked, their virial and energy to those of the batch."""
     first, n = uint64(begin), uint64(end - begin)
     gather(arms, n, x, slot, members, first, 0, 1, edges, slide)
     apart, over_r = arms.apart, arms.scale
@@ -238,15 +224,6 @@ def add_angles(
 ):
     """Add the forces of some angles; if asked, add up their virial and energy.
 
-    Parameters
-    ----------
-    f, x, slot, law, members, begin, end, virial, sums, measure, edges, slide
-        As in `add_bonds`, of `Angles`.
-    arms, others : Arms
-        Buffers.
-
-    Notes
-    -----
     With e_i and e_k along the bonds from the middle bead, r_i and r_k their lengths, and F the
     derivative -du/dtheta, bead i feels -F (e_k - cos(theta) e_i) / (r_i sin(theta)), bead k the
     same with i and k exchanged, and the middle bead the opposite of both. In a straight angle no

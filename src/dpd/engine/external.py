@@ -67,17 +67,7 @@ def draw(near, n, partner, gaussian, keys):
 
 @inlined(given="langevin")
 def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
-    """Add friction and noise on a thread's share of the beads, if there is a bath.
-
-    Parameters
-    ----------
-    f, v : arrays with a row for each bead
-        The force; the velocity that the friction sees.
-    identity, species : (n,) arrays
-        The species None where there is one.
-    keys : Keys
-        Of the step.
-    """
+    """Add friction and noise on a thread's share of the beads, if there is a bath."""
     for first in range(mine.first, mine.end, PAIRS_AT_ONCE):
         n = min(PAIRS_AT_ONCE, mine.end - first)
         for c in range(n):
@@ -93,15 +83,7 @@ def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
 
 @inlined(given="langevin")
 def renew_bath(f, excess, species, mine, langevin, edges):
-    """Replace the friction in a force by that of the velocities now.
-
-    Parameters
-    ----------
-    f, excess : arrays with a row for each bead
-        The force; see `dpd.engine.integrate.change_since`.
-    species, mine, langevin, edges
-        As in `add_bath`.
-    """
+    """Replace the friction in a force by that of the velocities now; see `change_since`."""
     for s in range(mine.first, mine.end):
         share = of_bead_or_one(langevin.shares, species, s)
         for k in range(len(edges)):
@@ -118,14 +100,7 @@ def add_body_force(f, x, species, mine, body):
 
 @inlined(given="walls")
 def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now, edges):
-    """Add the forces of walls, if there are any; note who is deepest behind them.
-
-    Parameters
-    ----------
-    f, x, v : arrays with a row for each bead
-        The force; in storage order; the velocity that the friction sees.
-    identity, species : (n,) arrays
-    """
+    """Add the forces of walls, if there are any; note who is deepest behind them."""
     deepest = at_walls.deepest[team.rank]
     for wall in range(len(walls.axis)):
         axis, inward = walls.axis[wall], walls.inward[wall]
@@ -205,15 +180,7 @@ def find_drag(near, n, v, walls, wall, friction, keys, edges):
 
 @inlined(given="walls")
 def renew_wall_friction(f, excess, x, mine, walls, edges):
-    """Replace the friction in a force by that of the velocities now, if walls have friction.
-
-    Parameters
-    ----------
-    f, excess, x : arrays with a row for each bead
-        The force; see `dpd.engine.integrate.change_since`; in storage order.
-    mine, walls, edges
-        As in `add_walls`.
-    """
+    """Replace the friction in a force by that of the velocities now, if walls have friction."""
     renew_drag(f, excess, x, mine, walls, walls.friction, edges)
 
 

@@ -60,17 +60,7 @@ def squared_distance(one, i, other, j, edges):
 
 @inlined()
 def put_inside(x, image, identity, mine, wrap, edges, slide):
-    """Move beads to their image in the box, and count the boxes by which they are moved.
-
-    Parameters
-    ----------
-    x : array with a row for each bead
-    image : (n, dimension) int32 array
-        Of each identity.
-    identity : (n,) uint32 array
-    wrap : (3, `STRETCH`) array
-        From `row_edges`.
-    """
+    """Move beads to their image in the box, and count the boxes by which they are moved."""
     if slide is not None:
         put_inside_sliding(x, image, identity, mine, edges, slide)
         return

@@ -75,21 +75,10 @@ def drift(
 ):
     """Move a thread's share of the beads, predict velocities; note one that moved too far.
 
-    Parameters
-    ----------
-    x, v, f : arrays with a row for each bead
-        On return ``v`` holds v + dt (1 - b) f, and ``f`` is zero, for the next to be added up.
-    predicted : array with a row for each bead or None
-        On return v + lambda dt f; None where that is the velocity itself.
-    peculiar : (n,) array or None
-    image : (n, dimension) int32 array
-    identity : (n,) uint32 array
-    wrap : (3, STRETCH) array
-        See `dpd.engine.images.row_edges`.
-    lost : (2,) array
-        `SLOT` of the bead or -1, and its `DISTANCE`.
-    kick : float
-        The part of the last step's kick that this begins with: b dt, or 0 if it was done.
+    In the end ``v`` holds v + dt (1 - b) f, ``predicted``, where it is not the velocity itself,
+    v + lambda dt f, and ``f`` is zero, for the next to be added up. ``kick`` is the part of the
+    last step's kick that this begins with: b dt, or 0 if it was done. ``lost`` gets the `SLOT` of
+    the bead or -1, and its `DISTANCE`.
     """
     lost[SLOT] = -1.0
     for first in range(mine.first, mine.end, IN_CACHE):
@@ -177,14 +166,7 @@ def second_half(x, v, f, image, identity, mine, wrap, times, edges, slide, middl
 
 @inlined(given="mass")
 def divide_by_masses(f, species, mine, mass):
-    """Turn the forces on a thread's share of the beads into accelerations, if there are masses.
-
-    Parameters
-    ----------
-    f : array with a row for each bead
-    species : None or (n,) array
-    mass : None or (species,) array
-    """
+    """Turn the forces on a thread's share of the beads into accelerations, if there are masses."""
     for i in range(mine.first, mine.end):
         inverse = 1.0 / of_bead(mass, species, i)
         for k in range(f.shape[1]):
@@ -209,17 +191,7 @@ def change_since(excess, f, mine, time):
 
 @inlined()
 def renew_friction(f, excess, ends, drag, first, end, edges):
-    """Replace the friction in a force by that of the velocities now, for some cached pairs.
-
-    Parameters
-    ----------
-    f, excess : arrays with a row for each bead
-        The force; from `change_since`.
-    ends, drag : arrays
-        See `dpd.engine.pair.Cached`.
-    first, end : int
-        The pairs.
-    """
+    """Replace the friction in a force by that of the velocities now, for some cached pairs."""
     for p in range(np.uint64(first), np.uint64(end)):
         i, j = ends[0, p], ends[1, p]
         pull = difference_along(excess, i, j, drag, p, edges)
@@ -231,17 +203,6 @@ def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, k
     """Let pairs exchange momentum, one after the other, in the order in which they were found.
 
     Each sees the velocities that the pairs before it have left.
-
-    Parameters
-    ----------
-    v : array with a row for each bead
-    mass : None or (species,) array
-    identity, species : (n,) arrays
-        The species None where there is one.
-    pairs : Pairs
-        Buffers.
-    keys : Keys
-        Of the step.
     """
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn

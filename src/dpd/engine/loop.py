@@ -46,7 +46,7 @@ def run(
     say: Callable[[str], object] | None = None,
     systems: Sequence[tuple[int, System]] = (),
 ) -> int:  # fmt: skip
-    """Equilibrate, then sample.
+    """Equilibrate, then sample; return the steps done by this call, fewer than all after a resume.
 
     An observer has ``every`` (steps between its samples), and ``arrays``, a dict of the arrays that
     it fills, which is all that a checkpoint keeps of it. One with ``equilibration`` counts its
@@ -66,15 +66,9 @@ def run(
     stopping : callable or None
         The signal that asks to save and stop, or 0; called a few times a second on small systems.
     say : callable or None
-        Called with a sentence where a person should know: a checkpoint that is refused, or
-        that cannot be written.
+        Called with a sentence on a checkpoint that is refused, or that cannot be written.
     systems : list of (int, System)
         Steps behind which the system is another one, the first of them 0; none if it stays.
-
-    Returns
-    -------
-    int
-        Steps done by this call: less than all of them after a resume.
 
     Raises
     ------
@@ -124,13 +118,7 @@ def _entered(simulation, systems, stop):
 def advance_recording(
     simulation: Simulation, stop: int, recorders: Sequence[Recorder], equilibrate: int
 ) -> None:
-    """Advance to a step; those who take sums get those of their steps, also before a run blows up.
-
-    Parameters
-    ----------
-    equilibrate : int
-        Steps of the run's equilibration.
-    """
+    """Advance to a step; recorders get the sums of their steps, also before a run blows up."""
     now = simulation.state.step
     due = [
         np.arange(next_sample(each, now, equilibrate), stop + 1, each.every) for each in recorders
@@ -149,14 +137,7 @@ def advance_recording(
 
 
 def advance_looking(simulation: Simulation, steps: int, look: Callable[[], object]) -> None:
-    """Advance by some steps, to the same bits, with a look now and then.
-
-    Parameters
-    ----------
-    look : callable
-        Called between stretches of steps, a few times a second on small systems; it may raise
-        something to end that.
-    """
+    """Advance by some steps, to the same bits, with a look a few times a second."""
     stretch = stretch_of(simulation.state.identity.size)
     while steps > stretch:
         simulation.advance(stretch)

@@ -111,16 +111,7 @@ def gather_crowds(pairs, n, density):
 
 @inlined()
 def add_pair_forces(f, pairs, n, species, pair, many_body, friction, edges):
-    """Add the forces of ``n`` pairs; leave F / r and w / r of each.
-
-    Parameters
-    ----------
-    f : array with a row for each bead
-        The force.
-    pairs : Pairs
-        With what `gather_friction` and `gather_crowds` find.
-    species : (n,) uint8 array or None
-    """
+    """Add the forces of ``n`` pairs; leave F / r and w / r of each."""
     i, j, separation, repulsion = pairs.i, pairs.j, pairs.separation, pairs.repulsion
     approach, theta, crowd = pairs.approach, pairs.theta, pairs.crowd
     force_over_r, weight_over_r = pairs.force_over_r, pairs.weight_over_r
@@ -179,16 +170,7 @@ def measure_pairs(virial, sums, pairs, n, species, pair, many_body, edges):
 def cache_pairs(cached, count, pairs, n, species, edges):
     """Keep ``n`` pairs, if the step needs them again; those beyond the cutoff have no drag.
 
-    Parameters
-    ----------
-    count : int
-        Pairs that are kept already.
-    species : (n,) uint8 array or None
-
-    Returns
-    -------
-    int
-        Pairs that are kept then; or, if there is no room, how many there would have to be for.
+    Return how many are kept then; or, if there is no room, how many there would have to be for.
     """
     if cached is None:
         return count

@@ -241,25 +241,10 @@ def place_of_piece(piece, pieces, start, levels):
 
 @inlined()
 def next_pairs(at, end, x, search, cutoff):
-    """Find some more pairs closer than the cutoff.
+    """Find some more pairs closer than the cutoff, up to the slot ``end``, where a row ends.
 
-    Parameters
-    ----------
-    at : Place
-        Where to go on.
-    end : int
-        Slot to stop at: the number of beads, or the end of a row.
-    x : array with a row for each bead
-        Positions sorted by cell, inside the box.
-    search : Search
-        Its pairs are filled from 0.
-
-    Returns
-    -------
-    at : Place
-        All pairs are found when its slot is ``end``.
-    n : uint64
-        How many pairs were found: `PAIRS_AT_ONCE` or a few more, or all that were left.
+    ``x`` are positions sorted by cell, inside the box. Return where to go on, and how many were
+    found: `PAIRS_AT_ONCE` or a few more, or all that were left.
     """
     start, level, grid, line, edges = (
         search.cells.start, search.cells.level, search.grid, search.line, search.edges,
@@ -300,7 +285,7 @@ def next_pairs(at, end, x, search, cutoff):
 
 
 class Listed(NamedTuple):
-    """Pairs of some blocks."""
+    """Pairs that serve for several steps, of the blocks of one thread."""
 
     pairs: np.ndarray  # (2, n) uint32: slots
     block: np.ndarray  # (blocks,) int64: numbers of the blocks
@@ -322,13 +307,7 @@ def list_buffers(grid: Grid, size: int) -> Listed:
 
 @inlined()
 def list_pairs(team, x, search, reach, listed):
-    """List pairs within ``reach`` of beads of the blocks that this thread gets hold of.
-
-    Returns
-    -------
-    int
-        How many there are. If there is no room for so many, the list is of no use.
-    """
+    """List pairs within ``reach`` in the blocks that this thread takes, if there is room; count them."""
     rows, piece, phases = search.grid.blocks
     start, levels = search.cells.start, search.line.ahead.shape[0] - 1
     i, j = search.pairs.i, search.pairs.j

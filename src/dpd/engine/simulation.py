@@ -91,13 +91,9 @@ class Snapshot:
 class Simulation(Snapshot):
     """A `System` and its `State`, advanced by the compiled loop.
 
-    Parameters
-    ----------
-    state : State
-        Beads outside the box are put to their image inside. With a force of None, or for a
-        list without a reference, the force is evaluated where the beads are.
-    threads : int
-        That share the work; their number does not change a bit of the result.
+    Beads outside the box are put to their image inside. With a force of None, or for a list without
+    a reference, the force is evaluated where the beads are. The number of threads that share the
+    work does not change a bit of the result.
 
     Raises
     ------
@@ -128,13 +124,7 @@ class Simulation(Snapshot):
         self.go_on_with(system)
 
     def go_on_with(self, system: System, anew: bool = False) -> None:
-        """Go on with a system of the same beads in the same box.
-
-        Parameters
-        ----------
-        anew : bool
-            Whether it begins here: then forces are evaluated where the beads are.
-        """
+        """Go on with a system of the same beads in the same box; if anew, forces come first."""
         if system.scheme.exchange is not None and self._threads > 1:
             raise UserError(
                 f"{self._threads} threads: in this scheme pairs exchange momentum one after the "
@@ -177,15 +167,10 @@ class Simulation(Snapshot):
         self.state, self._rows = kept
 
     def sample(self, steps: int, samples: Iterable[int], measure: bool = False) -> Sums:
-        """Advance by ``steps`` >= 1 steps, and take sums after some of them.
+        """Advance by ``steps`` >= 1 steps, and take sums after some, the earliest first.
 
-        Parameters
-        ----------
-        samples : iterable of int
-            Numbers of these steps, the earliest first.
-        measure : bool
-            Whether to add up virial and energy as well: in the evaluation of the forces at the end
-            of the step, or, where a scheme has its force in the middle of it, in one more.
+        Virial and energy, if asked for, come with the forces at the end of the step, or, where a
+        scheme has its force in the middle of it, of one more evaluation.
 
         Raises
         ------

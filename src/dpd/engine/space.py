@@ -78,21 +78,9 @@ def parts_of(shear: Shear, box: Sequence[float], dt: float) -> int:
 def tilted(
     box: Sequence[float], shear: Shear | None, dt: float, step: int, begun: int = 0
 ) -> tuple[float, ...]:
-    """The box with its images where they are at a step.
+    """The box with its images where they are at a step, a `TiltedBox`; without shear as it is.
 
-    Parameters
-    ----------
-    box : tuple of float
-        Edges in r_c.
-    shear : Shear or None
-        Without shear the box stays as it is.
-    begun : int
-        Parts of an edge by which they had slid at step 0.
-
-    Returns
-    -------
-    tuple of float
-        A `TiltedBox` with shear.
+    ``begun`` is in parts of an edge, by which they had slid at step 0.
     """
     if shear is None:
         return tuple(box)
@@ -126,14 +114,7 @@ def longest_cutoffs(box: Sequence[float], cutoff: float) -> list[float]:
 
 
 def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
-    """Separations at their nearest image.
-
-    Parameters
-    ----------
-    apart : (dimension, ...) array
-    box : tuple
-        Edges in r_c, or a `TiltedBox`.
-    """
+    """Separations, a (dimension, ...) array, at their nearest image."""
     edges, slide = _columns(apart, box), slide_of(box)
     if slide is None:
         return apart - edges * np.rint(apart / edges)
@@ -143,10 +124,7 @@ def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
 
 
 def wrapped(position: np.ndarray, box: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Positions moved into the box, 0 <= x < edge, and the boxes by which they were outside.
-
-    `unfolded` is the way back.
-    """
+    """Positions moved into the box, 0 <= x < edge, and the boxes by which they were outside."""
     edges, slide = _columns(position, box), slide_of(box)
     if slide is not None:
         height, y = box[slide.gradient], position[slide.gradient]
@@ -161,16 +139,7 @@ def wrapped(position: np.ndarray, box: Sequence[float]) -> tuple[np.ndarray, np.
 
 
 def unfolded(position: np.ndarray, image: np.ndarray, box: Sequence[float]) -> np.ndarray:
-    """Positions that go on where beads leave the box: with the vectors of the box that they passed.
-
-    Parameters
-    ----------
-    position : (dimension, ...) array
-    image : (dimension, ...) array
-        Boxes by which beads are further, see `dpd.engine.state.State`.
-    box : tuple
-        Edges in r_c, or a `TiltedBox`.
-    """
+    """Positions, (dimension, ...), that go on where beads leave the box, by the boxes passed."""
     further, slide = _columns(position, box) * image, slide_of(box)
     if slide is not None:
         further[slide.flow] += slide.tilt[0] * further[slide.gradient]
@@ -178,14 +147,7 @@ def unfolded(position: np.ndarray, image: np.ndarray, box: Sequence[float]) -> n
 
 
 def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
-    """Separations along the vectors of the lattice of images: as they are, unless images slide.
-
-    Parameters
-    ----------
-    apart : (dimension, ...) array
-    box : tuple
-        Edges in r_c, or a `TiltedBox`.
-    """
+    """Separations, (dimension, ...), along the vectors of the lattice of images."""
     slide = slide_of(box)
     if slide is None:
         return apart

@@ -143,14 +143,9 @@ class System:
         return float(np.prod(self.extent))
 
     def layers(self, axis: int, thickness: float) -> tuple[float, float, int]:
-        """Equal layers: where the first begins, the length of all, and how many there are.
+        """Equal layers of at most a thickness in r_c: begin of the first, length of all, how many.
 
-        Parameters
-        ----------
-        axis : int
-            Layers fill the box, or the space from behind one wall to behind the other.
-        thickness : float
-            Largest thickness of a layer in r_c.
+        They fill the box, or the space from behind one wall to behind the other.
         """
         walls = self.walls
         reach = 0.0 if walls is None or axis not in walls.axis else walls.reach
@@ -197,27 +192,13 @@ class System:
         return {"langevin": Langevin(gamma, amplitude, gaussian, shares)}
 
     def mass_of(self, species: np.ndarray | None) -> np.ndarray | float:
-        """Mass of each bead.
-
-        Parameters
-        ----------
-        species : (n,) uint8 array or None
-            None where there is one species.
-
-        Returns
-        -------
-        (n,) array or float
-            A number where all have the same mass.
-        """
+        """Mass of each bead, (n,); a number where all have the same."""
         if self.masses is None:
             return 1.0
         return float(self.masses[0]) if species is None else self.masses[species]
 
     def momenta(self, state: State) -> np.ndarray:
-        """(dimension, n) array: the momentum of each bead, in storage order.
-
-        It is the array of the velocities itself where all masses are 1.
-        """
+        """(dimension, n) array: the momentum of each bead, in storage order."""
         if self.masses is None:
             return state.velocity
         return self.mass_of(state.species) * state.velocity
@@ -262,12 +243,7 @@ class State:
         return ordered
 
     def refuse_nowhere(self) -> None:
-        """Refuse a state with a position or a velocity that is no finite number.
-
-        Raises
-        ------
-        UserError
-        """
+        """Refuse a state with a position or a velocity that is no finite number."""
         for name in ("position", "velocity"):
             bad = ~np.isfinite(getattr(self, name)).all(axis=0)
             if bad.any():

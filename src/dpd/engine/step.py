@@ -32,14 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.bonded import Angles, Arms, Bonds, add_angles, add_bonds, find_slots
-from dpd.engine.cells import (
-    Cells,
-    Grid,
-    count_cells,
-    find_places,
-    move_beads,
-    share_cells,
-)
+from dpd.engine.cells import Cells, Grid, count_cells, find_places, move_beads, share_cells
 from dpd.engine.external import (
     AtWalls,
     Near,
@@ -88,14 +81,7 @@ from dpd.engine.search import (
     place_of_piece,
 )
 from dpd.engine.space import Slide
-from dpd.engine.threads import (
-    BATCHES,
-    BLOCKS,
-    barrier,
-    new_round,
-    next_task,
-    share_of,
-)
+from dpd.engine.threads import BATCHES, BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces
 from dpd.physics.common.noise import Keys, step_keys
@@ -183,29 +169,13 @@ class Evaluation(NamedTuple):
 
 @kernel()
 def advance(team, plan, beads, spare, force, reference, shared, own, span):
-    """Advance by some steps, or for 0 steps evaluate the force where the beads are.
+    """Advance by some steps, or for 0 steps sort and evaluate the force where the beads are.
 
-    Parameters
-    ----------
-    team : Team
-        All threads of a team call this, with the same arrays but their own.
-    beads, spare : Beads
-        Sorting swaps the two.
-    force : array with a row for each bead
-        The force on the beads as they are, over their mass if they have one; kept up to date. Zero
-        for 0 steps.
-    reference : None or array with a row for each bead
-        None to find pairs by cells in every step. With a list, where the beads were at the
-        last sort, in today's order; kept up to date. 0 steps sort and list afresh.
-
-    Returns
-    -------
-    bool
-        Whether the beads are in ``spare`` in the end, in the order of the last sort by cell.
-    Lost
-        A bead that moved too far. The call has no result then.
-    bool
-        Whether ``shared.need`` is more than the buffers hold. Nor has it a result then.
+    All threads of a team call this, with the same arrays but their own. Sorting swaps ``beads`` and
+    ``spare``. ``force`` is over the mass; zero for 0 steps. Without a ``reference`` pairs are found
+    by cells in every step; with a list it has where the beads were at the last sort. All are kept
+    up to date. Return whether the beads are in ``spare`` in the end; a bead that moved too far; and
+    whether ``shared.need`` is more than the buffers hold. In both cases the call has no result.
     """
     edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
     image, mine = shared.image, share_of(team, len(beads.identity))

@@ -105,13 +105,8 @@ def barrier(team):
 def next_task(team, kind, first, end):
     """One of the tasks from ``first`` to ``end`` that nobody has taken; ``end`` if all are.
 
-    A thread has a part of them that it begins with, the same in every step, so that what it
-    works on is in its own cache; then it helps the others with theirs.
-
-    Parameters
-    ----------
-    kind : int
-        `BATCHES`, or `BLOCKS` plus the phase.
+    A thread begins with a part of them, the same in every step, so that what it works on is in its
+    own cache; then it helps the others. ``kind`` is `BATCHES`, or `BLOCKS` plus the phase.
     """
     for step in range(team.size):
         owner = (team.rank + step) % team.size

@@ -36,14 +36,7 @@ class Chi(Term, key="chi"):
     pairs: PairTable[Annotated[float, Field(ge=0, le=1000)]] = setting("The parameter chi.")
 
     def repulsions(self, scene: Any) -> dict[str, float]:
-        """a_AB in kT / r_c by pairs, as the scene writes them.
-
-        Raises
-        ------
-        UserError
-            If a pair has a repulsion as well, if a name is not of the scene, or outside of the
-            range in which the relation was measured.
-        """
+        """a_AB in kT / r_c by pairs, as the scene writes them."""
         return {pair: self._repulsion(scene, pair) for pair in self.pairs}
 
     def _repulsion(self, scene, pair):

@@ -61,20 +61,7 @@ WITHOUT_EXCHANGE = ", ".join(name for name, of in SCHEMES.items() if of(0.5).exc
 
 
 def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
-    """A scheme by name.
-
-    Parameters
-    ----------
-    name : str
-        A key of `SCHEMES`.
-    prediction : float
-        Lambda of ``gw-vv`` and ``verlet-no-acceleration``; the others have their own, or none.
-
-    Raises
-    ------
-    KeyError
-        For a name that is not in the table.
-    """
+    """A scheme of `SCHEMES`, with the lambda of those that have none of their own."""
     chosen = SCHEMES[name](prediction)
     if chosen.prediction == 1.0 - chosen.correction:
         return chosen._replace(prediction=None)

@@ -193,17 +193,7 @@ class Pressure(NamedTuple):
         return math.sqrt(look.volume) * min(max(share, -LARGEST / 2), LARGEST / 2)
 
     def trial(self, look: Look, kT: float, h: float, normal: float) -> float:
-        """Volume to try next.
-
-        Parameters
-        ----------
-        look : Look
-            At the volume now.
-        h : float
-            Time since the trial before.
-        normal : float
-            A random number of the standard normal distribution.
-        """
+        """Volume to try next, a time h after the trial before; ``normal`` is a random number."""
         return (math.sqrt(look.volume) + self.drift(look, kT, h) + self.spread(kT, h) * normal) ** 2
 
     def change(self, here: Look, there: Look, kT: float, h: float) -> float:

@@ -27,7 +27,7 @@ def choose(scene: Any, tolerance: float) -> dict[str, Any]:
 
     The step is that of the measured system, shorter where this one is stiffer (as
     1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
-    the highest friction. The ``tolerance`` is that of pressure and kT.
+    the highest friction. The tolerance is a relative error in pressure and kT.
 
     Raises
     ------

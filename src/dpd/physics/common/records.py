@@ -80,15 +80,7 @@ def pair_record(page: PairForce, scene: Any) -> Any:
 
 
 def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
-    """The numbers of laws along bonds.
-
-    Parameters
-    ----------
-    laws : list
-        See `dpd.laws`.
-    number : None or (n,) uint16 array
-        The place of the law of each bond, or angle, where there are several.
-    """
+    """The numbers of laws along bonds; where they differ with the place, (n,) uint16, of each."""
     each = [numbers_of(law) for law in laws]
     values: dict[str, Any] = each[0]
     if number is not None:
