@@ -307,7 +307,7 @@ def list_buffers(grid: Grid, size: int) -> Listed:
 
 @inlined()
 def list_pairs(team, x, search, reach, listed):
-    """List pairs within ``reach`` in the blocks that this thread takes, if there is room; count them."""
+    """Count pairs within ``reach`` in blocks that this thread takes; list them if there is room."""
     rows, piece, phases = search.grid.blocks
     start, levels = search.cells.start, search.line.ahead.shape[0] - 1
     i, j = search.pairs.i, search.pairs.j
