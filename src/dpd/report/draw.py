@@ -12,7 +12,6 @@ import numpy as np
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from dpd.engine.space import nearest
 from dpd.errors import UserError, shown
@@ -22,18 +21,15 @@ from dpd.particles.formats import read
 from dpd.particles.netcdf import particles_of
 from dpd.particles.particles import Particles, checked, molecules_of
 from dpd.report.colours import LOOK, MANY, OF_SPECIES
-from dpd.report.draw_fields import draw_fields
+from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     import xarray as xr
     from matplotlib.axes import Axes
 
 
-AXES = "xyz"
-INCH = 2.54  # cm
-COLUMN = 8.6  # cm, one column of a journal
 SCREEN = 96  # pixels of a browser per inch
 METADATA: dict[str, Any] = {".png": None, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 RASTER = 1000  # beads, from which on a PDF or SVG has them as pixels
@@ -47,7 +43,6 @@ PALEST = 0.7  # share of white in the colour of what is farthest
 RIM = 0.5  # share of black in the edge of a bead
 GRAY = "#B4B4B4"  # beads without bonds among molecules
 CLOSE = {2: 3.0, 3: 1.5}  # mean distances of beads within which molecules are neighbours
-PER_ROW = 4  # species in a row of the legend
 
 
 class Picture(Figure):
@@ -361,16 +356,3 @@ def _strips(ends: np.ndarray, width: float) -> np.ndarray:
     across = along[:, ::-1] * [-0.5, 0.5] * width / np.where(length > 0, length, 1)
     begin, end = ends[:, 0], ends[:, 1]
     return np.stack([begin - across, end - across, end + across, begin + across], axis=1)
-
-
-def draw_legend(figure: Figure, colours: Mapping[str, Any]) -> None:
-    """The colours of species above the picture; nothing if there are none."""
-    if not colours:
-        return
-    dots = [Line2D([], [], ls="none", marker="o", ms=5, color=c) for c in colours.values()]
-    legend = figure.legend(
-        dots, [" "] * len(dots), loc="outside upper center", ncols=PER_ROW, handletextpad=0.1,
-    )  # fmt: skip
-    for text, name in zip(legend.get_texts(), colours):
-        text.set_parse_math(False)  # names come from files, and may begin with an underscore
-        text.set_text(name)

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.colors import LightSource, to_rgb
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from dpd.errors import UserError, shown
 from dpd.report.colours import OF_SPECIES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from typing import Any
 
     from matplotlib.figure import Figure
@@ -28,6 +29,7 @@ LEAST = 0.5  # width of a Gaussian in cells, at which the grid does not show
 PIXEL, MOST_PIXELS = 0.05, 600  # r_c of a slice, and along an axis
 FINE, MOST_POINTS = 0.15, 90  # the same for a surface
 LIGHT = LightSource(azdeg=150, altdeg=60)
+PER_ROW = 4  # species in a row of the legend
 AROUND = 0.45  # inches beside and below panels
 
 
@@ -191,8 +193,6 @@ def _draw_surfaces(
     shape: tuple[int, int], width: float, path: object,
 ) -> None:  # fmt: skip
     """What is denser than asked for: as bodies, in two dimensions as areas with a line around."""
-    from dpd.report.draw import draw_legend
-
     colours = {name: OF_SPECIES[fields.names.index(name) % len(OF_SPECIES)] for name in levels}
     found: dict[str, list[np.ndarray]] = {name: [] for name in levels}
     for name, value in levels.items():
@@ -296,3 +296,16 @@ def draw_bodies(
         along.set_label_text(f"${name}$ / $r_c$")
         along.labelpad = -10
     axes.tick_params(pad=-4)
+
+
+def draw_legend(figure: Figure, colours: Mapping[str, Any]) -> None:
+    """The colours of species above the picture; nothing if there are none."""
+    if not colours:
+        return
+    dots = [Line2D([], [], ls="none", marker="o", ms=5, color=c) for c in colours.values()]
+    legend = figure.legend(
+        dots, [" "] * len(dots), loc="outside upper center", ncols=PER_ROW, handletextpad=0.1,
+    )  # fmt: skip
+    for text, name in zip(legend.get_texts(), colours):
+        text.set_parse_math(False)  # names come from files, and may begin with an underscore
+        text.set_text(name)
