@@ -99,14 +99,16 @@ def as_text(found, rates, before):
     for row in found.itertuples():
         system, own, _ = rates[row.system]
         line = f"{row.system:16s} {row.rate:6.2f} million bead-steps per second "
-        line += f"({own.min() / 1e6:.2f} to {own.max() / 1e6:.2f})"
-        line += "" if np.isnan(row.ratio) else f", ratio {row.ratio:.2f}"
+        line += f"({own.min() / 1e6:.2f} to {own.max() / 1e6:.2f}){_ratio(row)}"
         last = before[(before.processor == row.processor) & (before.system == row.system)]
-        if len(last):
-            then = last.iloc[-1]
-            line += f"; at {then.commit}: {then.rate:.2f}, ratio {then.ratio:.2f}"
+        for then in last.tail(1).itertuples():
+            line += f"; at {then.commit}: {then.rate:.2f}{_ratio(then)}"
         lines.append(f"{line}   {system}")
     return "\n".join(lines)
+
+
+def _ratio(row):
+    return "" if np.isnan(row.ratio) else f", ratio {row.ratio:.2f}"
 
 
 def history():
