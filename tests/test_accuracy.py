@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 from dpd.analysis.accuracy import bound, cheapest, choices, front, limit
 from dpd.errors import UserError
@@ -122,8 +123,9 @@ def test_front_leaves_out_what_is_slower_and_worse():
 
 
 @pytest.fixture
-def measured(monkeypatch):
-    monkeypatch.setattr(automatic, "table", lambda: TABLE)
+def measured(monkeypatch, tmp_path):
+    (tmp_path / "automatic.yaml").write_text(yaml.safe_dump(TABLE))
+    monkeypatch.setattr(automatic, "TABLE", tmp_path / "automatic.yaml")
 
 
 def guess(scene):

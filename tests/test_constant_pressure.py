@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.engine.checkpoint import Checkpoint, stored_in
+from dpd.engine.checkpoint import stored_in
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
@@ -220,22 +220,9 @@ def test_interrupted_run_goes_on_to_the_same_bits(done, tmp_path):
         np.testing.assert_array_equal(variables[name], array, err_msg=name)
 
 
-def test_checkpoint_with_another_box_is_refused(tmp_path):
-    """Whoever wrote it: a box without room for two cutoffs."""
-    scene = Scene(FLUID)
-    simulation = Simulation(system_of(scene), make_start(scene))
-    simulation.advance(scene.steps.equilibrate + 3)
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", {})
-    simulation.state.box = (4.0, 4.0, 1.0)
-    checkpoint.save(simulation, [])
-    other = Simulation(system_of(scene), make_start(scene))
-    assert "a box that is too small" in checkpoint.resume(other, [], (0, 103))
-    assert other.box == (4.0, 4.0, 4.0)
-
-
 def process(data, result):
     """A Python of its own that runs a scene; each line that it prints is a step."""
-    arguments = [json.dumps(data), str(result), str(result.with_suffix(".checkpoint"))]
+    arguments = [json.dumps(data), str(result)]
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM, *arguments], stdout=subprocess.PIPE, text=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},

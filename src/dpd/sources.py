@@ -34,8 +34,8 @@ DECIDE_NOTHING = (
     "dpd", "dpd.digest", "dpd.errors",
     "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.observable", "dpd.page.start",
     "dpd.page.term", "dpd.pipeline.sections", "dpd.physics.common.automatic",
-    "dpd.progress", "dpd.scene.changes", "dpd.scene.limits", "dpd.scene.sections",
-    "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
+    "dpd.progress", "dpd.runs.lock", "dpd.runs.result", "dpd.scene.changes", "dpd.scene.limits",
+    "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 TEXT = re.compile(r"[\w.]+\.\w+")  # that may name a module, or a file beside one
