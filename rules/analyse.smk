@@ -37,7 +37,7 @@ if CALCULATED:
             OUT.log("{paper}", "sweeps", "{sweep}"),
         params:
             study=STUDY,
-            sources=stage_digest("calculate"),
+            sources=lambda wildcards: calculation_sources(wildcards.paper),
             points=theory_digest,
         wildcard_constraints:
             paper=only_before(CALCULATED),

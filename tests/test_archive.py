@@ -121,7 +121,7 @@ def test_the_manifest_says_what_made_the_archive(kept, results):
 def test_the_manifest_has_sweeps_of_theory(kept, results):
     """Whole once the file is there, and only while it has the points that the sweep has."""
     given = {"theory": {"second_virial": {"repulsion": 25}}, "axes": {}}
-    sweep = unfold_theory("virials", given, "here", {})
+    sweep = unfold_theory("crgw_2019", "virials", given, "here", {})
     whole = {"fig02_shapes": Figure((SWEEP,), ())}
     mine = Paper(PAPER, "", "", paper().sweeps, (), whole, (), {"virials": sweep})
 

@@ -7,10 +7,7 @@ import pytest
 import xarray as xr
 
 from dpd.errors import UserError
-from dpd.theory import mixtures as mixing
-from dpd.theory.equation_of_state import BETA, ETA, crgw
-from dpd.theory.mixtures import Fluid, chain_potential, monomer_potential
-from dpd.theory.second_virial import chain_second_virial
+from dpd.theory.equation_of_state import BETA, ETA, chain_second_virial, crgw
 from paper_figures.crgw_2019 import (
     athermal,
     chain_virial,
@@ -18,9 +15,11 @@ from paper_figures.crgw_2019 import (
     fig04_bond_length,
     fig07_solutes,
     fig08_coexistence,
+    mixing,
     mixtures,
     shared,
 )
+from paper_figures.crgw_2019.mixing import Fluid, chain_potential, monomer_potential
 
 SCENE = {
     "dimension": 3, "box": 8, "molecules": [{"architecture": "A 2", "count": 500}],

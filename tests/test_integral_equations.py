@@ -15,14 +15,14 @@ from dpd.theory.integral_equations import (
     solve,
     transform,
 )
-from dpd.theory.thermodynamics import (
+from dpd.theory.virial import second_virial
+from paper_figures.crgw_2019.thermodynamics import (
     compressibility_pressure,
     energy,
     excess_chemical_potentials,
     inverse_compressibility,
     pressure,
 )
-from dpd.theory.virial import second_virial
 
 UNLIKE = np.array([[25.0, 22.0], [22.0, 15.0]])
 

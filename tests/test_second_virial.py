@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from dpd.theory.second_virial import (
-    chain_second_virial,
-    older_second_virial,
-    sampled_second_virial,
-)
+from dpd.theory.equation_of_state import chain_second_virial
 from dpd.theory.virial import second_virial
+from paper_figures.crgw_2019.sampled_virial import older_second_virial, sampled_second_virial
 
 
 def agree(estimate, expected):
@@ -94,20 +91,3 @@ def test_the_older_fit_is_good_below_fifty():
     low, high = np.linspace(5, 45, 9), np.linspace(80, 120, 5)
     np.testing.assert_allclose(older_second_virial(low), second_virial(low), rtol=0.06)
     assert np.all(older_second_virial(high) > 1.5 * second_virial(high))
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ((0, 2, 0.4), "repulsion a: 0 is out of range"),
-        ((25, 0, 0.4), "number of beads: 0 is out of range; allowed: 1, 2"),
-        ((25, 2.5, 0.4), "number of beads: 2.5 is"),
-        ((25, 2, -0.4), "bond length: -0.4 is out of range"),
-    ],
-)
-def test_bad_chains_are_one_message(values, message):
-    for function in (chain_second_virial, sampled_second_virial):
-        with pytest.raises(ValueError, match=message):
-            function(*values)
-    with pytest.raises(ValueError, match="samples: 3 are too few; allowed: 64"):
-        sampled_second_virial(25, 2, 0.4, samples=3)

@@ -1,7 +1,5 @@
 """Sweeps that calculate: axes and studies as of others, points made once, and no simulation."""
 
-import inspect
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,16 +8,14 @@ from dpd.analysis.collect import save
 from dpd.analysis.derive import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.pipeline import calculate as module
 from dpd.pipeline.calculate import calculate
 from dpd.pipeline.derived import resolved, write_derived
 from dpd.pipeline.jobs import page_sources
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
-from dpd.pipeline.sections import ARGUMENTS
 from dpd.pipeline.study import Paper, read_paper
 from dpd.pipeline.theory import check_kind, unfold_theory
-from dpd.theory.calculations import CALCULATIONS, Quantity, monomer_fluid
+from paper_figures.crgw_2019.calculations import MonomerFluid
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 PAPER, SWEEP = "crgw_2019", "bead_virials"
@@ -34,7 +30,7 @@ GIVEN = {
 
 def unfolded(given=GIVEN):
     """A sweep of theory."""
-    return unfold_theory("fluids", given, "sweeps.fluids", given["axes"])
+    return unfold_theory(PAPER, "fluids", given, "sweeps.fluids", given["axes"])
 
 
 def test_points_are_those_of_the_axes():
@@ -44,7 +40,7 @@ def test_points_are_those_of_the_axes():
         "density=2,repulsion=10", "density=2,repulsion=25",
         "density=3,repulsion=10", "density=3,repulsion=25",
     ]  # fmt: skip
-    assert sweep.points[1].arguments == {"density": 2, "repulsion": 25}
+    assert sweep.points[1].calculation.plain() == {"density": 2, "repulsion": 25}
     longer = GIVEN | {"axes": {"density": {"set": "monomer_fluid.density", "values": [3]}}}
     assert unfolded(longer).points[0].digest == sweep.points[3].digest
     assert unfolded(longer).digest != sweep.digest
@@ -54,18 +50,7 @@ def test_defaults_of_arguments_are_filled_in():
     """As the settings of the calculation have them."""
     given = {"theory": {"second_virial": {"repulsion": 25, "samples": 4}}, "axes": {}}
     expected = {"repulsion": 25, "samples": 4, "beads": 1, "length": 0}
-    assert unfolded(given).points[0].arguments == expected
-
-
-def test_every_calculation_takes_what_its_settings_say():
-    """Names and arguments in `dpd.pipeline.sections` are those of the functions."""
-    assert set(ARGUMENTS) == set(CALCULATIONS)
-    for name, function in CALCULATIONS.items():
-        taken, fields = inspect.signature(function).parameters, ARGUMENTS[name].model_fields
-        assert set(taken) == set(fields), name
-        for argument, field in fields.items():
-            always = field.is_required() or field.default is not None
-            assert always == (taken[argument].default is inspect.Parameter.empty), argument
+    assert unfolded(given).points[0].calculation.plain() == expected
 
 
 def test_a_file_has_axes_values_and_coordinates(tmp_path):
@@ -75,7 +60,7 @@ def test_a_file_has_axes_values_and_coordinates(tmp_path):
     assert data.pressure.dims == ("density", "repulsion")
     assert data.rdf.dims == ("density", "repulsion", "r")
     assert data.repulsion.attrs["units"] == "kT / r_c"
-    at = monomer_fluid(3, 25)
+    at = MonomerFluid(density=3, repulsion=25).calculate()
     assert float(data.pressure.sel(density=3, repulsion=25)) == at["pressure"].value
     np.testing.assert_array_equal(data.rdf.sel(density=3, repulsion=25), at["rdf"].value)
     np.testing.assert_array_equal(data.r, at["r"].value)
@@ -85,16 +70,16 @@ def test_only_points_that_changed_are_calculated(tmp_path, monkeypatch):
     """Others are taken from the former file, to the same bits; none if the sources changed."""
     path, asked = tmp_path / "fluids.nc", []
 
-    def watched(density, repulsion):
-        asked.append((density, repulsion))
+    def watched(self):
+        asked.append((self.density, self.repulsion))
         r = np.array([0.5, 1.0])
         return {
-            "r": Quantity(r, "r_c", "distance", ("r",)),
-            "g": Quantity(r * density, "1", "g(r)", ("r",)),
-            "pressure": Quantity(density / 3 + repulsion, "kT / r_c^3", "pressure"),
+            "r": (r, "r_c", "distance", ("r",)),
+            "g": (r * self.density, "1", "g(r)", ("r",)),
+            "pressure": (self.density / 3 + self.repulsion, "kT / r_c^3", "pressure"),
         }
 
-    monkeypatch.setitem(CALCULATIONS, "monomer_fluid", watched)
+    monkeypatch.setattr(MonomerFluid, "calculate", watched)
     first = calculate(unfolded(), path)
     save(first, path)
     assert len(asked) == first.points_calculated == 4
@@ -110,7 +95,7 @@ def test_only_points_that_changed_are_calculated(tmp_path, monkeypatch):
     asked.clear()
     assert calculate(unfolded(more), path).points_calculated == 0
     assert not asked
-    monkeypatch.setattr(module, "stage_digest", lambda stage: "other sources")
+    monkeypatch.setattr("dpd.pipeline.calculate.calculation_sources", lambda paper: "others")
     assert calculate(unfolded(more), path).points_calculated == 4
     path.write_bytes(b"damaged")
     assert calculate(unfolded(more), path).points_calculated == 4
@@ -141,12 +126,36 @@ def test_a_sweep_without_axes(tmp_path):
         ({"chain_pressure": {"density": 3, "repulsion": 1, "beads": 0}}, "beads: 0 is out of"),
         ({"chain_pressure": {"density": 3, "repulsion": 1, "length": -1}}, "length: -1 is out of"),
         ({"rest_length": {"stiffness": 9, "repulsion": 1, "length": 0}}, "length: 0 is out of"),
+        (
+            {
+                "cross_repulsion": {
+                    "one": {"density": 3, "repulsion": 25},
+                    "equation": "rGW",
+                    "other": {"density": 3, "repulsion": 25},
+                    "inverse_chi": 0.3,
+                }
+            },
+            "equation: rGW is for mixtures without heat",
+        ),
     ],
 )
 def test_what_cannot_be_calculated_is_refused(theory, said):
     """With file, key, and what is allowed."""
     with pytest.raises(UserError, match=said):
         unfolded({"theory": theory, "axes": {}})
+
+
+def test_a_paper_without_calculations_is_told_what_to_write():
+    """Its file, and what stands in it."""
+    with pytest.raises(UserError, match=r"no file paper_figures/liu_2008/calculations\.py; write"):
+        unfold_theory("liu_2008", "fluids", GIVEN, "sweeps.fluids", {})
+
+
+def test_a_calculation_that_is_broken_is_one_sentence(tmp_path, monkeypatch):
+    """With the point, and what was raised."""
+    monkeypatch.setattr(MonomerFluid, "calculate", lambda self: {"pressure": 1 / 0})
+    with pytest.raises(UserError, match=r"sweeps.fluids .*: monomer_fluid: .*ZeroDivisionError"):
+        calculate(unfolded(), tmp_path / "none.nc")
 
 
 @pytest.mark.parametrize(
@@ -275,3 +284,6 @@ def test_a_figure_of_theory_starts_no_simulation(tmp_path):
     assert done.returncode == 0, done.stderr
     log = repository / f"results/smoke/logs/{PAPER}/sweeps/{SWEEP}.log"
     assert "points: 22, of which calculated now: 1" in log.read_text()
+    helper = repository / "paper_figures" / PAPER / "sampled_virial.py"
+    edit(helper, "9.755e-2", "9.756e-2")
+    assert planned(repository, *asked)["calculate"] == 1

@@ -6,7 +6,7 @@ import xarray as xr
 from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, panels
-from dpd.theory.mixtures import chain_potential
+from paper_figures.crgw_2019.mixing import chain_potential
 from paper_figures.crgw_2019.shared import TARGET
 
 PUBLISHED = shown_by(__file__)

@@ -6,8 +6,13 @@ from scipy.optimize import least_squares
 from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, panels
-from dpd.theory.equation_of_state import BETA, ETA, quadratic_switch, virial_switch
-from dpd.theory.second_virial import chain_second_virial
+from dpd.theory.equation_of_state import (
+    BETA,
+    ETA,
+    chain_second_virial,
+    quadratic_switch,
+    virial_switch,
+)
 from paper_figures.crgw_2019.shared import largest, mean_unsigned, mismatches
 
 PUBLISHED = shown_by(__file__)

@@ -9,7 +9,7 @@ from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
-from dpd.theory.mixtures import chain_potential, monomer_potential
+from paper_figures.crgw_2019.mixing import chain_potential, monomer_potential
 
 PUBLISHED = shown_by(__file__)
 DIMERS = 23.39  # a_ij of Table III

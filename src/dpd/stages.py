@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from dpd.digest import PACKAGE, text_digest
+from dpd.digest import PACKAGE, ROOT, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
 from dpd.scene.reading import NEEDED
 from dpd.sources import file_of, kept, source_of, sources_digest
@@ -77,6 +77,16 @@ def kernels_name(scene: Scene, of_start: bool = False) -> str:
 def figure_sources(path: Path) -> str:
     """Digest of the sources of a figure: of its file, and of the stage that draws it."""
     return sources_digest(*STAGES["figure"], path)
+
+
+def calculations_file(paper: str) -> Path:
+    """The file of a paper with what its sweeps of theory calculate."""
+    return ROOT / "paper_figures" / paper / "calculations.py"
+
+
+def calculation_sources(paper: str) -> str:
+    """Digest of the sources of a paper's calculations, and of the stage that makes them."""
+    return sources_digest(*STAGES["calculate"], calculations_file(paper))
 
 
 def _terms(scene, of_kernels=False):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -12,8 +13,9 @@ import xarray as xr
 
 from dpd.analysis.collect import load
 from dpd.errors import UserError
-from dpd.stages import stage_digest
-from dpd.theory.calculations import CALCULATIONS, Quantity
+from dpd.page.calculation import Quantity
+from dpd.pipeline.theory import blame_on
+from dpd.stages import calculation_sources
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -49,7 +51,7 @@ def calculate(
     begun = time.perf_counter()
     former, found = _former(sweep, path), []
     for done, point in enumerate(sweep.points):
-        found.append(former.get(point.digest) or calculated(sweep.calculation, point))
+        found.append(former.get(point.digest) or calculated(point))
         if progress is not None:
             progress(done + 1)
     names = [axis.name for axis in sweep.axes]
@@ -72,7 +74,7 @@ def calculate(
         "sweep": sweep.name,
         "calculation": sweep.calculation,
         "description": _description(sweep),
-        "sources": stage_digest("calculate"),
+        "sources": calculation_sources(sweep.paper),
         "points": sweep.digest,
         "points_calculated": made,
         "seconds": time.perf_counter() - begun,
@@ -80,18 +82,24 @@ def calculate(
     return data
 
 
-def calculated(calculation: str, point: TheoryPoint) -> dict[str, Quantity]:
+def calculated(point: TheoryPoint) -> dict[str, Quantity]:
     """What a calculation finds at one point.
 
     Raises
     ------
     UserError
-        Naming the point, if its arguments have no solution.
+        Naming the point, if its arguments have no solution, or the calculation is broken.
     """
+    calculation = point.calculation
     try:
-        return CALCULATIONS[calculation](**point.arguments)
+        found = calculation.calculate()
+        return {name: Quantity(*value) for name, value in found.items()}
     except ValueError as problem:
-        raise UserError(f"{point.where}: {calculation}: {problem}") from None
+        raise UserError(f"{point.where}: {calculation.key}: {problem}") from None
+    except Exception as problem:  # whatever a paper's own file may raise
+        path = Path(str(sys.modules[type(calculation).__module__].__file__))
+        said = blame_on(path, problem)
+        raise UserError(f"{point.where}: {calculation.key}: {said}") from None
 
 
 def _former(sweep, path):
@@ -101,7 +109,7 @@ def _former(sweep, path):
     with suppress(UserError, KeyError):  # a damaged file is made anew
         data = load(path)
         made_by = data.attrs["calculation"], data.attrs["sources"]
-        if made_by == (sweep.calculation, stage_digest("calculate")):
+        if made_by == (sweep.calculation, calculation_sources(sweep.paper)):
             axes = data[DIGEST].dims
             flat = data.stack(point=axes) if axes else data.expand_dims("point")
             return {

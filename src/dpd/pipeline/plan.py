@@ -130,9 +130,9 @@ def _calculation(paper, sweep):
     from dpd.pipeline.calculate import calculated  # brings what no run needs
 
     middle = sweep.points[len(sweep.points) // 2]
-    calculated(sweep.calculation, middle)  # kernels compile
+    calculated(middle)  # kernels compile
     processor, clock = time.process_time(), time.perf_counter()
-    calculated(sweep.calculation, middle)
+    calculated(middle)
     processor, clock = time.process_time() - processor, time.perf_counter() - clock
     hours = len(sweep.points) * processor / 3600
     return {

@@ -1,4 +1,4 @@
-"""What config/config.yaml and a paper's file may say, and what theory takes."""
+"""What config/config.yaml and a paper's file may say."""
 
 from __future__ import annotations
 
@@ -115,8 +115,10 @@ class SweepFile(Section):
         "A scene, see below; the axes fill in what is swept. A sweep has this or `theory`.", None
     )
     theory: dict[Any, Any] | None = setting(
-        "What is calculated where nothing is simulated, see Theory below. Such a sweep has `axes` "
-        "alone beside it.", None,
+        "What is calculated where nothing is simulated: one calculation of the paper's own, which "
+        "is a class in paper_figures/PAPER/calculations.py, with its arguments. Such a sweep has "
+        "`axes` alone beside it. All points come together in sweeps/NAME.nc, as those of runs do; "
+        "a point is calculated anew only if its arguments or the sources change.", None,
     )  # fmt: skip
     replicas: int = setting(
         "Number of runs of each point, each with a seed of its own.", 1, ge=1, le=1000
@@ -200,119 +202,3 @@ class PaperFile(Section):
         for number, said in enumerate(self.sampling):
             for key, problem in said.conflicts():
                 yield f"sampling.{number}.{key}", problem
-
-
-# --- theory: functions of src/dpd/theory/calculations.py. Lengths in r_c, energies in kT.
-
-Repulsion = Number
-Density = Annotated[float, Field(gt=0, le=1000)]
-Equation = Literal["GW", "rGW", "crGW"]
-OF_REPULSION, OF_DENSITY = "Largest repulsion a in kT / r_c.", "Beads per r_c^3."
-
-
-class MonomerFluid(Section):
-    """A fluid of single beads: structure and pressure.
-
-    Its structure is that of the Ornstein-Zernike equation with the HNC closure; its pressure is
-    given by that and by equations of state.
-    """
-
-    density: Density = setting(OF_DENSITY)
-    repulsion: Repulsion = setting(OF_REPULSION)
-
-
-class Chain(Section):
-    """Repulsion and shape of a molecule."""
-
-    repulsion: Repulsion = setting(OF_REPULSION)
-    beads: int = setting("Of a molecule.", 1, ge=1, le=1000)
-    length: float = setting("Of a bond.", 0.0, unit="r_c", ge=0, le=20)
-
-
-class SecondVirial(Chain):
-    """Second virial coefficient of two chains.
-
-    Sampled, by the fit of the chain-revised equation of state, and, of single beads, in closed form
-    and by an older fit.
-    """
-
-    samples: int = setting("Pairs of conformations; 0 for none.", 0, ge=0, le=10**9)
-    seed: int | None = setting(
-        "Of the samples; if not given, that of the study.", None, ge=1, le=10**9
-    )
-
-
-class ChainPressure(Chain):
-    """Pressure of a fluid of chains by three equations of state."""
-
-    density: Density = setting(OF_DENSITY)
-
-
-class ChainRepulsion(Section):
-    """The repulsion that gives a fluid of chains a pressure, by one equation of state."""
-
-    equation: Equation = setting("Which.")
-    density: Density = setting("Molecules per r_c^3.")
-    pressure: Number = setting("In kT / r_c^3.")
-    beads: int = setting("Of a molecule.", 1, ge=1, le=1000)
-    length: float = setting("Of a bond.", 0.0, unit="r_c", ge=0, le=20)
-    stiffness: float | None = setting(
-        "Spring constant of a bond; with it the rest length is calculated as well.", None,
-        unit="kT / r_c^2", gt=0, le=1e7,
-    )  # fmt: skip
-
-
-class Fluid(Chain):
-    """A pure fluid."""
-
-    density: Density = setting("Molecules per r_c^3.")
-
-
-class CrossRepulsion(Section):
-    """The repulsion of the beads of two fluids of chains that mix without heat, or have a chi."""
-
-    one: Fluid = setting("A pure fluid.")
-    other: Fluid = setting("A pure fluid.")
-    equation: Equation | None = setting(
-        "Which gives the prefactors of an athermal mixture, from both pressures; if not given, "
-        "they are equal.", None,
-    )  # fmt: skip
-    inverse_chi: Density | None = setting(
-        "1 / chi, at the pressure 41.89; if not given, the repulsion is the athermal one.", None
-    )
-
-
-class ChainPotential(Chain):
-    """Excess chemical potentials at the pressure 41.89.
-
-    Of a chain and of one of its beads in a fluid of beads, by fits of the chain-revised equation of
-    state.
-    """
-
-    density: Density = setting(OF_DENSITY)
-    solvent: Number | None = setting(
-        "Repulsion of the beads of the fluid, for the HNC closure; without it that is left out.",
-        None,
-    )
-
-
-class RestLength(Section):
-    """The rest length with which a harmonic bond has a mean length.
-
-    In a fluid of beads that repel each other, those of the bond too; the cavity function of the
-    fluid is that of single beads, by the HNC closure. The other beads of a chain push those of a
-    bond apart; that is a fit to simulations of chains of 3 to 8 beads.
-    """
-
-    stiffness: float = setting("Spring constant.", unit="kT / r_c^2", gt=0, le=1e7)
-    repulsion: Repulsion = setting(OF_REPULSION)
-    length: float = setting("The mean length.", unit="r_c", gt=0, le=20)
-    density: float = setting("Beads of the fluid per r_c^3.", 0.0, ge=0, le=1000)
-    beads: int = setting("Of the chain.", 2, ge=2, le=1000)
-
-
-ARGUMENTS: dict[str, type[Section]] = {
-    "monomer_fluid": MonomerFluid, "second_virial": SecondVirial, "chain_pressure": ChainPressure,
-    "chain_repulsion": ChainRepulsion, "cross_repulsion": CrossRepulsion,
-    "chain_potential": ChainPotential, "rest_length": RestLength,
-}  # fmt: skip

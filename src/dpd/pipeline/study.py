@@ -264,7 +264,7 @@ def read_paper(
             continue
         described = axes[sweep] if point is None else narrowed(axes[sweep], point)
         if "theory" in given:
-            theory[sweep] = unfold_theory(sweep, given, key, described, seed)
+            theory[sweep] = unfold_theory(name, sweep, given, key, described, seed)
         else:
             sweeps[sweep] = unfold(name, sweep, given, key, described, CONFIG / "papers", seed)
     sampling = tuple(paper.get("sampling", ()))

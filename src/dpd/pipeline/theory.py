@@ -6,51 +6,55 @@ so that only points whose arguments changed are calculated again.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from dpd.digest import value_digest
+from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError, suggestion
+from dpd.own import blame
+from dpd.page.calculation import Calculation
 from dpd.pipeline.points import check_axes
-from dpd.pipeline.sections import ARGUMENTS
 from dpd.pipeline.sweep import Axis, axes_of, placed, places
 from dpd.sentences import read_section
+from dpd.stages import calculations_file
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
 
 
 @dataclass(frozen=True)
 class TheoryPoint:
-    """One point: its name, its place on the axes, and the arguments of the calculation."""
+    """One point: its name, its place on the axes, and what is calculated there."""
 
     name: str
     labels: tuple
-    arguments: dict
+    calculation: Calculation
     where: str
 
     @property
     def digest(self) -> str:
         """Of the arguments."""
-        return value_digest(self.arguments)
+        return value_digest(self.calculation.plain())
 
 
 @dataclass(frozen=True)
 class TheorySweep:
-    """A family of calculations that differ in some arguments.
-
-    Attributes
-    ----------
-    name : str
-    calculation : str
-        Its name in `ARGUMENTS`.
-    axes : tuple of Axis
-    points : tuple of TheoryPoint
-    """
+    """A family of calculations, all of one kind, that differ in some arguments."""
 
     name: str
-    calculation: str
+    paper: str
     axes: tuple[Axis, ...]
     points: tuple[TheoryPoint, ...]
+
+    @property
+    def calculation(self) -> str:
+        """The key of what is calculated."""
+        return self.points[0].calculation.key
 
     @property
     def digest(self) -> str:
@@ -83,14 +87,51 @@ def check_kind(given: dict[str, Any], key: str) -> None:
             raise UserError(f"{key}.{name}: the sweep {kind}; take this key out")
 
 
+@cache
+def calculations_of(paper: str) -> dict[str, type[Calculation]]:
+    """What a paper's own file calculates, by the keys of its classes.
+
+    Raises
+    ------
+    UserError
+        If there is no such file, or it cannot be imported.
+    """
+    path = calculations_file(paper)
+    if not path.is_file():
+        raise UserError(
+            f"config/papers/{paper}.yaml: a sweep has 'theory', and there is no file "
+            f"{_short(path)}; write it, with a class for each calculation, as "
+            "paper_figures/crgw_2019 has it, or take the sweep out"
+        )
+    if sys.path[0] != str(ROOT):
+        sys.path.insert(0, str(ROOT))
+    try:
+        module = import_module(f"paper_figures.{paper}.{path.stem}")
+    except Exception as problem:  # whatever a file of someone's own may raise
+        raise UserError(f"{blame_on(path, problem)}") from None
+    found = [each for each in vars(module).values() if isinstance(each, type)]
+    return {each.key: each for each in found if issubclass(each, Calculation) and each.key}
+
+
+def blame_on(path: Path, problem: Exception) -> str:
+    """File and line of a calculation in which something went wrong, and what."""
+    files = [str(file) for file in path.parent.glob("*.py")]
+    return blame(problem, files) or f"{_short(path)}: {type(problem).__name__}: {problem}"
+
+
+def _short(path):
+    return path.relative_to(ROOT)
+
+
 def unfold_theory(
-    name: str, given: dict[str, Any], key: str, described: dict[str, dict[str, Any]], seed: int = 1
-) -> TheorySweep:
+    paper: str, name: str, given: dict[str, Any], key: str, described: dict[str, dict[str, Any]],
+    seed: int = 1,
+) -> TheorySweep:  # fmt: skip
     """All points of a sweep of theory.
 
     Parameters
     ----------
-    name : str
+    paper, name : str
     given, key
         As in `check_kind`.
     described : dict
@@ -103,26 +144,23 @@ def unfold_theory(
     UserError
         If a calculation or an argument is not allowed.
     """
-    base = given["theory"]
-    calculation = _calculation(base, key)
+    base, known = given["theory"], calculations_of(paper)
+    _key_of(base, known, key)
     check_axes(described, 1, key)
     axes = axes_of(described, key)
     points = []
     for at, labels, where in places(axes, key):
         theory = placed(base, described, labels, key, where)
-        _calculation(theory, key)
-        arguments = read_section(
-            ARGUMENTS[calculation], theory[calculation], where, calculation
-        ).model_dump(exclude_none=True)
-        if seed != 1 and arguments.get("samples"):
-            arguments = {"seed": seed, **arguments}
-        points.append(TheoryPoint(at, labels, arguments, where))
-    return TheorySweep(name, calculation, tuple(axes), tuple(points))
+        found = _key_of(theory, known, key)
+        calculation = read_section(known[found], theory[found], where, found)
+        if seed != 1 and getattr(calculation, "seed", seed) is None:
+            calculation = calculation.model_copy(update={"seed": seed})
+        points.append(TheoryPoint(at, labels, calculation, where))
+    return TheorySweep(name, paper, tuple(axes), tuple(points))
 
 
-def _calculation(theory: dict[str, Any], key: str) -> str:
+def _key_of(theory, known, key):
     """The one calculation of a theory."""
-    known = list(ARGUMENTS)
     unknown = [name for name in theory if name not in known]
     if unknown:
         said = suggestion(unknown[0], known)

@@ -12,17 +12,16 @@ from dpd.analysis.published import Entry
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
-from dpd.pipeline.sections import ARGUMENTS, Config, PaperFile
+from dpd.pipeline.sections import Config, PaperFile
 from dpd.pipeline.study import check_repository
 from dpd.report.archive import FIGURES, read_archive
-from dpd.report.keys import rows_of, scene_rows, section_rows, text_of
-from dpd.report.markdown import counts, markdown_table
+from dpd.report.keys import rows_of, scene_rows, text_of
+from dpd.report.markdown import counts, key_table
 from dpd.report.paper_page import paper_page, papers_with_pages
 from dpd.report.variables import run_table, sweep_table, verdict_table
 from dpd.scene.sections import Basics
 
 BLOCK = re.compile(r"(<!-- begin: (.+?) -->\n).*?(<!-- end -->)", re.S)
-HEAD = "key", "allowed", "unit", "default", "meaning"
 
 
 def pages() -> dict[Path, str]:
@@ -46,8 +45,7 @@ def write_pages() -> list[Path]:
 
 def papers_page() -> str:
     """config/README.md: keys of what says what a study is, and of papers."""
-    theory = [row for key, each in ARGUMENTS.items() for row in section_rows(each, key, "")]
-    keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, ""), "theory": theory}
+    keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, "")}
     keys["published"] = rows_of(Entry, "NAME.")
     text = {"config": text_of(Config), "paper": text_of(PaperFile)}
     return _page("papers", keys, text=text, sweep=sweep_table(), verdicts=verdict_table())
@@ -62,10 +60,7 @@ def scenes_page() -> str:
 
 def _page(name, keys, **values):
     """A page from its template; keys are rows of tables by name."""
-    tables = {
-        name: markdown_table(HEAD, ((f"`{row.key}`", *row[1:]) for row in rows))
-        for name, rows in keys.items()
-    }
+    tables = {name: key_table(rows) for name, rows in keys.items()}
     loader = FileSystemLoader(Path(__file__).parent)
     environment = Environment(
         loader=loader, undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False

@@ -40,6 +40,12 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
     return "\n".join(f"| {' | '.join(line)} |" for line in cells)
 
 
+def key_table(rows: Iterable[tuple[str, ...]]) -> str:
+    """A table of settings, from the rows of `dpd.report.keys`."""
+    head = "key", "allowed", "unit", "default", "meaning"
+    return markdown_table(head, ((f"`{key}`", *rest) for key, *rest in rows))
+
+
 def counts(table: pd.DataFrame, link: Callable[[str], str] = str) -> str:
     """For each paper how many published numbers have which verdict.
 

@@ -8,11 +8,14 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.pipeline.study import read_paper, read_study
+from dpd.pipeline.theory import calculations_of
 from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
 from dpd.report.captions import label
 from dpd.report.figure_file import load_module
-from dpd.report.markdown import counts, deviations, figure_counts
+from dpd.report.keys import section_rows
+from dpd.report.markdown import counts, deviations, figure_counts, key_table
 from dpd.report.notation import typeset
+from dpd.stages import calculations_file
 
 HEAD = """# {title}
 
@@ -74,6 +77,7 @@ def paper_page(name: str) -> str:
         head,
         *(_study(name, study, table, modules) for study, table in tables.items()),
         f"## Findings\n\n{typeset(_findings(name))}",
+        *([_calculations(name)] if calculations_file(name).is_file() else []),
         *(["## Pictures\n"] if kept else []),
         *(_picture(figure, load_module(name, figure)) for figure in kept),
     ]
@@ -103,6 +107,19 @@ def _study(name, study, table, modules):
             text += f" Not made yet: {', '.join(label(figure) for figure in missing)}."
         text += "\n"
     return text
+
+
+def _calculations(name):
+    """What its sweeps of theory calculate."""
+    known = calculations_of(name)
+    rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
+    return f"""## Calculations
+
+What its sweeps with `theory` calculate, by the classes in [calculations.py](calculations.py). An
+axis may set any argument, as `set: {next(iter(known))}.ARGUMENT`.
+
+{key_table(rows)}
+"""
 
 
 def _missing(study):

@@ -20,7 +20,6 @@ from scipy.optimize import brentq
 
 from dpd.theory.checks import above_zero, bead_numbers, not_negative
 from dpd.theory.integral_equations import NoSolution, R, at_distances, solve
-from dpd.theory.second_virial import chain_second_virial
 from dpd.theory.virial import second_virial
 
 if TYPE_CHECKING:
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
 
 ALPHA = 0.101  # of GW, Eq. 1 of the paper
 C1, C2 = 0.0802, 0.7787  # of F_alpha, Eq. 4
+GAMMA, A, DELTA = 0.926, 1.954, 1.57  # of Eq. 24
 ETA, BETA = 41.083, 1.967  # of the term of the bonds, below Eq. 14
 DENSITY_STEP = 0.05  # of the central difference d ln y / d rho, below Eq. 10
 LARGEST = 1000.0  # the inverses look among powers of 2 up to the first above this repulsion
@@ -119,6 +119,20 @@ def crgw(
     bonds = ETA * (beads - 1) / (beads + BETA) * slope
     virial = virial_switch(rho) * chain_second_virial(strength, beads, bond) * rho**2
     return rho + virial + quadratic_switch(x) * x**2 * (strength - bonds)
+
+
+def chain_second_virial(
+    a: npt.ArrayLike, m: npt.ArrayLike, length: npt.ArrayLike
+) -> float | np.ndarray:
+    """B2 of two chains of m beads in r_c^3 by the paper's fit, Eqs. 18, 22 and 24.
+
+    The paper says that it is right within 1.6 % on average. Here it lies below samples of two
+    chains, by 12 % of that on average over the paper's chains, by 4 to 19 %.
+    """
+    beads, bond = np.asarray(m, dtype=float), np.asarray(length, dtype=float)
+    stronger = beads ** (2 / (bond + 1) ** 3)
+    larger = A * ((1 - GAMMA) * beads**2 + GAMMA * beads - 1) * bond**DELTA + 1
+    return larger * second_virial(stronger * np.asarray(a, dtype=float))
 
 
 def ln_y_slope(

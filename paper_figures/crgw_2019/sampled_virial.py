@@ -1,9 +1,6 @@
-"""Second virial coefficients of soft beads and of chains of them.
+"""Second virial coefficient of two chains of soft beads by samples, and an older fit for beads.
 
-The closed form for single beads is `dpd.theory.virial.second_virial`. Here are that of chains, from
-samples of two chains and as the paper fits it, and an older fit for single beads. The paper is
-Minkara et al., J. Chem. Phys. 150, 124104 (2019). Lengths are in units of r_c, and the repulsion a
-in kT / r_c.
+Lengths are in units of r_c, and the repulsion a in kT / r_c.
 """
 
 from __future__ import annotations
@@ -13,13 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from dpd.theory.checks import above_zero, bead_numbers, not_negative
-from dpd.theory.virial import second_virial
-
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-GAMMA, A, DELTA = 0.926, 1.954, 1.57  # of Eq. 24
 OLDER_FIT = (9.755e-2, -4.912e-3, 1.556e-4, -2.585e-6, 1.705e-8)  # Liyana-Arachchi et al. 2015
 WALKERS = 64  # independent samples, from which the standard error comes
 SETTLING = 200  # sweeps before a walker is measured; conformations forget theirs in about ten
@@ -34,57 +27,8 @@ class Estimate(NamedTuple):
 
 
 def older_second_virial(a: npt.ArrayLike) -> np.ndarray:
-    """B2 of single beads by the polynomial of Liyana-Arachchi et al. 2015, good below a = 50.
-
-    Parameters
-    ----------
-    a : float or array
-        Repulsion, above 0.
-
-    Returns
-    -------
-    array
-        In r_c^3.
-
-    Raises
-    ------
-    ValueError
-        If a repulsion is not above 0.
-    """
-    strength = above_zero("repulsion a", a)
-    return strength * np.polynomial.polynomial.polyval(strength, OLDER_FIT)
-
-
-def chain_second_virial(
-    a: npt.ArrayLike, m: npt.ArrayLike, length: npt.ArrayLike
-) -> float | np.ndarray:
-    """B2 of two chains by the paper's fit, Eqs. 18, 22 and 24.
-
-    Parameters
-    ----------
-    a : float or array
-        Repulsion, above 0.
-    m : int or array
-        Beads of a chain.
-    length : float or array
-        Of a bond, 0 or more.
-
-    Returns
-    -------
-    float or array
-        In r_c^3. The paper says that it is right within 1.6 % on average. Here it lies below
-        `sampled_second_virial`, by 12 % of that on average over the paper's chains, by 4 to 19 %.
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of its range.
-    """
-    strength, beads = above_zero("repulsion a", a), bead_numbers("number of beads", m)
-    bond = not_negative("bond length", length)
-    stronger = beads ** (2 / (bond + 1) ** 3)
-    larger = A * ((1 - GAMMA) * beads**2 + GAMMA * beads - 1) * bond**DELTA + 1
-    return larger * second_virial(stronger * strength)
+    """B2 of single beads by the polynomial of Liyana-Arachchi et al. 2015, good below a = 50."""
+    return np.asarray(a) * np.polynomial.polynomial.polyval(a, OLDER_FIT)
 
 
 def sampled_second_virial(
@@ -98,32 +42,14 @@ def sampled_second_virial(
     vector between them in the unit sphere are drawn at random. Such a vector is drawn once for each
     of the n pairs of beads that then overlap, so that the sample counts 1 / n.
 
-    Parameters
-    ----------
-    a : float
-        Repulsion, above 0.
-    m : int
-        Beads of a chain.
-    length : float
-        Of a bond, 0 or more.
-    samples : int
-        Pairs of conformations, at least one for each of 64 walkers. The default gives a standard
-        error below 0.3 % for chains of up to 8 beads.
-    seed : int
-
-    Returns
-    -------
-    Estimate
-        In r_c^3.
+    There are ``samples`` pairs of conformations, at least one for each of 64 walkers. The default
+    gives a standard error below 0.3 % for chains of up to 8 beads.
 
     Raises
     ------
     ValueError
-        If an argument is out of its range.
+        If there are too few samples.
     """
-    above_zero("repulsion a", a)
-    bead_numbers("number of beads", m)
-    not_negative("bond length", length)
     if samples < WALKERS:
         raise ValueError(f"samples: {samples} are too few; allowed: {WALKERS} or more")
     streams = np.random.default_rng(seed).spawn(WALKERS)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import simpson
 
-from dpd.theory.checks import not_negative
 from dpd.theory.integral_equations import SPACING, R, solve
 
 if TYPE_CHECKING:
@@ -62,26 +61,10 @@ def compressibility_pressure(
 ) -> float:
     """Pressure by integration of the inverse compressibility from density 0 on, in kT / r_c^3.
 
-    Parameters
-    ----------
-    densities : float or array, shape (n,)
-        Beads of each species per r_c^3; the way there has the same composition.
-    repulsions : float or array, shape (n, n)
-    points : int
-        Densities of the Gauss-Legendre rule, each a solution of the integral equation.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    NoSolution
-        If the integral equation has none at a density on the way.
-    ValueError
-        As `solve`.
+    The densities (n,) of the species keep their ratio on the way there; ``points`` is the number of
+    densities of the Gauss-Legendre rule, each a solution of the integral equation.
     """
-    rho = np.atleast_1d(not_negative("density", densities))
+    rho = np.atleast_1d(densities)
     nodes, weights = np.polynomial.legendre.leggauss(points)
     slopes = [inverse_compressibility(solve((node + 1) / 2 * rho, repulsions)) for node in nodes]
     return float(weights @ slopes / 2 * rho.sum())

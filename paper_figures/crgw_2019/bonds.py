@@ -14,7 +14,6 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq
 
-from dpd.theory.checks import above_zero, not_negative
 from dpd.theory.integral_equations import R, solve
 
 POINTS = 2001  # of the quadrature
@@ -28,91 +27,15 @@ PUSH, LONGER, THICKER, REACH = 73.5, 1.29, 2.364, 0.118
 def mean_length(
     stiffness: float, rest: float, repulsion: float = 0.0, density: float = 0.0
 ) -> float:
-    """Mean length of a bond in three dimensions.
+    """Mean length of a bond; with the density 0 its two beads are alone.
 
     The weight of a length r is r^2 y(r) exp(-stiffness (r - rest)^2 / 2 - a max(1 - r, 0)^2 / 2).
 
-    Parameters
-    ----------
-    stiffness : float
-        Spring constant in kT / r_c^2.
-    rest : float
-        Length at rest in r_c.
-    repulsion : float
-        a of all beads, in kT / r_c.
-    density : float
-        Beads of the fluid per r_c^3; with 0 the two beads of the bond are alone.
-
-    Returns
-    -------
-    float
-        In r_c.
-
     Raises
     ------
-    NoSolution
-        If the integral equation has none.
     ValueError
-        If an argument is out of its range.
+        If the integral equation has no solution, or the bond reaches beyond its grid.
     """
-    above_zero("stiffness", stiffness)
-    not_negative("rest length", rest)
-    not_negative("repulsion a", repulsion)
-    not_negative("density", density)
-    return _mean(stiffness, rest, repulsion, density)
-
-
-def rest_length(
-    stiffness: float, repulsion: float, length: float, density: float = 0.0, beads: int = 2
-) -> float:
-    """The rest length with which a bond has a mean length: of two beads, `mean_length` inverted.
-
-    Parameters
-    ----------
-    stiffness, repulsion, density : float
-        As in `mean_length`.
-    length : float
-        The mean, in r_c.
-    beads : int
-        Of the chain, of whose bonds it is the mean.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    NoSolution
-        If the integral equation has none.
-    ValueError
-        If the mean is larger than that even with the rest length 0, or an argument is out of its
-        range.
-
-    Examples
-    --------
-    >>> rest = rest_length(200, 25, 0.4, 5)
-    >>> round(mean_length(200, rest, 25, 5), 6)
-    0.4
-    """
-    above_zero("bond length", length)
-    above_zero("stiffness", stiffness)
-    chain = repulsion * (1 - 2 / max(beads, 2)) ** LONGER
-    longer = PUSH * chain * np.exp(-density / THICKER - length / REACH) / stiffness
-    shortest = mean_length(stiffness, longer, repulsion, density)
-    if length < shortest:
-        raise ValueError(
-            f"bond length: with a stiffness of {stiffness:g} and a repulsion of {repulsion:g} a "
-            f"mean of {length:g} needs a rest length below 0; allowed: {shortest:.4g} and above, "
-            "or a larger stiffness"
-        )
-
-    def too_long(rest):
-        return _mean(stiffness, rest, repulsion, density) - length
-
-    return brentq(too_long, longer, length + 1) - longer
-
-
-def _mean(stiffness, rest, repulsion, density):
     r = np.linspace(0.0, max(rest, 1.0) + WIDTHS / np.sqrt(stiffness), POINTS)
     if density and r[-1] > R[-1]:
         raise ValueError(
@@ -125,6 +48,38 @@ def _mean(stiffness, rest, repulsion, density):
         energy = energy - _fluid(density, repulsion).ln_y(r)[:, 0, 0]
     weight = r**2 * np.exp(energy.min() - energy)
     return float(np.sum(r * weight) / np.sum(weight))
+
+
+def rest_length(
+    stiffness: float, repulsion: float, length: float, density: float = 0.0, beads: int = 2
+) -> float:
+    """The rest length with which a bond has a mean length: of two beads, `mean_length` inverted.
+
+    Raises
+    ------
+    ValueError
+        As `mean_length`; or if the mean is larger than that even with the rest length 0.
+
+    Examples
+    --------
+    >>> rest = rest_length(200, 25, 0.4, 5)
+    >>> round(mean_length(200, rest, 25, 5), 6)
+    0.4
+    """
+    chain = repulsion * (1 - 2 / max(beads, 2)) ** LONGER
+    longer = PUSH * chain * np.exp(-density / THICKER - length / REACH) / stiffness
+    shortest = mean_length(stiffness, longer, repulsion, density)
+    if length < shortest:
+        raise ValueError(
+            f"bond length: with a stiffness of {stiffness:g} and a repulsion of {repulsion:g} a "
+            f"mean of {length:g} needs a rest length below 0; allowed: {shortest:.4g} and above, "
+            "or a larger stiffness"
+        )
+
+    def too_long(rest):
+        return mean_length(stiffness, rest, repulsion, density) - length
+
+    return brentq(too_long, longer, length + 1) - longer
 
 
 @lru_cache(maxsize=64)
