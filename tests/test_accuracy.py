@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 import yaml
 
-from dpd.analysis.accuracy import bound, cheapest, choices, front, limit
 from dpd.errors import UserError
 from dpd.physics.common import automatic
 from dpd.physics.integrator import Integrator
-from dpd.report.recommended import recommendations
 from dpd.scene.scene import Scene
+from paper_figures.benchmark.accuracy import bound, cheapest, choices, front, limit
+from paper_figures.benchmark.recommended import recommendations
 
 DT = np.array([0.005, 0.01, 0.02, 0.04])
 SCHEMES = ["gw-vv-0.5", "shardlow", "aboba"]

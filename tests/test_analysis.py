@@ -11,7 +11,13 @@ from scipy.signal import lfilter
 from dpd import files
 from dpd.analysis import verdicts
 from dpd.analysis.collect import RECORDED, collect, save
-from dpd.analysis.composition import bulk_fraction, chi_and_error, composition, in_bulk
+from dpd.analysis.composition import (
+    bulk_fraction,
+    chi_and_error,
+    chi_of_composition,
+    composition,
+    in_bulk,
+)
 from dpd.analysis.interfaces import slabs
 from dpd.analysis.statistics import (
     block_mean_and_error,
@@ -28,7 +34,6 @@ from dpd.analysis.verdicts import Measured, judge
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.theory.flory_huggins import chi_of_composition
 
 MEMORY = 0.9  # of the autoregressive series below
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import poisson
 
-from dpd.analysis.counts import NONE_SEEN, interval
+from dpd.analysis.statistics import NONE_SEEN, interval
 
 
 @pytest.mark.parametrize("mean", [0.3, 1.0, 2.7, 3.2, 8.0, 60.0])

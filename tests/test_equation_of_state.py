@@ -16,10 +16,10 @@ from dpd.theory.equation_of_state import (
     quadratic_switch,
     rgw,
     rgw_repulsion,
+    second_virial,
     virial_switch,
 )
 from dpd.theory.integral_equations import solve
-from dpd.theory.virial import second_virial
 from paper_figures.crgw_2019.mixing import (
     Fluid,
     athermal,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from dpd.theory.equation_of_state import second_virial
 from dpd.theory.integral_equations import (
     RANGE,
     K,
@@ -15,7 +16,6 @@ from dpd.theory.integral_equations import (
     solve,
     transform,
 )
-from dpd.theory.virial import second_virial
 from paper_figures.crgw_2019.thermodynamics import (
     compressibility_pressure,
     energy,

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.chain_length import power
-from dpd.analysis.diffusion import plateau
 from dpd.analysis.published import published
+from dpd.analysis.relaxation import power
 from dpd.analysis.resampling import Resampled
 from dpd.report.figures import load_module
+from paper_figures.liu_2008.plateau import plateau
 from paper_figures.liu_2008.shared import too_small
 
 PAPER = "liu_2008"

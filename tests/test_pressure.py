@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.pressure import compressibility, exponent, from_rdf
+from paper_figures.groot_warren_1997.excess_pressure import compressibility, exponent, from_rdf
 
 
 def equation_of_state(pressure, densities, repulsions=(15.0, 25.0, 30.0), noise=0.0):

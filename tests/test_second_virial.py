@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.theory.equation_of_state import chain_second_virial
-from dpd.theory.virial import second_virial
+from dpd.theory.equation_of_state import chain_second_virial, second_virial
 from paper_figures.crgw_2019.sampled_virial import older_second_virial, sampled_second_virial
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from dpd.analysis.accuracy import quantities
 from dpd.analysis.statistics import linear_fit
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, panels, points
 from dpd.report.text import with_error
+from paper_figures.benchmark.accuracy import quantities
 
 SHOWS_TEMPERATURE = True
 

@@ -21,18 +21,12 @@ LEAST_POINTS, LEAST_CHANCE = 3, 0.05  # of a power law that is worth a line
 class Outcome(NamedTuple):
     """What became of runs; all arrays have the shape of the sweep without its replicas.
 
-    Attributes
-    ----------
-    kind : array of int
-        `STABLE`, `OFF`, `FAR` or `LOST`: kT at most 2 % from 1, at most 10 %, further, or the
-        run blew up.
-    sure : array of bool
-        Whether kT is further than two standard errors from both limits; not so where the run is
-        too short for an error.
-    excess, error : arrays
-        kT - 1 and its standard error; NaN for what blew up.
-    lost : array
-        Time in tau at which the first replica blew up; NaN where none did.
+    - ``kind``: `STABLE`, `OFF`, `FAR` or `LOST`: kT at most 2 % from 1, at most 10 %, further, or
+      the run blew up.
+    - ``sure``: whether kT is further than two standard errors from both limits; not so where the
+      run is too short for an error.
+    - ``excess``, ``error``: kT - 1 and its standard error; NaN for what blew up.
+    - ``lost``: time in tau at which the first replica blew up; NaN where none did.
     """
 
     kind: np.ndarray
@@ -47,16 +41,8 @@ def outcome(
 ) -> Outcome:
     """How runs went.
 
-    Parameters
-    ----------
-    kT, kT_error, lost_step : (..., replicas) arrays
-        Temperature, its standard error, and the step that broke the run, or -1.
-    dt : array
-        Time step in tau, broadcast against (...).
-
-    Returns
-    -------
-    Outcome
+    ``kT``, ``kT_error``, ``lost_step``: (..., replicas) arrays; temperature, its standard error,
+    and the step that broke the run, or -1. ``dt``: time step in tau, broadcast against (...).
     """
     broken = lost_step >= 0
     lost = np.where(broken, lost_step * np.asarray(dt)[..., None], np.inf).min(axis=-1)
@@ -74,18 +60,9 @@ def outcome(
 def edge(dt: np.ndarray, kind: npt.ArrayLike, sure: npt.ArrayLike) -> tuple[float, float]:
     """Where one column of a map stops being stable.
 
-    Parameters
-    ----------
-    dt : (n,) array
-        Ascending.
-    kind : (n,) array of int
-    sure : (n,) array of bool
-
-    Returns
-    -------
-    stable, beyond : float
-        The largest stable step below which no run surely fails, and the next one that was
-        tried; NaN where there is none.
+    ``dt``: (n,) array; ascending. ``kind``: (n,) array of int. ``sure``: (n,) array of bool.
+    Returns ``stable``, ``beyond``: the largest stable step below which no run surely fails, and the
+    next one that was tried; NaN where there is none.
     """
     stable, sure = np.asarray(kind) == STABLE, np.asarray(sure)
     good = np.flatnonzero(stable & np.logical_and.accumulate(stable | ~sure))
@@ -101,17 +78,9 @@ def crossing(dt: np.ndarray, excess: np.ndarray, error: np.ndarray) -> tuple[flo
     Between the last step below that and the next it follows from a power law through both.
     Where the next run blew up it is anywhere between.
 
-    Parameters
-    ----------
-    dt : (n,) array
-        Ascending.
-    excess, error : (n,) arrays
-        kT - 1 and its standard error; NaN for what blew up.
-
-    Returns
-    -------
-    value, error : float
-        The error is that of ln value; NaN where no step is further off, or none is nearer.
+    ``dt``: (n,) array; ascending. ``excess``, ``error``: (n,) arrays; kT - 1 and its standard
+    error; NaN for what blew up. Returns ``value``, ``error``: the error is that of ln value; NaN
+    where no step is further off, or none is nearer.
     """
     away = np.abs(excess)
     count = int(np.logical_and.accumulate(away <= FAR_FROM).sum())
@@ -158,16 +127,8 @@ NO_POWER = Power(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan, 0)
 def power_law(x: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike) -> Power:
     """Fit a power law to the points that are finite and positive.
 
-    Parameters
-    ----------
-    x, y : (n,) arrays
-    error : (n,) array
-        Standard errors of ln y.
-
-    Returns
-    -------
-    Power
-        `NO_POWER` for fewer than three points.
+    ``x``, ``y``: (n,) arrays. ``error``: (n,) array; standard errors of ln y. Result: `NO_POWER`
+    for fewer than three points.
     """
     x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
     use = np.isfinite(y) & np.isfinite(error) & (np.nan_to_num(y) > 0)
@@ -189,16 +150,8 @@ def falling(x: np.ndarray, limit: npt.ArrayLike, error: npt.ArrayLike) -> Power:
     Left out is what comes before the last limit that cannot be told from the largest (two
     standard errors), and that itself: there something else sets it.
 
-    Parameters
-    ----------
-    x : (n,) array
-        Ascending.
-    limit, error : (n,) arrays
-        The error is that of ln limit; NaN where there is no limit.
-
-    Returns
-    -------
-    Power
+    ``x``: (n,) array; ascending. ``limit``, ``error``: (n,) arrays; the error is that of ln limit;
+    NaN where there is no limit.
     """
     limit, error = np.asarray(limit), np.asarray(error)
     limit = np.where(np.isfinite(error), limit, np.nan)  # one without an error bounds nothing

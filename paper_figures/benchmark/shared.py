@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import NullFormatter
 
-from dpd.analysis.accuracy import JUDGED, LABELS, bound, choices, deviations, front
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, Look, panels
 from dpd.report.text import in_percent, with_error, with_range
+from paper_figures.benchmark.accuracy import JUDGED, LABELS, bound, choices, deviations, front
 
 LOOKS = {
     "euler": Look("Euler", RED, "D"),
@@ -24,10 +24,7 @@ LEAST = 1e-4  # relative error at which the panels end
 def shows(beads):
     """What such a figure shows, for its caption.
 
-    Parameters
-    ----------
-    beads : str
-        How many beads the run time is for.
+    ``beads``: how many beads the run time is for.
     """
     return (
         "Each scheme over its time step, at each friction. Down: less error; left: less run "
@@ -43,19 +40,9 @@ def shows(beads):
 def against_time(runs, costs, workload):
     """Relative errors of a sweep's runs, with the run time per tau of the workload.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        Collected; see `dpd.analysis.accuracy.deviations`.
-    costs : xarray.Dataset
-        The measurement ``schemes``: ``cost`` in s per bead and step.
-    workload : str
-        One of its workloads.
-
-    Returns
-    -------
-    xarray.Dataset
-        `deviations`, and ``seconds`` per tau over ``scheme`` and ``dt``.
+    ``runs``: collected, see `deviations`. ``costs``: the measurement
+    ``schemes``: ``cost`` in s per bead and step. ``workload``: one of its workloads. Result:
+    `deviations`, and ``seconds`` per tau over ``scheme`` and ``dt``.
     """
     data = deviations(runs)
     each = costs.cost.sel(workload=workload).median("turn").sel(scheme=data.scheme)

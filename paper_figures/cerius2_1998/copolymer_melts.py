@@ -89,15 +89,8 @@ def compute(sweeps):
 def on_lattice(vectors, first):
     """Which wave vectors are whole-numbered sums of the strongest ones.
 
-    Parameters
-    ----------
-    vectors : (n, 3) array
-    first : (m, 3) array
-        The strongest ones: of layers one, of cylinders three, whose third is a sum of the others.
-
-    Returns
-    -------
-    (n,) array of bool
+    ``vectors``: (n, 3) array. ``first``: (m, 3) array; the strongest ones: of layers one, of
+    cylinders three, whose third is a sum of the others. Result: (n,) array of bool.
     """
     if len(first) not in (1, 3):
         return np.zeros(len(vectors), bool)

@@ -53,15 +53,10 @@ LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "
 class Order(NamedTuple):
     """Peaks of one order of a phase.
 
-    Attributes
-    ----------
-    ratio : float
-        Of the mean length of its wave vectors to that of the first order.
-    strength : float
-        Mean over them.
-    others : float
-        Largest strength of the wave vectors about as long that belong to no order; NaN if there are
-        fewer than `ENOUGH`.
+    - ``ratio``: of the mean length of its wave vectors to that of the first order.
+    - ``strength``: mean over them.
+    - ``others``: largest strength of the wave vectors about as long that belong to no order; NaN if
+      there are fewer than `ENOUGH`.
     """
 
     ratio: float
@@ -76,19 +71,13 @@ class Order(NamedTuple):
 class Phase(NamedTuple):
     """What a structure factor says of a phase.
 
-    Attributes
-    ----------
-    name : str
-        ``lamellae``, ``cylinders`` (in two dimensions, hexagonally packed discs), ``disordered`` or
-        ``none``.
-    reason : str
-        Why, in a sentence.
-    first : (n, dimension) array
-        The first-order wave vectors, the strongest first; none in a disordered phase.
-    orders : tuple of Order
-        Those that the name rests on, the first order first.
-    spacing : float
-        Between layers, or between neighbouring cylinders, in r_c; NaN for other phases.
+    - ``name``: ``lamellae``, ``cylinders`` (in two dimensions, hexagonally packed discs),
+      ``disordered`` or ``none``.
+    - ``reason``: why, in a sentence.
+    - ``first``: (n, dimension) array; the first-order wave vectors, the strongest first; none in a
+      disordered phase.
+    - ``orders``: those that the name rests on, the first order first.
+    - ``spacing``: between layers, or between neighbouring cylinders, in r_c; NaN for other phases.
     """
 
     name: str
@@ -110,17 +99,8 @@ def strengths_of(runs: xr.Dataset, species: str, after: float = 0.5) -> Strength
 
     Replicas have their crystals in different directions, so name the phase of one at a time.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        With the observable ``structure_factor``.
-    species : str
-    after : float
-        Share of the run that is left out at its beginning.
-
-    Returns
-    -------
-    Strengths
+    ``runs``: with the observable ``structure_factor``. ``after``: share of the run that is left out
+    at its beginning.
     """
     single = "scene" in runs.attrs
     scene = Scene.of_result(runs.attrs["scene"], "run") if single else first_scene(runs)
@@ -137,16 +117,9 @@ def strengths_of(runs: xr.Dataset, species: str, after: float = 0.5) -> Strength
 def phase_of(found: Strengths) -> Phase:
     """Name the phase.
 
-    Parameters
-    ----------
-    found : Strengths
-        Of the species that makes the domains, averaged over a time in which they stood still, and
-        over ten independent looks or more: in a single one some wave vector may by chance stand
-        above all others of its length.
-
-    Returns
-    -------
-    Phase
+    ``found``: of the species that makes the domains, averaged over a time in which they stood
+    still, and over ten independent looks or more: in a single one some wave vector may by chance
+    stand above all others of its length.
     """
     strongest = found.strength.max()
     if not np.isfinite(strongest):
@@ -218,13 +191,7 @@ def _closes(first, signs):
 
 
 def _orders(found, first, sums_of_orders):
-    """Each order whose wave vectors, sums of the first ones, are all known.
-
-    Parameters
-    ----------
-    sums_of_orders : list of (m, len(first)) arrays
-        Whole numbers of the first-order vectors in the vectors of each order.
-    """
+    """Each order whose wave vectors, sums of the first ones, are all known."""
     places = [
         [_place(found, np.asarray(numbers) @ first) for numbers in several]
         for several in sums_of_orders

@@ -15,13 +15,7 @@ def profile_and_errors(blocks):
     shows as spikes. So all bins have the median of what their correlations make of their errors;
     NaN where most of them are not known.
 
-    Parameters
-    ----------
-    blocks : (n, ..., bins) array
-
-    Returns
-    -------
-    mean, error : (..., bins) arrays
+    ``blocks``: (n, ..., bins) array. Returns ``mean``, ``error``: (..., bins) arrays.
     """
     mean, error = block_mean_and_error(blocks)
     alone = blocks.std(axis=0, ddof=1) / np.sqrt(len(blocks))
@@ -33,14 +27,7 @@ def profile_and_errors(blocks):
 def draw_isodensity(axes, density, value, edges, color):
     """Draw the bodies in the box that are denser than a value.
 
-    Parameters
-    ----------
-    axes : Axes3D
-    density : (nx, ny, nz) array
-    value : float
-    edges : (3,) array
-        Of the box in r_c.
-    color : str
+    ``density``: (nx, ny, nz) array. ``edges``: (3,) array; of the box in r_c.
     """
     field = smoothed(density, edges, points_along(edges), SMOOTH)
     draw_bodies(axes, [(triangles_around(field, value, edges), color)], edges)

@@ -31,10 +31,8 @@ def mean_length(
 
     The weight of a length r is r^2 y(r) exp(-stiffness (r - rest)^2 / 2 - a max(1 - r, 0)^2 / 2).
 
-    Raises
-    ------
-    ValueError
-        If the integral equation has no solution, or the bond reaches beyond its grid.
+    Raises `ValueError` if the integral equation has no solution, or the bond reaches beyond its
+    grid.
     """
     r = np.linspace(0.0, max(rest, 1.0) + WIDTHS / np.sqrt(stiffness), POINTS)
     if density and r[-1] > R[-1]:
@@ -55,10 +53,8 @@ def rest_length(
 ) -> float:
     """The rest length with which a bond has a mean length: of two beads, `mean_length` inverted.
 
-    Raises
-    ------
-    ValueError
-        As `mean_length`; or if the mean is larger than that even with the rest length 0.
+    Raises `ValueError` as `mean_length`; or if the mean is larger than that even with the rest
+    length 0.
 
     Examples
     --------

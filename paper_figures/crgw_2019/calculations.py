@@ -73,8 +73,7 @@ class SecondVirial(Chain, Calculation, key="second_virial"):
     )
 
     def calculate(self) -> dict[str, Quantity]:
-        from dpd.theory.equation_of_state import chain_second_virial
-        from dpd.theory.virial import second_virial
+        from dpd.theory.equation_of_state import chain_second_virial, second_virial
         from paper_figures.crgw_2019 import sampled_virial
 
         a, beads, length = self.repulsion, self.beads, self.length

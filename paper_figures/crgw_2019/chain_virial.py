@@ -6,8 +6,7 @@ from scipy.optimize import least_squares
 
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, RED, panels, points
-from dpd.theory.equation_of_state import DELTA, GAMMA, A
-from dpd.theory.virial import second_virial
+from dpd.theory.equation_of_state import DELTA, GAMMA, A, second_virial
 
 COLORS = {2: BLUE, 4: GREEN, 8: RED}
 MARKERS = {10: "o", 20: "s", 30: "^", 40: "D"}

@@ -127,10 +127,7 @@ def thermal(
 ) -> float:
     """a_ij at which two fluids at the pressure 41.89 have a chi: the inverse of `flory_huggins`.
 
-    Raises
-    ------
-    ValueError
-        If no repulsion gives that chi, with which are allowed.
+    Raises `ValueError` if no repulsion gives that chi, with which are allowed.
     """
     lowest, highest = (
         flory_huggins(one, other, a, reference_density) for a in (0.0, MOST_REPULSION)

@@ -17,19 +17,10 @@ EXCESSES = {
 def mixture(sweeps, one, other):
     """A mixture of two fluids over the mole fraction of the first.
 
-    Parameters
-    ----------
-    sweeps : dict of str to xarray.Dataset
-        With the sweeps of both fluids and of the mixture, at constant volume and pressure.
-    one, other : str
-        Names of the fluids.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``equation`` and ``share``: ``pressure_off`` at constant volume, and the excess
-        ``enthalpy``, ``energy`` and ``volume`` at constant pressure over the values of ideal
-        mixing, all in percent and each with its ``_error``.
+    ``sweeps``: with the sweeps of both fluids and of the mixture, at constant volume and pressure.
+    ``one``, ``other``: names of the fluids. Result: over ``equation`` and ``share``:
+    ``pressure_off`` at constant volume, and the excess ``enthalpy``, ``energy`` and ``volume`` at
+    constant pressure over the values of ideal mixing, all in percent and each with its ``_error``.
     """
     pressure, error = _joined(sweeps, one, other, "", lambda runs: mean_of(runs, "pressure"))
     found = {

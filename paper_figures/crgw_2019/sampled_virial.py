@@ -45,10 +45,7 @@ def sampled_second_virial(
     There are ``samples`` pairs of conformations, at least one for each of 64 walkers. The default
     gives a standard error below 0.3 % for chains of up to 8 beads.
 
-    Raises
-    ------
-    ValueError
-        If there are too few samples.
+    Raises `ValueError` if there are too few samples.
     """
     if samples < WALKERS:
         raise ValueError(f"samples: {samples} are too few; allowed: {WALKERS} or more")

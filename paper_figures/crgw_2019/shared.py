@@ -18,16 +18,7 @@ PERCENT = {"units": "%"}
 def mean_of(runs, name):
     """Mean and standard error of a series over the replicas of each point, as two arrays.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        A collected sweep.
-    name : str
-        Of the series.
-
-    Returns
-    -------
-    value, error : xarray.DataArray
+    ``runs``: a collected sweep. ``name``: of the series. Returns ``value``, ``error``.
     """
     value, error = runs[name], runs[f"{name}_error"]
     axis = value.dims.index("replica")
@@ -42,14 +33,7 @@ def mean_of_alike(series):
 
     The barostat sets it, and runs at constant pressure are so short that one says little of it.
 
-    Parameters
-    ----------
-    series : xarray.DataArray
-        Over ``time``, ``replica`` and axes of a sweep.
-
-    Returns
-    -------
-    value, error : xarray.DataArray
+    ``series``: over ``time``, ``replica`` and axes of a sweep. Returns ``value``, ``error``.
     """
     series = series.transpose("time", ..., "replica")
     spread = np.maximum(series.std("time"), np.finfo(float).tiny)
@@ -63,18 +47,11 @@ def mean_of_alike(series):
 def mismatches(sweeps):
     """By how much each equation misses the pressure of each oligomer fluid.
 
-    Parameters
-    ----------
-    sweeps : dict of str to xarray.Dataset
-        With ``oligomers`` and ``oligomer_pressures``.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``mismatch`` of each equation and its ``mismatch_error``, in percent of the simulated
-        ``pressure``, over the axes of the runs; ``mismatch_filled``, this error, and in place of
-        one that is not known that by the longest correlation of all fluids, for means over many;
-        mean lengths of bonds over those that were asked for.
+    ``sweeps``: with ``oligomers`` and ``oligomer_pressures``. Returns ``mismatch`` of each equation
+    and its ``mismatch_error``, in percent of the simulated ``pressure``, over the axes of the runs;
+    ``mismatch_filled``, this error, and in place of one that is not known that by the longest
+    correlation of all fluids, for means over many; mean lengths of bonds over those that were asked
+    for.
     """
     runs, theory = sweeps["oligomers"], sweeps["oligomer_pressures"]
     pressure, error = mean_of(runs, "pressure")

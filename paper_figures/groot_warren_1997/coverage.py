@@ -21,18 +21,13 @@ if TYPE_CHECKING:
 class Coverage(NamedTuple):
     """What became of the intervals of many runs of one length.
 
-    Attributes
-    ----------
-    share, error : float
-        Of the runs that have an error those whose interval holds the truth; standard error of a
-        binomial count, by Agresti and Coull 1998 so that it is not 0 where all do.
-    too_short : float
-        Share of runs that were found too short for an error.
-    width : float
-        Median width of the intervals over that of a perfect one, 1.96 times the scatter of the
-        means.
-    count : int
-        Runs that have an error.
+    - ``share``, ``error``: of the runs that have an error those whose interval holds the truth;
+      standard error of a binomial count, by Agresti and Coull 1998 so that it is not 0 where all
+      do.
+    - ``too_short``: share of runs that were found too short for an error.
+    - ``width``: median width of the intervals over that of a perfect one, 1.96 times the scatter of
+      the means.
+    - ``count``: runs that have an error.
     """
 
     share: float
@@ -50,21 +45,10 @@ def coverage(
 ) -> Coverage:
     """Coverage of the intervals of many runs.
 
-    Parameters
-    ----------
-    pieces : (n, runs) array
-        Time runs along the first axis.
-    truth : float
-    estimate : callable
-        Mean and standard error of each column.
-    whole : float
-        Number of such runs that the truth is the mean of, if these are among them: a mean is
-        then nearer to it, its variance smaller by 1 / whole.
-
-    Returns
-    -------
-    Coverage
-        NaN where no run has an error.
+    ``pieces``: (n, runs) array; time runs along the first axis. ``estimate``: mean and standard
+    error of each column. ``whole``: number of such runs that the truth is the mean of, if these are
+    among them: a mean is then nearer to it, its variance smaller by 1 / whole. Result: NaN where no
+    run has an error.
     """
     mean, error = estimate(pieces)
     known = np.isfinite(error)

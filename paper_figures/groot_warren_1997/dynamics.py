@@ -46,16 +46,8 @@ class Sheared(NamedTuple):
 def sheared(runs):
     """Kinematic viscosity over the shear rate, and without shear.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        Over ``rate``.
-
-    Returns
-    -------
-    Sheared
-        Without shear: the constant of a straight line in the square of the rate, as both signs of
-        a rate give the same.
+    ``runs``: over ``rate``. Result: without shear: the constant of a straight line in the square of
+    the rate, as both signs of a rate give the same.
     """
     eta, rates = viscosities(runs), runs.rate.values.astype(float)
     nu, error = (eta[name].values / density_of(runs) for name in ("viscosity", "viscosity_error"))
@@ -80,10 +72,7 @@ def of_two_flows(runs):
 def in_a_cube(runs):
     """Self-diffusion constant of one point, by displacements in its own periodic box.
 
-    Returns
-    -------
-    Found
-        Without an error where displacements end before they grow in proportion to time.
+    Result: without an error where displacements end before they grow in proportion to time.
     """
     moved = displacements(runs, "centre")
     value, error = diffusion_constant(moved, 3, min(AFTER, moved.time[-1] / 4))
@@ -93,20 +82,8 @@ def in_a_cube(runs):
 def in_an_infinite_box(found, edge, nu, density, kT):
     """A self-diffusion constant without the drag of a bead's own images.
 
-    Parameters
-    ----------
-    found : Found
-        In a periodic cube.
-    edge : float
-        Of the cube in r_c.
-    nu : Found
-        Kinematic viscosity.
-    density, kT : float
-
-    Returns
-    -------
-    Found
-        The error is that of both D and nu.
+    ``found``: in a periodic cube. ``edge``: of the cube in r_c. ``nu``: kinematic viscosity.
+    Result: the error is that of both D and nu.
     """
     slowed = float(slowed_by_images(edge, density, nu.value, found.value, kT))
     # What D adds to this error is small beside D's own.

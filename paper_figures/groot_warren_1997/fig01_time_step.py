@@ -66,11 +66,7 @@ def scatter(runs):
     Runs are cut into pieces of 200 steps, which are 13 correlation times or more. In a smaller
     box the scatter is larger, as one over the root of the number of beads.
 
-    Returns
-    -------
-    value, error : float
-        Both time steps together.
-    pieces : int
+    Returns ``value``, ``error``: both time steps together. ``pieces``.
     """
     interval = float(runs.time[1] - runs.time[0])
     squares = []
@@ -127,10 +123,7 @@ def between_noises(data):
 def step_at(data, scheme, target, largest):
     """Time step at which kT - 1 is ``target``: c dt + d dt^2 through the dt up to ``largest``.
 
-    Returns
-    -------
-    step, error : float
-        NaN if no run there is long enough for an error, or there is none.
+    Returns ``step``, ``error``: NaN if no run there is long enough for an error, or there is none.
     """
     if scheme not in data.scheme:
         return np.nan, np.nan

@@ -3,12 +3,18 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.pressure import compressibility, dense, excess_pressure, exponent, from_rdf
+from dpd.analysis.pressure import excess_pressure
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels, points
-from dpd.theory.virial import MEAN_FIELD, second_virial
+from dpd.theory.equation_of_state import MEAN_FIELD, second_virial
+from paper_figures.groot_warren_1997.excess_pressure import (
+    compressibility,
+    dense,
+    exponent,
+    from_rdf,
+)
 from paper_figures.groot_warren_1997.shared import (
     REPULSIONS,
     excess_by,

@@ -6,7 +6,7 @@ import xarray as xr
 from dpd.analysis.published import shown_by
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
-from dpd.theory.flory_huggins import (
+from paper_figures.groot_warren_1997.flory_huggins import (
     binodal,
     chemical_potential,
     free_energy,

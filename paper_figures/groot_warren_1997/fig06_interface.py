@@ -1,10 +1,11 @@
 """Figure 6: density profile across an interface."""
 
+import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.composition import in_bulk
-from dpd.analysis.interfaces import recentred, slabs
+from dpd.analysis.interfaces import slabs
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels
@@ -81,3 +82,24 @@ def draw(data):
     axes.set(xlim=(0, 20), ylim=(0, 3.4), xlabel="$z$ / $r_c$", ylabel=r"density $\rho$ $r_c^3$")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
+
+
+def recentred(
+    density: np.ndarray, z: np.ndarray, length: float, position: np.ndarray
+) -> np.ndarray:
+    """Densities over the whole box, with both interfaces put back to where they began.
+
+    In a window that stays in place, an interface that drifts makes the densities beside it drift,
+    too slowly for an error. Seen from the interface they do not.
+
+    ``density``, ``z``, ``length``: as for `slabs`. ``position``: (block, 2) array; of the
+    interfaces, as from `interfaces`. Result: (block, 2, n) array; the quarter of the box on either
+    side of 0 moved with the interface there, the other half with the one near half the box. Between
+    slices densities are interpolated.
+    """
+    near_first = np.abs((z + length / 4) % length - length / 4) < length / 4
+    moved = []
+    for block, (first, second) in zip(density, position):
+        place = np.where(near_first, z + first, z + second - length / 2)
+        moved.append([np.interp(place, z, profile, period=length) for profile in block])
+    return np.array(moved)

@@ -22,14 +22,8 @@ def tension_of_long_chains(
 
     Helfand's result for small chi; with one bead per site of a cubic lattice, rho b = 1.
 
-    Parameters
-    ----------
-    chi : float or array
-        For each bead.
-    density : float
-        rho, beads per r_c^3.
-    segment : float
-        b in r_c: a long chain of N beads has the mean square end-to-end distance N b^2.
+    ``chi``: for each bead. ``density``: rho, beads per r_c^3. ``segment``: b in r_c: a long chain
+    of N beads has the mean square end-to-end distance N b^2.
     """
     return density * segment * np.sqrt(np.asarray(chi, dtype=float) / 6)
 
@@ -37,11 +31,6 @@ def tension_of_long_chains(
 def finite_length(segregation: npt.ArrayLike, k: float) -> np.ndarray:
     """Tension over that of infinitely long chains, to first order: 1 - k / (chi N).
 
-    Parameters
-    ----------
-    segregation : float or array
-        chi N.
-    k : float
-        `BROSETA` or `HELFAND`.
+    ``segregation``: chi N. ``k``: `BROSETA` or `HELFAND`.
     """
     return 1 - k / np.asarray(segregation, dtype=float)

@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.fluctuations import noise_ratio, shear_components
-from dpd.analysis.statistics import block_mean_and_error, linear_fit, over_replicas
+from dpd.analysis.fluctuations import shear_components
+from dpd.analysis.statistics import block_mean_and_error, jackknife, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, GREEN, RED, Look
 
@@ -28,12 +29,8 @@ NOT_FITTED = (
 def misfit(p, shape, consequence):
     """Why numbers of a fit are not judged: the points do not follow it; empty if they do.
 
-    Parameters
-    ----------
-    p : float
-        Probability of points that lie worse about the fit, if it is right.
-    shape, consequence : str
-        What was fitted, and what is uncertain for that.
+    ``p``: probability of points that lie worse about the fit, if it is right. ``shape``,
+    ``consequence``: what was fitted, and what is uncertain for that.
     """
     if not p < CROOKED:
         return ""
@@ -66,16 +63,8 @@ SEGREGATION = {
 def monomer_slope(data):
     """Fit chi = s Delta a to the runs of monomers that have settled and whose chi is above 3.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From `dpd.analysis.composition.sweep_chi` over ``excess``, which is Delta a.
-
-    Returns
-    -------
-    fitted : (n,) array of bool
-    fit : dpd.analysis.statistics.Fit or None
-        None where no run is good enough.
+    ``data``: from `dpd.analysis.composition.sweep_chi` over ``excess``, which is Delta a. Result:
+    ``fitted``: (n,) array of bool. ``fit``: none where no run is good enough.
     """
     fitted = ((data.chi > MEAN_FIELD) & (data.settled == 1)).values
     if not fitted.any():
@@ -87,15 +76,7 @@ def monomer_slope(data):
 def excess_by(runs, forces):
     """Excess pressure by the virial of some forces, replicas taken together.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-    forces : str
-        ``conservative`` or ``all``.
-
-    Returns
-    -------
-    value, error : arrays
+    ``forces``: ``conservative`` or ``all``. Returns ``value``, ``error``.
     """
     name = f"excess_{forces}"
     return over_replicas(runs[name].values, runs[f"{name}_error"].values, -1)
@@ -123,14 +104,9 @@ def put_stress_noise(data, runs, which):
     whose part, of a variance of rho (kT)^2 / V, is taken off. With it, as ``with_momenta_noise``,
     and of means of all samples, as ``every_step_noise``.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-    runs : xarray.Dataset
-        Replicas of one point, with both pressure tensors as series.
-    which : slice
-        Of the five components of `dpd.analysis.fluctuations.shear_components`; the last is the
-        difference across layers along z.
+    ``runs``: replicas of one point, with both pressure tensors as series. ``which``: of the five
+    components of `dpd.analysis.fluctuations.shear_components`; the last is the difference across
+    layers along z.
     """
     both = []
     for name in ("pressure_tensor_all_series", "pressure_tensor_series"):
@@ -156,3 +132,24 @@ def noise_of_stress(data):
         f"single samples of virials; with momenta {float(data.with_momenta_noise):.2f}; means of "
         f"all samples over {PART:g} tau, with momenta {float(data.every_step_noise):.2f}",
     )  # fmt: skip
+
+
+def noise_ratio(
+    one: npt.ArrayLike, other: npt.ArrayLike, size: int, shared: float = 0.0
+) -> Measured:
+    """Error of the mean of one series over that of another one, from means of parts.
+
+    ``one``, ``other``: (n,) or (n, k) arrays; sampled together; k of the same kind are taken
+    together. ``size``: samples of a part, which must be long beside the memory of both series.
+    ``shared``: variance of means over a part that is in both series and does not count.
+    """
+    squares = []
+    for series in (other, one):
+        x = np.asarray(series, dtype=float).reshape(len(np.asarray(series)), -1)
+        parts = x[: len(x) // size * size].reshape(-1, size, x.shape[1]).mean(axis=1)
+        squares.append(((parts - parts.mean(axis=0)) ** 2).mean(axis=1))
+
+    def ratio(mean):
+        return np.sqrt((mean[1] - shared) / (mean[0] - shared))
+
+    return Measured(*jackknife(np.stack(squares, axis=1), ratio))

@@ -16,14 +16,9 @@ if TYPE_CHECKING:
 class Spreading(NamedTuple):
     """The decay of a wave of labelled beads.
 
-    Attributes
-    ----------
-    diffusion : Measured
-        D in r_c^2 / tau.
-    height : float
-        Of the wave at time 0.
-    wave : (runs, n) array
-        Height of the wave in each run at each time, in 1 / r_c^3.
+    - ``diffusion``: D in r_c^2 / tau.
+    - ``height``: of the wave at time 0.
+    - ``wave``: (runs, n) array; height of the wave in each run at each time, in 1 / r_c^3.
     """
 
     diffusion: Measured
@@ -41,21 +36,9 @@ def diffusion_of_labels(
     the wave number q = 2 pi / L decays as exp(-D q^2 t), once velocities are forgotten. The heights
     of all times, the mean over runs, are fitted with one weight, as their noise hardly changes.
 
-    Parameters
-    ----------
-    density : (runs, n, 2, slices) array
-        Of the names at each time, that of the lower half first.
-    z : (slices,) array
-        Middles of slices in r_c.
-    time : (n,) array
-        In tau.
-    length : float
-        L in r_c.
-
-    Returns
-    -------
-    Spreading
-        The error of D by leaving out runs in turn; NaN for a single run.
+    ``density``: (runs, n, 2, slices) array; of the names at each time, that of the lower half
+    first. ``z``: (slices,) array; middles of slices in r_c. ``time``: (n,) array; in tau.
+    ``length``: L in r_c. Result: the error of D by leaving out runs in turn; NaN for a single run.
     """
     from scipy.optimize import curve_fit  # most jobs need no SciPy
 

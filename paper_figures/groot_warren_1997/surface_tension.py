@@ -44,17 +44,10 @@ class Bulks(NamedTuple):
 class SlabTension(NamedTuple):
     """What a run of two slabs says of their interfaces.
 
-    Attributes
-    ----------
-    of_profile : Measured
-        Tension from the profile, in kT / r_c^(dimension - 1).
-    of_tensor : Measured or None
-        The same from the pressure tensor of ``thermo``; None if that was not measured.
-    bulks : Bulks
-    width : Measured
-        Width xi of the interfaces in r_c, see `dpd.analysis.interfaces.interface_width`.
-    composition : Composition
-        Of the minority in the bulk.
+    - ``of_profile``: tension from the profile, in kT / r_c^(dimension - 1).
+    - ``of_tensor``: the same from the pressure tensor of ``thermo``; None if that was not measured.
+    - ``width``: width xi of the interfaces in r_c, see `dpd.analysis.interfaces.interface_width`.
+    - ``composition``: of the minority in the bulk.
     """
 
     of_profile: Measured
@@ -84,25 +77,11 @@ class SlabTension(NamedTuple):
 def tension_of_tensor(run: xr.Dataset, settled: float = 0.0, axis: str | None = None) -> Measured:
     """Tension from the pressure tensor of the box.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        As from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
-    settled : float
-        Time in tau that is left out at the beginning.
-    axis : str or None
-        Normal to the interfaces; if not given, that of the observed ``stress_profile``, or the
-        longest one.
-
-    Returns
-    -------
-    Measured
-        In kT / r_c^(dimension - 1).
-
-    Raises
-    ------
-    UserError
-        If there are walls, which have a tension of their own, or no tensor was measured.
+    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
+    ``settled``: time in tau that is left out at the beginning. ``axis``: normal to the interfaces;
+    if not given, that of the observed ``stress_profile``, or the longest one. Result: in kT /
+    r_c^(dimension - 1). Raises `UserError` if there are walls, which have a tension of their own,
+    or no tensor was measured.
     """
     scene = _scene_of(run)
     if "pressure_tensor" not in run:
@@ -119,20 +98,8 @@ def tension_of_tensor(run: xr.Dataset, settled: float = 0.0, axis: str | None = 
 def tension_of_profile(run: xr.Dataset) -> Measured:
     """Tension as the integral of the profile of p_N - p_T, over both interfaces, halved.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        With the observable ``stress_profile``.
-
-    Returns
-    -------
-    Measured
-        In kT / r_c^(dimension - 1).
-
-    Raises
-    ------
-    UserError
-        If there are walls, which have a tension of their own, or no profile was measured.
+    ``run``: with the observable ``stress_profile``. Result: in kT / r_c^(dimension - 1). Raises
+    `UserError` if there are walls, which have a tension of their own, or no profile was measured.
     """
     _scene_of(run)
     return _measured(_missing(run).mean(axis=1) * _length(run, "slice") / INTERFACES)
@@ -144,21 +111,9 @@ def bulks(run: xr.Dataset) -> Bulks:
     A bulk is what is more than `dpd.analysis.composition.CLEAR` away from both interfaces, or, in a
     box that has no such place, a fifth of each slab.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        With the observables ``stress_profile`` and ``profile`` along the same axis, of two species
-        in slabs.
-
-    Returns
-    -------
-    Bulks
-        The first one lies in the lower half of the box.
-
-    Raises
-    ------
-    UserError
-        If one of the observables is missing, or there are walls or more than two species.
+    ``run``: with the observables ``stress_profile`` and ``profile`` along the same axis, of two
+    species in slabs. Result: the first one lies in the lower half of the box. Raises `UserError` if
+    one of the observables is missing, or there are walls or more than two species.
     """
     return _bulks(run, _slabs_of(run))
 
@@ -166,19 +121,7 @@ def bulks(run: xr.Dataset) -> Bulks:
 def slab_tension(run: xr.Dataset) -> SlabTension:
     """All that a run of two slabs says of their interfaces.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        As of `bulks`.
-
-    Returns
-    -------
-    SlabTension
-
-    Raises
-    ------
-    UserError
-        As `bulks`.
+    ``run``: as of `bulks`. Raises `UserError` as `bulks`.
     """
     seen, scene = _slabs_of(run), _scene_of(run)
     slice_volume = scene.volume / run.sizes["z"]

@@ -40,14 +40,10 @@ NOTHING = Fitted(np.nan, np.nan)
 class TensionLaw(NamedTuple):
     """The numbers of the law above.
 
-    Attributes
-    ----------
-    prefactor, alpha, critical, mu : Fitted
-        Standard errors, widened as by `dpd.analysis.statistics.scatter`.
-    reduced_chi_square : float
-        NaN without degrees of freedom.
-    points, degrees : int
-        How many were fitted, and how many degrees of freedom they have.
+    - ``prefactor``, ``alpha``, ``critical``, ``mu``: standard errors, widened as by
+      `dpd.analysis.statistics.scatter`.
+    - ``reduced_chi_square``: NaN without degrees of freedom.
+    - ``points``, ``degrees``: how many were fitted, and how many degrees of freedom they have.
     """
 
     prefactor: Fitted
@@ -73,14 +69,8 @@ class TensionLaw(NamedTuple):
 class Collapse(NamedTuple):
     """Tensions of groups with one chi each, brought to one curve of chi N.
 
-    Attributes
-    ----------
-    prefactors : list of Fitted
-        Of each group: its tensions are prefactor (1 - critical / (chi N))^mu.
-    critical, mu : Fitted
-        Of all groups.
-    reduced_chi_square : float
-    points, degrees : int
+    - ``prefactors``: of each group: its tensions are prefactor (1 - critical / (chi N))^mu.
+    - ``critical``, ``mu``: of all groups.
     """
 
     prefactors: list[Fitted]
@@ -102,18 +92,10 @@ def tension_law(
 ) -> TensionLaw:  # fmt: skip
     """Fit the law to tensions.
 
-    Parameters
-    ----------
-    chi, length, tension, error : (n,) arrays
-        chi for each bead, beads N of a chain, and the tension over rho kT r_c with its standard
-        error. Points without an error, or with chi N below a held critical point, are left out.
-    **held : float
-        ``alpha``, ``critical`` or ``mu`` where they are not fitted.
-
-    Returns
-    -------
-    TensionLaw
-        NaN with fewer points than numbers to fit, or without convergence.
+    ``chi``, ``length``, ``tension``, ``error``: (n,) arrays; chi for each bead, beads N of a chain,
+    and the tension over rho kT r_c with its standard error. Points without an error, or with chi N
+    below a held critical point, are left out. ``**held``: ``alpha``, ``critical`` or ``mu`` where
+    they are not fitted. Result: NaN with fewer points than numbers to fit, or without convergence.
     """
     each = _broadcast(chi, length, tension, error)
     use = _usable(each[0] * each[1], each[3], held)
@@ -138,21 +120,10 @@ def collapse(
 ) -> Collapse:  # fmt: skip
     """Bring groups of tensions to one curve of chi N.
 
-    Parameters
-    ----------
-    group : (n,) array of int
-        From 0: which group a point belongs to.
-    segregation, tension, error : (n,) arrays
-        chi N, the tension and its standard error, left out as in `tension_law`.
-    groups : int
-        How many there are.
-    **held : float
-        ``critical`` or ``mu`` where they are not fitted.
-
-    Returns
-    -------
-    Collapse
-        NaN as in `tension_law`, and for a group without points.
+    ``group``: (n,) array of int; from 0: which group a point belongs to. ``segregation``,
+    ``tension``, ``error``: (n,) arrays; chi N, the tension and its standard error, left out as in
+    `tension_law`. ``groups``: how many there are. ``**held``: ``critical`` or ``mu`` where they are
+    not fitted. Result: NaN as in `tension_law`, and for a group without points.
     """
     each = _broadcast(segregation, tension, error)
     use = _usable(each[0], each[2], held)

@@ -35,23 +35,12 @@ VARIABLES = {
 def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     """Tension of every point of a sweep of slabs, replicas taken together.
 
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        Collected runs of two species in slabs, with the observables ``profile`` and
-        ``stress_profile``. Where the sweep keeps the series ``pressure_tensor``, the tension is
-        that of the tensor of the box, else that of the profile.
-
-    Returns
-    -------
-    xarray.Dataset
-        The names of `VARIABLES` over all axes but ``replica``; ``settled`` is 1 or 0, see
-        `paper_figures.groot_warren_1997.surface_tension.SlabTension`.
-
-    Raises
-    ------
-    UserError
-        As `paper_figures.groot_warren_1997.surface_tension.slab_tension`.
+    ``sweep``: collected runs of two species in slabs, with the observables ``profile`` and
+    ``stress_profile``. Where the sweep keeps the series ``pressure_tensor``, the tension is that of
+    the tensor of the box, else that of the profile. Result: the names of `VARIABLES` over all axes
+    but ``replica``; ``settled`` is 1 or 0, see
+    `paper_figures.groot_warren_1997.surface_tension.SlabTension`. Raises `UserError` as
+    `paper_figures.groot_warren_1997.surface_tension.slab_tension`.
     """
     axes = [str(name) for name in sweep.scene.dims if name != "replica"]
     shape = [sweep.sizes[name] for name in axes]
@@ -96,16 +85,8 @@ def _of_replicas(runs: xr.Dataset) -> Iterator[SlabTension]:
 def one_run(run: xr.Dataset) -> xr.Dataset:
     """One run of a collected sweep, as `slab_tension` takes it.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        Without axes of the sweep.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``pressure_tensor`` is the series over time; it is left out where the sweep kept its mean
-        alone.
+    ``run``: without axes of the sweep. Returns ``pressure_tensor`` is the series over time; it is
+    left out where the sweep kept its mean alone.
     """
     found = run.drop_vars("pressure_tensor", errors="ignore")
     if "pressure_tensor_series" in run:

@@ -32,18 +32,9 @@ GROUPS = tuple(zip(COLORS, ("o", "s", "^", "D", "v", "P", "X")))
 def scaled_tensions(sweep, slope):
     """Tensions of a sweep over rho kT r_c, with the chi that a published slope gives.
 
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        Collected slabs.
-    slope : float
-        chi kT / Delta a.
-
-    Returns
-    -------
-    xarray.Dataset
-        What `tension_sweeps.sweep_tension` gives, and ``chi``, ``segregation``
-        (chi N), ``scaled``, ``scaled_error``, and ``fitted``, which runs have settled.
+    ``sweep``: collected slabs. ``slope``: chi kT / Delta a. Result: what
+    `tension_sweeps.sweep_tension` gives, and ``chi``, ``segregation`` (chi N), ``scaled``,
+    ``scaled_error``, and ``fitted``, which runs have settled.
     """
     data = sweep_tension(sweep)
     one = {"units": "1"}
@@ -62,14 +53,7 @@ def scaled_tensions(sweep, slope):
 def tensions_of_chains(sweep, slope):
     """The same of chains, of which those far enough above the critical point are fitted.
 
-    Parameters
-    ----------
-    sweep, slope
-        As for `scaled_tensions`.
-
-    Returns
-    -------
-    xarray.Dataset
+    ``sweep``, ``slope``: as for `scaled_tensions`.
     """
     data = scaled_tensions(sweep, slope)
     above = data.segregation >= LEAST_SEGREGATED
@@ -80,16 +64,7 @@ def tensions_of_chains(sweep, slope):
 def runs_of_chains(sweeps, slope):
     """The same of several sweeps, one run after another, with the sweep that each is of.
 
-    Parameters
-    ----------
-    sweeps : dict of str to xarray.Dataset
-    slope : float
-        As for `scaled_tensions`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The names of `KEPT` over ``run``.
+    ``slope``: as for `scaled_tensions`. Result: the names of `KEPT` over ``run``.
     """
     parts = []
     for name, sweep in sweeps.items():
@@ -107,16 +82,7 @@ def without_dimers(data):
 def law_of(parts, **held):
     """Fit the law of tensions to all settled runs of some datasets.
 
-    Parameters
-    ----------
-    parts : list of xarray.Dataset
-        From `scaled_tensions`.
-    **held : float
-        Numbers of the law that are not fitted.
-
-    Returns
-    -------
-    paper_figures.groot_warren_1997.tension_laws.TensionLaw
+    ``parts``: from `scaled_tensions`. ``**held``: numbers of the law that are not fitted.
     """
     columns = [
         np.concatenate([part[name].values[part.fitted.values] for part in parts])
@@ -126,14 +92,7 @@ def law_of(parts, **held):
 
 
 def put_law(data, name, law):
-    """Put the numbers of a law into a dataset, as NAME_prefactor, NAME_prefactor_error and so on.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-    name : str
-    law : paper_figures.groot_warren_1997.tension_laws.TensionLaw
-    """
+    """Put the numbers of a law into a dataset, as NAME_prefactor, NAME_prefactor_error, ..."""
     for part in ("prefactor", "alpha", "critical", "mu"):
         found = getattr(law, part)
         data[f"{name}_{part}"] = ((), found.value, {"units": "1"})
@@ -144,14 +103,7 @@ def put_law(data, name, law):
 
 
 def curve(data, name, chi, length=1.0):
-    """The law that `put_law` has put into a dataset, as scaled tensions at some chi.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-    name : str
-    chi, length : float or array
-    """
+    """The law that `put_law` has put into a dataset, as scaled tensions at some chi."""
     k, alpha, critical, mu = (
         float(data[f"{name}_{part}"]) for part in ("prefactor", "alpha", "critical", "mu")
     )
@@ -161,17 +113,8 @@ def curve(data, name, chi, length=1.0):
 def measured_part(data, name, part, beside=""):
     """One number of a law for the table of verdicts.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-    name, part : str
-    beside : str
-        What the note says besides how well the points lie on the law.
-
-    Returns
-    -------
-    dpd.analysis.verdicts.Measured
-        Not to be judged where the points do not follow the law.
+    ``beside``: what the note says besides how well the points lie on the law. Result: not to be
+    judged where the points do not follow the law.
     """
     few = int(data[f"{name}_points"]) <= 3
     note, error = fit_in_words(data, name), float(data[f"{name}_{part}_error"])

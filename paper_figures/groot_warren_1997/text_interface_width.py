@@ -79,12 +79,9 @@ def close(at):
 def line(data, rho, nu):
     """Fit xi^(-1 / nu) = s (chi - critical), and A of xi = A / sqrt(rho (chi - critical)).
 
-    Returns
-    -------
-    dict
-        ``amplitude``, ``critical``, each with ``_error``, ``reduced_chi_square``, and
-        ``p_value``, the probability of points that scatter more about a straight line; NaN with
-        fewer than three points.
+    Returns ``amplitude``, ``critical``, each with ``_error``, ``reduced_chi_square``, and
+    ``p_value``, the probability of points that scatter more about a straight line; NaN with fewer
+    than three points.
     """
     if data.sizes["excess"] < 3:
         return dict.fromkeys(LINE, np.nan)

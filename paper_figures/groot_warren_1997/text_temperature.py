@@ -85,10 +85,7 @@ def decay(steps, kT, end):
 def steepening(data, at):
     """How much steeper kT rises in the unit of sigma after ``at`` than from 3 to there.
 
-    Returns
-    -------
-    ratio, error : float
-        NaN where a run is missing.
+    Returns ``ratio``, ``error``: NaN where a run is missing.
     """
     wanted = np.array([BEGIN_OF_SLOW, at, at + 1])
     if not np.isin(wanted, data.amplitude).all():
@@ -116,10 +113,7 @@ class Best(NamedTuple):
 def best_lambda(data):
     """lambda at which kT = 1.
 
-    Returns
-    -------
-    Best
-        All NaN with fewer than three runs that have an error.
+    Result: all NaN with fewer than three runs that have an error.
     """
     known = data.dropna("lambda", subset=["at_lambda_error"])
     if known.sizes["lambda"] < 3:

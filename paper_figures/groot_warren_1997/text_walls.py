@@ -98,12 +98,8 @@ def best_wall(data):
 
     Each pressure is a parabola of ln a_w through the runs.
 
-    Returns
-    -------
-    strength : float
-        NaN with fewer than three strengths, or where a run is too short for an error.
-    pressures : dict
-        Value and error of each of `PRINTED`.
+    Returns ``strength``: NaN with fewer than three strengths, or where a run is too short for an
+    error. ``pressures``: value and error of each of `PRINTED`.
     """
     errors = [data[f"{name}_error"].values for name in PRINTED]
     if data.sizes["strength"] < 3 or not (np.isfinite(errors).all() and np.min(errors) > 0):

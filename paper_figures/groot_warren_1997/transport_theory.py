@@ -20,13 +20,7 @@ SUM_OF_IMAGES = 2.837297  # of a cubic lattice of point forces (Yeh and Hummer 2
 def diffusion_constant(gamma: npt.ArrayLike, density: float, kT: float = 1.0) -> np.ndarray:
     """D = 45 kT / (2 pi gamma rho) in r_c^2 / tau.
 
-    Parameters
-    ----------
-    gamma : float or array
-        Friction in m / tau.
-    density : float
-        rho in 1 / r_c^3.
-    kT : float
+    ``gamma``: friction in m / tau. ``density``: rho in 1 / r_c^3.
     """
     return 45 * kT / (2 * math.pi * np.asarray(gamma, dtype=float) * density)
 
@@ -36,10 +30,7 @@ def kinematic_viscosity(gamma: npt.ArrayLike, density: float, kT: float = 1.0) -
 
     The first part is momentum that beads carry along, the second one is that of the friction.
 
-    Parameters
-    ----------
-    gamma, density, kT
-        As for `diffusion_constant`.
+    ``gamma``, ``density``, ``kT``: as for `diffusion_constant`.
     """
     of_friction = 2 * math.pi * np.asarray(gamma, dtype=float) * density / 1575
     return diffusion_constant(gamma, density, kT) / 2 + of_friction
@@ -48,10 +39,7 @@ def kinematic_viscosity(gamma: npt.ArrayLike, density: float, kT: float = 1.0) -
 def schmidt_number(gamma: npt.ArrayLike, density: float, kT: float = 1.0) -> np.ndarray:
     """Sc = nu / D, Eq. 37 of Groot and Warren 1997.
 
-    Parameters
-    ----------
-    gamma, density, kT
-        As for `diffusion_constant`.
+    ``gamma``, ``density``, ``kT``: as for `diffusion_constant`.
     """
     return kinematic_viscosity(gamma, density, kT) / diffusion_constant(gamma, density, kT)
 
@@ -72,22 +60,8 @@ def slowed_by_images(
     then the sum of both counts, as in the long tail of the velocity autocorrelation (Ernst, Hauge
     and van Leeuwen 1970; Donev, Bell, de la Fuente and Garcia 2011).
 
-    Parameters
-    ----------
-    edge : float or array
-        L in r_c.
-    density : float
-        rho in 1 / r_c^3.
-    viscosity : float or array
-        Kinematic viscosity nu in r_c^2 / tau.
-    diffusion : float or array
-        D in r_c^2 / tau.
-    kT : float
-
-    Returns
-    -------
-    float or array
-        In r_c^2 / tau.
+    ``edge``: L in r_c. ``density``: rho in 1 / r_c^3. ``viscosity``: kinematic viscosity nu in
+    r_c^2 / tau. ``diffusion``: D in r_c^2 / tau. Result: in r_c^2 / tau.
     """
     spreading = np.asarray(viscosity, dtype=float) + np.asarray(diffusion, dtype=float)
     length = np.asarray(edge, dtype=float)

@@ -8,7 +8,7 @@ from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import (
     closest_contact,
-    contact_over_sampling,
+    contact,
     peak,
     radial_distribution,
     rise,
@@ -238,3 +238,28 @@ def draw(data):
               ylabel="first bin not empty / $r_c$")  # fmt: skip
     right.xaxis.set_minor_formatter(mpl.ticker.NullFormatter())
     return figure
+
+
+def contact_over_sampling(
+    r: np.ndarray, blocks: np.ndarray, samples: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How the distance of closest contact falls as more is sampled.
+
+    ``r``: (bins,) array. ``blocks``: (n, bins) array; g(r) in blocks. ``samples``: bead-samples in
+    one block. Result: (m,) array; bead-samples: one block, two, four, and so on as long as there
+    are so many. (m,) array; `contact` of so many blocks, mean over all that there are without
+    overlap. (m,) array; its standard error; NaN where there is only one, or few that are
+    correlated.
+    """
+    counts, means, errors = [], [], []
+    size = 1
+    while size <= len(blocks):
+        together = len(blocks) // size
+        parts = blocks[: together * size].reshape(together, size, -1).mean(axis=1)
+        found = np.array([contact(r, part) for part in parts])
+        counts.append(size * samples)
+        mean, error = block_mean_and_error(found)
+        means.append(float(mean))
+        errors.append(float(error))
+        size *= 2
+    return np.array(counts), np.array(means), np.array(errors)

@@ -55,15 +55,8 @@ def compute(sweeps):
 def elongations(chains):
     """(l_1 - l_2) / (l_1 + l_2) of the eigenvalues of the gyration tensors.
 
-    Parameters
-    ----------
-    chains : (2, chains, beads) array
-        In one piece.
-
-    Returns
-    -------
-    (chains,) array
-        0 for a disc, 1 for a rod.
+    ``chains``: (2, chains, beads) array; in one piece. Result: (chains,) array; 0 for a disc, 1 for
+    a rod.
     """
     apart = chains - chains.mean(axis=2, keepdims=True)
     tensor = np.einsum("acb,dcb->cad", apart, apart) / chains.shape[2]

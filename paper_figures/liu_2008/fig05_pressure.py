@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.integrate import quad
 
 from dpd.analysis.pressure import excess_pressure
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, ORANGE, panels, points
-from dpd.theory.virial import core_limits
 from paper_figures.liu_2008.shared import CORES, at_radius
 
 TITLE = "Pressure of monomers with rigid cores (a 25, F_max 100)."
@@ -38,7 +38,7 @@ def compute(sweeps):
     for name, unit in UNITS.items():
         data[name] = ("r_s", [row.get(name, np.nan) for row in rows], {"units": unit})
     data.misfit.attrs["long_name"] = "largest distance from the parabola over the largest pressure"
-    limits = [core_limits(REPULSION, radius, FORCE) for radius in data.r_s.values]
+    limits = [_core_limits(radius) for radius in data.r_s.values]
     data["virial"] = ("r_s", [low for low, _ in limits], {"units": "r_c^3"})
     data["mean_field"] = ("r_s", [high for _, high in limits], {"units": "r_c^3"})
     return data
@@ -75,15 +75,8 @@ def _fits(at):
 def spread(at):
     """How far P / (a rho^2) of one core is from level in dense systems, and its error.
 
-    Parameters
-    ----------
-    at : xarray.Dataset
-        ``excess`` and ``excess_error`` over ``density``.
-
-    Returns
-    -------
-    value, error : float
-        Largest less smallest, over the mean; NaN without dense systems.
+    ``at``: ``excess`` and ``excess_error`` over ``density``. Returns ``value``, ``error``: largest
+    less smallest, over the mean; NaN without dense systems.
     """
     at = at.dropna("density", subset=["excess"]).where(at.density > DENSE, drop=True)
     if not at.sizes["density"]:
@@ -192,3 +185,24 @@ def draw(data):
     middle.legend(loc="lower right", title=rf"spread for $\rho$ > {DENSE:g}", title_fontsize=7)
     right.legend(loc="lower right")
     return figure
+
+
+def _core_limits(radius):
+    """B2 / a, and the pressure coefficient for g(r) = 1, of discs with rigid cores, in r_c^3.
+
+    The force is `FORCE` below 2 ``radius`` and a (1 - r) from there on (Eq. 5), kT = 1.
+    """
+    a, force, d = REPULSION, FORCE, 2.0 * radius
+
+    def potential(r):
+        if r < d:
+            return force * (d - r) + 0.5 * a * (1.0 - d) ** 2
+        return 0.5 * a * (1.0 - r) ** 2
+
+    virial = sum(
+        quad(lambda r: np.pi * r * -np.expm1(-potential(r)), low, high)[0]
+        for low, high in ((0.0, d), (d, 1.0))
+    )
+    inside = force * d**3 / 3.0
+    outside = a * ((1.0 - d**3) / 3.0 - (1.0 - d**4) / 4.0)
+    return virial / a, 0.5 * np.pi * (inside + outside) / a

@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene
-from dpd.analysis.relaxation import TEN, chain_dynamics
+from dpd.analysis.relaxation import TEN, chain_dynamics, power
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, Look, panels, points

@@ -4,9 +4,14 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.counts import NONE_SEEN, interval
 from dpd.analysis.published import shown_by
-from dpd.analysis.statistics import COVERAGE, block_mean_and_error, over_replicas
+from dpd.analysis.statistics import (
+    COVERAGE,
+    NONE_SEEN,
+    block_mean_and_error,
+    interval,
+    over_replicas,
+)
 from dpd.analysis.structure import blocks_of, closest_contact
 from dpd.analysis.verdicts import AGREE, Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels

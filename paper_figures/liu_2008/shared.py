@@ -32,15 +32,8 @@ def printed_share(logarithm):
 def share_of_long_bonds(at):
     """Share of bonds longer than 4 r_0, which is twice their rest length.
 
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point of a collected sweep with ``bonds``.
-
-    Returns
-    -------
-    share, error : float
-        The standard error is from blocks of the run.
+    ``at``: one point of a collected sweep with ``bonds``. Returns ``share``, ``error``: the
+    standard error is from blocks of the run.
     """
     length = at.bond_length.values
     beyond = length > 2 * first_scene(at).data["bond"]["length"]
@@ -65,10 +58,7 @@ def excluded(value, error):
 def too_small(at):
     """Why a run cannot say what the paper's longer one in a larger box shows; empty if it can.
 
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point from `dpd.analysis.diffusion.subdiffusion`.
+    ``at``: one point from `dpd.analysis.diffusion.subdiffusion`.
     """
     # A run that is a whole number of steps long may lack a rounding error.
     least = 1 - 1e-9

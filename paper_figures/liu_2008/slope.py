@@ -6,12 +6,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.diffusion import HALF, displacements, plateau, subdiffusion
+from dpd.analysis.diffusion import HALF, displacements, subdiffusion
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
 from dpd.report.text import with_error
+from paper_figures.liu_2008.plateau import plateau
 from paper_figures.liu_2008.shared import (
     LENGTHS,
     PAPER_LENGTH,

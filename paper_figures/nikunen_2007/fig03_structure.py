@@ -7,11 +7,10 @@ import xarray as xr
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import jackknife
 from dpd.analysis.structure import (
+    AROUND,
     blocks_of,
-    neighbours,
     peak,
     radial_distribution,
-    unbonded,
 )
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, panels
@@ -173,3 +172,38 @@ def draw(data):
               ylabel="probability density / $r_c^{-1}$")  # fmt: skip
     left.legend(loc="upper left", handlelength=1.2)
     return figure
+
+
+def trough(r: np.ndarray, g: np.ndarray) -> float:
+    """Distance of the first minimum of g(r): the lowest between its peak and twice that.
+
+    By a cubic, as for `peak`.
+    """
+    first = peak(r, g)
+    between = (r > first + AROUND) & (r < 2 * first)
+    return peak(r[between], -g[between])
+
+
+def neighbours(r: np.ndarray, g: np.ndarray, density: float) -> float:
+    """Beads in the first shell of another: 4 pi rho times the integral of r^2 g to `trough`."""
+    end, width = trough(r, g), r[1] - r[0]
+    inside = np.clip((end - r) / width + 0.5, 0, 1)  # share of each bin below the end
+    return float(4 * np.pi * density * (inside * r**2 * g).sum() * width)
+
+
+def unbonded(
+    r: np.ndarray,
+    g: np.ndarray,
+    length: np.ndarray,
+    bonds: np.ndarray,
+    per_bead: float,
+    density: float,
+) -> np.ndarray:
+    """g(r) of the pairs that no bond connects.
+
+    ``r``, ``g``: (bins,) arrays. ``length``, ``bonds``: (m,) arrays; density of bond lengths,
+    normalised to 1. ``per_bead``: bonded neighbours of a bead, 2 (N - 1) / N. ``density``: number
+    density in three dimensions. Result: (bins,) array.
+    """
+    bonded = np.interp(r, length, bonds, right=0.0)
+    return g - per_bead * bonded / (4 * np.pi * density * r**2)

@@ -3,7 +3,6 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.published import shown_by
@@ -13,6 +12,7 @@ from dpd.analysis.relaxation import (
     chain_dynamics,
     end_to_end,
     in_tail,
+    power,
     relaxation_time,
     straightness,
 )
@@ -159,11 +159,7 @@ def room(edge, distance):
     <R> is smaller than the root of <R^2>, which the runs give: by the factor `MEAN`, as the ends of
     chains are nearly Gaussian.
 
-    Parameters
-    ----------
-    edge : float
-    distance : float
-        Root of <R^2>.
+    ``distance``: root of <R^2>.
     """
     return edge / (MEAN * distance)
 

@@ -4,13 +4,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.chain_length import Crossover, crossover, power
 from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import chain_dynamics
+from dpd.analysis.relaxation import chain_dynamics, power
 from dpd.analysis.statistics import linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, Look, panels, points
 from dpd.report.text import with_error
+from paper_figures.nikunen_2007.chain_lengths import Crossover, crossover
 from paper_figures.nikunen_2007.shared import CONTROL, MAIN, SETS, law
 
 PUBLISHED = shown_by(__file__)
@@ -109,10 +109,7 @@ def meeting(data, quantity):
     Each is fitted to the points of its own range, with errors widened where the points scatter
     more about it than they should.
 
-    Returns
-    -------
-    length, error : float
-        NaN where a range has no point.
+    Returns ``length``, ``error``: NaN where a range has no point.
     """
     n, value, error = _counted(data, MAIN, quantity)
     heights, spreads = [], []

@@ -4,12 +4,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.chain_length import power
 from dpd.analysis.collect import first_scene
-from dpd.analysis.counts import NONE_SEEN, interval
 from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import chain_dynamics
-from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.relaxation import chain_dynamics, power
+from dpd.analysis.statistics import COVERAGE, NONE_SEEN, interval
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points
 from dpd.report.text import with_error

@@ -35,15 +35,8 @@ def law(published):
 def criterion(at):
     """r_min and l_max of the paper's Eq. 5, each with its standard error.
 
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point of a collected sweep with ``rdf`` and ``bonds``.
-
-    Returns
-    -------
-    (r_min, error), (l_max, error)
-        In r_c, by leaving out blocks.
+    ``at``: one point of a collected sweep with ``rdf`` and ``bonds``. Result: (r_min, error),
+    (l_max, error); in r_c, by leaving out blocks.
     """
     r, length = at.r.values, at.bond_length.values
     return (

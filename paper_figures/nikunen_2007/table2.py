@@ -3,11 +3,11 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.chain_length import end_effect
 from dpd.analysis.published import shown_by
 from dpd.analysis.structure import bond_statistics
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, MARKERS, Look, panels, points
+from paper_figures.nikunen_2007.chain_lengths import end_effect
 from paper_figures.nikunen_2007.shared import (
     CONTROL,
     LABELS,

@@ -19,7 +19,7 @@ from dpd.observe import observables
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from dpd.theory.virial import MEAN_FIELD, second_virial
+from dpd.theory.equation_of_state import MEAN_FIELD, second_virial
 
 A = 25.0
 

@@ -63,23 +63,9 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
     molecules or lags than others; so are the series that the sweep names (kT if it names none),
     where all runs share one time axis. An error is NaN where a run is too short for it.
 
-    Parameters
-    ----------
-    sweep : dpd.pipeline.sweep.Sweep
-    paths : list of path
-        One per point, in the order of ``sweep.points``.
-    any_version : bool
-        Whether other sources than today's may have made them.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions are the axes of the sweep, ``replica`` last.
-
-    Raises
-    ------
-    UserError
-        If a run was made by other sources or from another scene.
+    ``paths``: one per point, in the order of ``sweep.points``. ``any_version``: whether other
+    sources than today's may have made them. Result: dimensions are the axes of the sweep,
+    ``replica`` last. Raises `UserError` if a run was made by other sources or from another scene.
     """
     begun = time.perf_counter()
     runs = [_read(path, point.scene, any_version) for path, point in zip(paths, sweep.points)]
@@ -161,10 +147,7 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
 def name_of(path: str | Path) -> str:
     """The name of the sweep or measurement that a file holds.
 
-    Raises
-    ------
-    UserError
-        If there is no such file, or it holds neither.
+    Raises `UserError` if there is no such file, or it holds neither.
     """
     for kind in ("sweep", "measurement"):
         with suppress(AttributeError):
@@ -246,18 +229,8 @@ def reading(
 ) -> Iterator[None]:
     """Turn what libraries raise over a missing or damaged file into a sentence.
 
-    Parameters
-    ----------
-    path : path
-        Of the file that is read inside of the ``with``.
-    kind : str
-        What it should be.
-    remedy : str
-        What to do about a damaged one.
-
-    Raises
-    ------
-    UserError
+    ``path``: of the file that is read inside of the ``with``. ``kind``: what it should be.
+    ``remedy``: what to do about a damaged one. Raises `UserError`.
     """
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it")
@@ -272,10 +245,7 @@ def reading(
 def load(path: str | Path, remedy: str = "delete it and let snakemake make it again") -> xr.Dataset:
     """Read a dataset that `save` or a run has written.
 
-    Raises
-    ------
-    UserError
-        If it is missing or damaged, with what to do about a damaged one.
+    Raises `UserError` if it is missing or damaged, with what to do about a damaged one.
     """
     with reading(path, remedy=remedy), files.opened(path) as file:
         return xr.open_dataset(NetCDF4DataStore(file)).load()

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import jackknife, mean_and_error
-from dpd.theory.flory_huggins import chi_of_composition, chi_slope
 
 if TYPE_CHECKING:
     from dpd.analysis.interfaces import Slabs
@@ -76,17 +76,9 @@ def composition(seen: Slabs, slice_volume: float) -> Composition:
     form of two small tails, and phi is what is asked for. A hyperbolic tangent of width w has
     xi = w / 4; up to twice that is allowed, beyond it noise of the bulk would pass for a tail.
 
-    Parameters
-    ----------
-    seen : Slabs
-    slice_volume : float
-        Of one slice of the profile.
-
-    Returns
-    -------
-    Composition
-        The error is that of an average over the bulk, or that of the fit, by leaving out groups
-        of blocks in turn: the larger. NaN, and so not settled, where the run is too short for it.
+    ``slice_volume``: of one slice of the profile. Result: the error is that of an average over the
+    bulk, or that of the fit, by leaving out groups of blocks in turn: the larger. NaN, and so not
+    settled, where the run is too short for it.
     """
     bulk = in_bulk(seen.distance)
     minority = seen.density[:, 0, bulk].sum(axis=1)
@@ -117,19 +109,9 @@ def in_bulk(distance: np.ndarray) -> np.ndarray:
 def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> float:
     """Minority fraction far from interfaces, their tails fitted and taken off.
 
-    Parameters
-    ----------
-    profile : (2, n) array
-        Densities of minority and majority.
-    distance : (n,) array
-        From the nearer interface in r_c, up to the middle of a slab.
-    widest : float
-        Longest decay length xi that a tail may have, in r_c.
-
-    Returns
-    -------
-    float
-        Not below 0.
+    ``profile``: (2, n) array; densities of minority and majority. ``distance``: (n,) array; from
+    the nearer interface in r_c, up to the middle of a slab. ``widest``: longest decay length xi
+    that a tail may have, in r_c. Result: not below 0.
     """
     middle = distance[-1] + 0.5 * (distance[1] - distance[0])
     use = distance > min(TAIL, 0.6 * middle)
@@ -151,13 +133,24 @@ def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> f
     return max(0.0, float(bulk))
 
 
+def chi_of_composition(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
+    """chi from the minority fraction of two coexisting phases, Eq. 18."""
+    phi = np.asarray(phi, dtype=float)
+    return np.log((1 - phi) / phi) / (1 - 2 * phi) / length
+
+
+def chi_slope(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
+    """d chi / d phi of `chi_of_composition`, to carry errors."""
+    phi = np.asarray(phi, dtype=float)
+    odds = np.log((1 - phi) / phi)
+    skew = 1 - 2 * phi
+    return (2 * odds / skew**2 - 1 / (phi * (1 - phi) * skew)) / length
+
+
 def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
     """chi by Groot and Warren 1997, Eq. 18, with the error of the fraction carried over.
 
-    Returns
-    -------
-    chi, error : float
-        NaN where no minority bead was seen, or where the phases have mixed.
+    Returns ``chi``, ``error``: NaN where no minority bead was seen, or where the phases have mixed.
     """
     if not 0 < fraction < 0.5:
         return np.nan, np.nan
@@ -168,17 +161,9 @@ def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float
 def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """chi of every point of a sweep of slabs, replicas taken together.
 
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        Collected runs of two species in slabs, with profiles; one axis besides ``replica``.
-    axis : str
-        Name of that axis.
-
-    Returns
-    -------
-    xarray.Dataset
-        The names of `LONG_NAMES` over the axis; chi is per segment, ``settled`` is 1 or 0.
+    ``sweep``: collected runs of two species in slabs, with profiles; one axis besides ``replica``.
+    ``axis``: name of that axis. Result: the names of `LONG_NAMES` over the axis; chi is per
+    segment, ``settled`` is 1 or 0.
     """
     rows = [_chi_of_point(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
     units = dict.fromkeys(rows[0], "1")

@@ -86,17 +86,9 @@ def widened_by(degrees: Any, factor: Any) -> Any:
 def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tuple[R, Errors]:
     """What a function makes, and the degrees of freedom of the errors that it gives.
 
-    Parameters
-    ----------
-    make : callable
-        Of a function that gives scattered factors for degrees of freedom, for errors that were
-        made before; returns what is asked for, and errors by name.
-
-    Returns
-    -------
-    made : object
-    degrees : dict of str to float
-        Infinite of errors that do not scatter; empty where errors decide what is calculated.
+    ``make``: of a function that gives scattered factors for degrees of freedom, for errors that
+    were made before; returns what is asked for, and errors by name. Returns ``made``. ``degrees``:
+    infinite of errors that do not scatter; empty where errors decide what is calculated.
     """
     global _tape
     _tape = tape = _Tape()

@@ -52,16 +52,8 @@ def _value(at, quantity):
 def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
     """Derived values of all points of a sweep.
 
-    Parameters
-    ----------
-    sweep : dpd.pipeline.sweep.Sweep
-    sources : dict of str to xarray.Dataset
-        Collected sweeps, those that ``sweep.derived`` names.
-
-    Returns
-    -------
-    list of dict
-        See `dpd.pipeline.derived.write_derived`.
+    ``sources``: collected sweeps, those that ``sweep.derived`` names. Result: see
+    `dpd.pipeline.derived.write_derived`.
     """
     names = [axis.name for axis in sweep.axes[:-1]]
     rows = []

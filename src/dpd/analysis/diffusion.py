@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
-PER_DECADE = 1000  # points at which a level stretch may begin or end
 # What `subdiffusion` gives, with units: over lags, and one per point.
 CURVES = {
     "time": "tau", "inner": "r_c^2", "inner_error": "r_c^2", "centre": "r_c^2",
@@ -36,20 +35,9 @@ HALF = 5.0  # parts of a run, which are tenths
 def displacements(runs: xr.Dataset, kind: str, reach: float = 1.0) -> Resampled:
     """Displacements of the replicas of one point, taken together.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        One point of a collected sweep with the observable ``displacement``, with the
-        dimension ``replica``.
-    kind : str
-        ``inner`` or ``centre``.
-    reach : float
-        Length that lags may have, in tenths of the run, see `dpd.analysis.resampling.resampled`.
-
-    Returns
-    -------
-    Resampled
-        In r_c^2.
+    ``runs``: one point of a collected sweep with the observable ``displacement``, with the
+    dimension ``replica``. ``kind``: ``inner`` or ``centre``. ``reach``: length that lags may have,
+    in tenths of the run, see `dpd.analysis.resampling.resampled`. Result: in r_c^2.
     """
     return resampled(
         runs, "lag", "molecule", "lag_time", f"msd_{kind}", f"msd_{kind}_sums", "lag_samples",
@@ -62,14 +50,7 @@ def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
 
     NaN where the data do not reach half that factor to both sides.
 
-    Parameters
-    ----------
-    time, value : (n,) arrays
-        Times increasing, values > 0.
-
-    Returns
-    -------
-    (n,) array
+    ``time``, ``value``: (n,) arrays; times increasing, values > 0. Result: (n,) array.
     """
     x, y = np.log(time), np.log(value)
     reach = 0.5 * np.log(SLOPE_OVER) + 1e-9
@@ -105,15 +86,7 @@ class Exponent(NamedTuple):
 def exponent_between(found: Resampled, low: float, high: float) -> Exponent:
     """Exponent of g ~ t^x where g lies between two values.
 
-    Parameters
-    ----------
-    found : Resampled
-    low, high : float
-        Of g, in r_c^2.
-
-    Returns
-    -------
-    Exponent
+    ``low``, ``high``: of g, in r_c^2.
     """
     inside = (found.value >= low) & (found.value <= high)
     if inside.sum() < 4:
@@ -136,10 +109,7 @@ class LowestSlope(NamedTuple):
 def lowest_slope(found: Resampled) -> LowestSlope:
     """Smallest local slope, if the slope rises again within the times that there are.
 
-    Returns
-    -------
-    LowestSlope
-        All NaN if the slope falls to the end.
+    Result: all NaN if the slope falls to the end.
     """
     slope = local_slope(found.time, found.value)
     if not np.isfinite(slope).any():
@@ -151,94 +121,12 @@ def lowest_slope(found: Resampled) -> LowestSlope:
     return LowestSlope(value, float(error), found.time[at], found.value[at])
 
 
-class Plateau(NamedTuple):
-    """The longest stretch of time over which g / t^x is level.
-
-    Attributes
-    ----------
-    first, last : float
-        Where it begins and ends, in tau.
-    decades, error : float
-        log10 of last / first, and its standard error.
-    low, high : float
-        g at both ends, in r_c^2.
-    """
-
-    first: float
-    last: float
-    decades: float
-    error: float
-    low: float
-    high: float
-
-
-def plateau(found: Resampled, power: float, within: float, low: float, high: float) -> Plateau:
-    """The longest stretch over which g / t^x differs from its middle by no more than a share.
-
-    It is looked for where g lies between two values: outside the subdiffusive window the slope
-    passes through every x on its way. Every curve has one, though it may be short. A law t^y keeps
-    to it over ln((1 + share) / (1 - share)) / |x - y| units of ln t.
-
-    Parameters
-    ----------
-    found : Resampled
-    power : float
-        x.
-    within : float
-        The share.
-    low, high : float
-        Of g, in r_c^2.
-
-    Returns
-    -------
-    Plateau
-        All NaN where there are fewer than four lags.
-    """
-    inside = (found.value >= low) & (found.value <= high)
-    if inside.sum() < 4:
-        return Plateau(*(np.nan,) * 6)
-    logarithm = np.log(found.time[inside])
-    count = int(PER_DECADE * (logarithm[-1] - logarithm[0]) / np.log(10)) + 2
-    x = np.linspace(logarithm[0], logarithm[-1], count)  # finer than the lags, or errors were 0
-    band = np.log((1 + within) / (1 - within))
-
-    def stretch(g):
-        y = np.interp(x, logarithm, np.log(g[inside]) - power * logarithm)
-        return _longest_level(y, band)
-
-    def decades(g):
-        first, last = stretch(g)
-        return (x[last] - x[first]) / np.log(10)
-
-    length, error = found.derived(decades)
-    error = np.hypot(error, 1 / (PER_DECADE * np.sqrt(6)))  # both ends lie on the grid
-    ends = x[list(stretch(found.value))]
-    first, last = np.exp(ends)
-    squares = np.exp(np.interp(ends, logarithm, np.log(found.value[inside])))
-    return Plateau(first, last, float(length), float(error), squares[0], squares[1])
-
-
-def _longest_level(y, band):
-    """First and last index of the longest stretch in which y varies by no more than a band."""
-    best = 0, 0
-    for first in range(len(y)):
-        rest = y[first:]
-        width = np.maximum.accumulate(rest) - np.minimum.accumulate(rest)
-        last = first + int(np.searchsorted(width, band, side="right")) - 1
-        if last - first > best[1] - best[0]:
-            best = first, last
-    return best
-
-
 def diffusion_constant(
     found: Resampled, dimension: int, after: float, before: float = np.inf
 ) -> tuple[float, float]:
     """D from the slope of g = 2 d D t + c between two times.
 
-    Returns
-    -------
-    value, error : float
-        NaN with fewer than four lags there.
+    Returns ``value``, ``error``: NaN with fewer than four lags there.
     """
     between = (found.time >= after) & (found.time <= before)
     if between.sum() < 4:
@@ -259,22 +147,13 @@ def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     chain's size: 4 <l^2> < g_i < R_g^2. Below it beads fly freely or feel only their
     neighbours, above it the whole chain diffuses.
 
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        Collected, with ``displacement``, ``bonds`` and ``chains`` observed.
-    axis : str
-        The one axis besides ``replica``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over the axis and ``lag``: ``time``, ``inner``, ``centre``, ``slope`` (of inner), each but
-        the first with ``_error`` (standard error). Over the axis: ``exponent`` of inner in the
-        window and its error, ``first`` and ``last`` time and ``low`` and ``high`` square
-        displacement of the window; ``lowest``, the smallest local slope, at ``lowest_time`` and
-        ``lowest_square``; ``duration``, ``box_edge``, ``beads`` of the longest chain and
-        ``friction`` of the run.
+    ``sweep``: collected, with ``displacement``, ``bonds`` and ``chains`` observed. ``axis``: the
+    one axis besides ``replica``. Result: over the axis and ``lag``: ``time``, ``inner``,
+    ``centre``, ``slope`` (of inner), each but the first with ``_error`` (standard error). Over the
+    axis: ``exponent`` of inner in the window and its error, ``first`` and ``last`` time and ``low``
+    and ``high`` square displacement of the window; ``lowest``, the smallest local slope, at
+    ``lowest_time`` and ``lowest_square``; ``duration``, ``box_edge``, ``beads`` of the longest
+    chain and ``friction`` of the run.
     """
     points = [_of_chains(sweep.sel({axis: place})) for place in sweep[axis].values]
     data = xr.Dataset(coords={axis: sweep[axis]})

@@ -27,13 +27,9 @@ class Measured(NamedTuple):
 class Channel(NamedTuple):
     """What a flow between two walls tells.
 
-    Attributes
-    ----------
-    viscosity : Measured
-        eta in kT tau / r_c^3.
-    slip : Measured
-        Slip length in r_c: how far behind the plane of the wall the parabola of the middle of the
-        channel would be at rest; negative if it is at rest in front of it.
+    - ``viscosity``: eta in kT tau / r_c^3.
+    - ``slip``: slip length in r_c: how far behind the plane of the wall the parabola of the middle
+      of the channel would be at rest; negative if it is at rest in front of it.
     """
 
     viscosity: Measured
@@ -50,26 +46,10 @@ def viscosity_of_two_flows(
     the same backwards (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
     Layers at the same place of both halves are taken together, which removes a drift of the box.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        With ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``, of
-        which there is an even number.
-    strength : float
-        g, the force on a bead in the lower half, in kT / r_c.
-    edge : float
-        Of the box across the flows, in r_c.
-    axis : int
-        Of the flows.
-
-    Returns
-    -------
-    Measured
-
-    Raises
-    ------
-    ValueError
-        If the number of layers is odd.
+    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``,
+    of which there is an even number. ``strength``: g, the force on a bead in the lower half, in kT
+    / r_c. ``edge``: of the box across the flows, in r_c. ``axis``: of the flows. Raises
+    `ValueError` if the number of layers is odd.
     """
     velocity = run.velocity_profile.values[:, axis]
     layers = velocity.shape[1]
@@ -93,25 +73,10 @@ def channel_flow(run: xr.Dataset, strength: float, apart: float, axis: int = 0) 
     z = -b, with the slip length b = u(0) / u'(0) of the plane of the lower wall, by the tangent of
     the parabola.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        With ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.
-    strength : float
-        g, the force on a bead, in kT / r_c.
-    apart : float
-        Distance L of the walls in r_c.
-    axis : int
-        Of the flow.
-
-    Returns
-    -------
-    Channel
-
-    Raises
-    ------
-    ValueError
-        If fewer than three layers are far enough from both walls.
+    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.
+    ``strength``: g, the force on a bead, in kT / r_c. ``apart``: distance L of the walls in r_c.
+    ``axis``: of the flow. Raises `ValueError` if fewer than three layers are far enough from both
+    walls.
     """
     z = run.layer.values
     bulk = (z > NEAR_WALL) & (z < apart - NEAR_WALL)

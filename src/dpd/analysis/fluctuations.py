@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd.analysis.flow import Measured
-from dpd.analysis.statistics import independent_mean_and_error, jackknife
+from dpd.analysis.statistics import independent_mean_and_error
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
+    pass
 
 PARTS = 20  # of a run, each long beside the memory of the stress
 
@@ -29,28 +29,10 @@ def viscosity_of_fluctuations(
     that from t to 3 t. Five components are independent: xy, xz, yz, (xx - yy) / 2 and
     (2 zz - xx - yy) / sqrt(12).
 
-    Parameters
-    ----------
-    tensor : (n, 3, 3) array
-        The pressure tensor with all forces at each step, in kT / r_c^3.
-    dt : float
-        Time step in tau.
-    volume : float
-        In r_c^3.
-    kT : float
-    memory : float
-        t in tau, from which the slope is taken.
-
-    Returns
-    -------
-    Measured
-        eta in kT tau / r_c^3. The error is that of the mean over `PARTS` parts of the run, which
-        count as independent.
-
-    Raises
-    ------
-    ValueError
-        If a part would be shorter than 9 t.
+    ``tensor``: (n, 3, 3) array; the pressure tensor with all forces at each step, in kT / r_c^3.
+    ``dt``: time step in tau. ``volume``: in r_c^3. ``memory``: t in tau, from which the slope is
+    taken. Result: eta in kT tau / r_c^3. The error is that of the mean over `PARTS` parts of the
+    run, which count as independent. Raises `ValueError` if a part would be shorter than 9 t.
     """
     first = max(1, round(memory / dt))
     size = len(tensor) // PARTS
@@ -69,47 +51,11 @@ def viscosity_of_fluctuations(
 def shear_components(tensor: np.ndarray) -> np.ndarray:
     """Five components of a pressure tensor, each with the variance of an off-diagonal one.
 
-    Parameters
-    ----------
-    tensor : (n, 3, 3) array
-
-    Returns
-    -------
-    (n, 5) array
+    ``tensor``: (n, 3, 3) array. Result: (n, 5) array.
     """
     xx, yy, zz = (tensor[:, k, k] for k in range(3))
     off = [(tensor[:, a, b] + tensor[:, b, a]) / 2 for a, b in ((0, 1), (0, 2), (1, 2))]
     return np.stack([*off, (xx - yy) / 2, (2 * zz - xx - yy) / np.sqrt(12)], axis=1)
-
-
-def noise_ratio(
-    one: npt.ArrayLike, other: npt.ArrayLike, size: int, shared: float = 0.0
-) -> Measured:
-    """Error of the mean of one series over that of another one, from means of parts.
-
-    Parameters
-    ----------
-    one, other : (n,) or (n, k) arrays
-        Sampled together; k of the same kind are taken together.
-    size : int
-        Samples of a part, which must be long beside the memory of both series.
-    shared : float
-        Variance of means over a part that is in both series and does not count.
-
-    Returns
-    -------
-    Measured
-    """
-    squares = []
-    for series in (other, one):
-        x = np.asarray(series, dtype=float).reshape(len(np.asarray(series)), -1)
-        parts = x[: len(x) // size * size].reshape(-1, size, x.shape[1]).mean(axis=1)
-        squares.append(((parts - parts.mean(axis=0)) ** 2).mean(axis=1))
-
-    def ratio(mean):
-        return np.sqrt((mean[1] - shared) / (mean[0] - shared))
-
-    return Measured(*jackknife(np.stack(squares, axis=1), ratio))
 
 
 def _spread(stress, steps):

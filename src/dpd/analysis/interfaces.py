@@ -23,17 +23,14 @@ START = (WIDTH, 0.95, 0.05)  # and with it the fraction of A in both slabs
 class Slabs(NamedTuple):
     """Densities at distances from the nearer interface, in blocks of a run.
 
-    Attributes
-    ----------
-    position : (block, 2) array
-        Of the interfaces in r_c: where A begins, near 0, and where it ends, near half the box.
-    distance : (n,) array
-        From the nearer interface in r_c, up to a quarter of the box.
-    density : (block, 2, n) array
-        Of the minority and of the majority at that distance, mean of both sides of both interfaces.
-    lost : bool
-        Whether an interface was not found within `FARTHEST` of where it began, in some block: near
-        the critical point slabs mix, and what is seen at a distance from there means nothing.
+    - ``position``: (block, 2) array; of the interfaces in r_c: where A begins, near 0, and where it
+      ends, near half the box.
+    - ``distance``: (n,) array; from the nearer interface in r_c, up to a quarter of the box.
+    - ``density``: (block, 2, n) array; of the minority and of the majority at that distance, mean
+      of both sides of both interfaces.
+    - ``lost``: whether an interface was not found within `FARTHEST` of where it began, in some
+      block: near the critical point slabs mix, and what is seen at a distance from there means
+      nothing.
     """
 
     position: np.ndarray
@@ -51,18 +48,8 @@ class Slabs(NamedTuple):
 def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     """Densities of two slabs as seen from their interfaces.
 
-    Parameters
-    ----------
-    density : (block, 2, n) array
-        Of A and B in consecutive blocks of the run; A began in the first half.
-    z : (n,) array
-        Middles of slices of equal width.
-    length : float
-        Of the box along z.
-
-    Returns
-    -------
-    Slabs
+    ``density``: (block, 2, n) array; of A and B in consecutive blocks of the run; A began in the
+    first half. ``z``: (n,) array; middles of slices of equal width. ``length``: of the box along z.
     """
     position = interfaces(density, z, length)
     thickness = z[1] - z[0]
@@ -78,16 +65,9 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     Two hyperbolic tangents are fitted to the fraction of A: all parameters to the mean of the
     run, then, with width and compositions held, the positions to each block.
 
-    Parameters
-    ----------
-    density, z, length
-        As for `slabs`.
-
-    Returns
-    -------
-    (block, 2) array
-        An interface that the fit puts farther off than `FARTHEST` stays there, as near the
-        critical point, where there is none.
+    ``density``, ``z``, ``length``: as for `slabs`. Result: (block, 2) array; an interface that the
+    fit puts farther off than `FARTHEST` stays there, as near the critical point, where there is
+    none.
     """
     fraction = density[:, 0] / density.sum(axis=1)
     began = _beginning(length)
@@ -116,35 +96,6 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
 def _beginning(length):
     """Where both interfaces are at the beginning of a run."""
     return np.array([0.0, length / 2])
-
-
-def recentred(
-    density: np.ndarray, z: np.ndarray, length: float, position: np.ndarray
-) -> np.ndarray:
-    """Densities over the whole box, with both interfaces put back to where they began.
-
-    In a window that stays in place, an interface that drifts makes the densities beside it drift,
-    too slowly for an error. Seen from the interface they do not.
-
-    Parameters
-    ----------
-    density, z, length
-        As for `slabs`.
-    position : (block, 2) array
-        Of the interfaces, as from `interfaces`.
-
-    Returns
-    -------
-    (block, 2, n) array
-        The quarter of the box on either side of 0 moved with the interface there, the other half
-        with the one near half the box. Between slices densities are interpolated.
-    """
-    near_first = np.abs((z + length / 4) % length - length / 4) < length / 4
-    moved = []
-    for block, (first, second) in zip(density, position):
-        place = np.where(near_first, z + first, z + second - length / 2)
-        moved.append([np.interp(place, z, profile, period=length) for profile in block])
-    return np.array(moved)
 
 
 def _slab(z, length, first, second, width):
@@ -179,14 +130,7 @@ def interface_width(seen: Slabs) -> tuple[float, float]:
     and h^2 / 6; that of the slope of tanh(2 d / xi) is pi^2 xi^2 / 48. So 12 h^2 / pi^2 is taken
     off xi^2.
 
-    Parameters
-    ----------
-    seen : Slabs
-
-    Returns
-    -------
-    width, error : float
-        In r_c, by leaving out blocks.
+    Returns ``width``, ``error``: in r_c, by leaving out blocks.
     """
 
     slice_width = seen.distance[1] - seen.distance[0]

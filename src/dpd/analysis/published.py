@@ -21,12 +21,9 @@ FIGURES = ROOT / "paper_figures"  # a folder a paper
 class Number:
     """A published number, as a figure draws it and as captions say it.
 
-    Attributes
-    ----------
-    value, error, rounding, rival : float
-        NaN where published.yaml gives none.
-    low, high : float
-        Ends of the range that the text allows; NaN where an end is open, or there is no range.
+    - ``value``, ``error``, ``rounding``, ``rival``: NaN where published.yaml gives none.
+    - ``low``, ``high``: ends of the range that the text allows; NaN where an end is open, or there
+      is no range.
     """
 
     value: float = math.nan
@@ -111,10 +108,7 @@ def published_file(paper: str) -> Path:
 def published(paper: str) -> dict[str, dict[str, Any]]:
     """Published numbers of a paper, if it has any: name to what published.yaml says of it.
 
-    Raises
-    ------
-    UserError
-        If an entry is not as `Entry` has it.
+    Raises `UserError` if an entry is not as `Entry` has it.
     """
     path = published_file(paper)
     table = read_yaml(path) if path.is_file() else {}
@@ -135,15 +129,7 @@ def entries_of(paper: str, figure: str) -> dict[str, dict[str, Any]]:
 def shown_by(file: str) -> Shown:
     """Published numbers that a figure file may show: those that it measures, and `shown_in` it.
 
-    Parameters
-    ----------
-    file : str
-        ``__file__`` of the figure file.
-
-    Returns
-    -------
-    Shown
-        Name to `Number`.
+    ``file``: ``__file__`` of the figure file. Result: name to `Number`.
     """
     path = Path(file)
     paper, figure = path.parent.name, path.stem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,6 +10,7 @@ import xarray as xr
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
 from dpd.analysis.resampling import resampled
+from dpd.analysis.statistics import linear_fit
 
 if TYPE_CHECKING:
     from dpd.analysis.resampling import Resampled
@@ -32,17 +33,8 @@ FOUND = {
 def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
     """<R(t) . R(0)> of the replicas of one point.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        One point of a collected sweep with ``end_to_end``, with the dimension ``replica``.
-
-    Returns
-    -------
-    Resampled
-        In r_c^2.
-    square : float
-        <R^2>.
+    ``runs``: one point of a collected sweep with ``end_to_end``, with the dimension ``replica``.
+    Result: in r_c^2. ``square``: <R^2>.
     """
     found = resampled(
         runs, "end_lag", "chain", "end_lag_time", "end_correlation", "end_sums", "end_samples"
@@ -66,15 +58,7 @@ def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
     Lags reach to a tenth of a run, so the tail is cut at C(t) / C(0) = 0.30 where a run lasts for
     ten tau. Of ideal chains, tau comes out 0.9 % too small there, and 0.4 % with the whole tail.
 
-    Parameters
-    ----------
-    found : Resampled
-    square : float
-
-    Returns
-    -------
-    value, error : float
-        In tau; NaN where C(t) has fewer than four lags in the tail.
+    Returns ``value``, ``error``: in tau; NaN where C(t) has fewer than four lags in the tail.
     """
     inside = in_tail(found.value / square)
     if inside.sum() < FEWEST:
@@ -86,15 +70,7 @@ def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
 def straightness(found: Resampled, square: float) -> tuple[float, float]:
     """tau from the early part of the tail over tau from its late part: 1 of an exponential.
 
-    Parameters
-    ----------
-    found : Resampled
-    square : float
-
-    Returns
-    -------
-    value, error : float
-        NaN where a part has fewer than four lags.
+    Returns ``value``, ``error``: NaN where a part has fewer than four lags.
     """
     early, late = (in_tail(found.value / square, *limits) for limits in (EARLY, LATE))
     if min(early.sum(), late.sum()) < FEWEST:
@@ -111,17 +87,10 @@ def _tau(time, correlation, inside):
 def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     """Relaxation times and diffusion constants over chain length.
 
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        With the axes ``length`` and ``replica``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``length``: ``tau``, ``diffusion`` from lags of half a tau to one, the same at one tau
-        to two as ``diffusion_later`` where the run has them, each with ``_error``; ``duration`` of
-        a run, and ``long_enough``, 1 where that is ten tau or more, after two or more to settle.
+    ``sweep``: with the axes ``length`` and ``replica``. Result: over ``length``: ``tau``,
+    ``diffusion`` from lags of half a tau to one, the same at one tau to two as ``diffusion_later``
+    where the run has them, each with ``_error``; ``duration`` of a run, and ``long_enough``, 1
+    where that is ten tau or more, after two or more to settle.
     """
     rows = []
     for length in sweep.length.values:
@@ -145,3 +114,41 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     for (name, unit), column in zip(FOUND.items(), np.array(rows).T):
         data[name] = ("length", column, {"units": unit, "long_name": name.replace("_", " ")})
     return data
+
+
+class Power(NamedTuple):
+    """value ~ N^exponent, as ln value = height + exponent ln N.
+
+    ``p_value`` is the probability of points that lie worse about the law, if it is right.
+    """
+
+    exponent: float
+    error: float
+    height: float
+    p_value: float
+
+
+def power(
+    length: np.ndarray,
+    value: np.ndarray,
+    error: np.ndarray,
+    low: float,
+    high: float,
+    exponent: float | None = None,
+) -> Power:
+    """Exponent of value ~ N^x for low <= N <= high.
+
+    ``length``, ``value``, ``error``: (n,) arrays; errors are standard errors. ``exponent``: given,
+    it is not fitted. Result: NaN with fewer than three lengths, as any two lie on a power law; with
+    a given exponent one is enough.
+    """
+    use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
+    if use.sum() < (3 if exponent is None else 1):
+        return Power(*(np.nan,) * 4)
+    x, y, spread = np.log(length[use]), np.log(value[use]), error[use] / value[use]
+    if exponent is not None:
+        fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
+        return Power(exponent, 0.0, float(fit.values[0]), fit.p_value)
+    fit = linear_fit([np.ones_like(x), x], y, spread)
+    (height, free), (_, free_error) = fit.values, fit.errors
+    return Power(float(free), float(free_error), float(height), fit.p_value)

@@ -27,15 +27,11 @@ DECADE = 10.0  # factor in time over which shared motion is measured
 class Resampled(NamedTuple):
     """A mean-square displacement or a correlation at some lags.
 
-    Attributes
-    ----------
-    time : (lags,) array
-        In tau, increasing.
-    value : (lags,) array
-    without_molecules : (groups, lags) array
-        Leaving out a group of molecules in turn.
-    without_part : (parts, lags) array
-        Leaving out a part of a run in turn: what all molecules do together shows here.
+    - ``time``: (lags,) array; in tau, increasing.
+    - ``value``: (lags,) array.
+    - ``without_molecules``: (groups, lags) array; leaving out a group of molecules in turn.
+    - ``without_part``: (parts, lags) array; leaving out a part of a run in turn: what all molecules
+      do together shows here.
     """
 
     time: np.ndarray
@@ -51,14 +47,7 @@ class Resampled(NamedTuple):
         what all molecules do together shows. Both count as independent, but for `OVERLAP`. NaN
         where either is.
 
-        Parameters
-        ----------
-        function : callable
-            Of a (lags,) array of values; gives a number or an array.
-
-        Returns
-        -------
-        value, error
+        ``function``: of a (lags,) array of values; gives a number or an array.
         """
         molecules = jackknife_error([function(row) for row in self.without_molecules])
         parts = np.sqrt(OVERLAP) * jackknife_error([function(row) for row in self.without_part])
@@ -79,21 +68,11 @@ def resampled(
 ) -> Resampled:  # fmt: skip
     """What an observable kept of the replicas of one point, taken together.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        One point of a collected sweep, with the dimension ``replica``.
-    lag, members : str
-        The dimensions of lags and of molecules.
-    times, each, sums, counts : str
-        Variables: lags in tau, means of each molecule, sums of means over molecules in parts
-        of the run, and how many were summed.
-    reach : float
-        Length in parts that lags may have. Beyond 1 parts are not independent, see `_far`.
-
-    Returns
-    -------
-    Resampled
+    ``runs``: one point of a collected sweep, with the dimension ``replica``. ``lag``, ``members``:
+    the dimensions of lags and of molecules. ``times``, ``each``, ``sums``, ``counts``: variables:
+    lags in tau, means of each molecule, sums of means over molecules in parts of the run, and how
+    many were summed. ``reach``: length in parts that lags may have. Beyond 1 parts are not
+    independent, see `_far`.
     """
     runs = runs.transpose("replica", "part", lag, members, ...)
     time, part = runs[times].isel(replica=0).values, part_length(runs)

@@ -25,22 +25,10 @@ def viscosity(run: xr.Dataset, settled: float = 0.0) -> Viscosity:
     The stress is that of all forces, with velocities about the flow: conservative, friction and
     noise, kinetic. It belongs to the kT and the rate of the run, see `heating`.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        As from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
-    settled : float
-        Time in tau that is left out at the beginning.
-
-    Returns
-    -------
-    Viscosity
-        With an error that knows the correlation of samples.
-
-    Raises
-    ------
-    UserError
-        If the run has no shear, or did not measure the stress.
+    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
+    ``settled``: time in tau that is left out at the beginning. Result: with an error that knows the
+    correlation of samples. Raises `UserError` if the run has no shear, or did not measure the
+    stress.
     """
     stress, time = _stress(run), run.time.values
     mean, error, _ = mean_and_error(stress[time > settled])
@@ -51,20 +39,8 @@ def viscosity(run: xr.Dataset, settled: float = 0.0) -> Viscosity:
 def viscosities(sweep: xr.Dataset) -> xr.Dataset:
     """The same at each point of a collected sweep, replicas taken together.
 
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        Of runs under shear, with the dimension ``replica``.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``viscosity`` and ``viscosity_error`` over the other axes.
-
-    Raises
-    ------
-    UserError
-        As `viscosity`.
+    ``sweep``: of runs under shear, with the dimension ``replica``. Returns ``viscosity`` and
+    ``viscosity_error`` over the other axes. Raises `UserError` as `viscosity`.
     """
     stress = _stress(sweep)
     rates = np.vectorize(_rate, otypes=[float])(sweep.scene.values)
@@ -86,10 +62,7 @@ def heating(run: xr.Dataset) -> float:
 
     The thermostat takes it up; kT rises until it does.
 
-    Parameters
-    ----------
-    run : xarray.Dataset
-        As of `viscosity`.
+    ``run``: as of `viscosity`.
     """
     return float(_stress(run).mean() * _rate(str(run.attrs["scene"])))
 

@@ -30,6 +30,7 @@ PARTS = 4  # that so few are joined to
 # the measured time scatters by its own size, and twice the true one is met in 1 of 15 runs.
 TOO_SHORT = 10.0
 UNLIKELY = 0.01  # probability of a scatter about a fit that errors of points do not explain
+NONE_SEEN = 3.0  # mean count that is excluded at 95 % where none is seen: exp(-3) = 0.05
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
 
 
@@ -47,10 +48,7 @@ def widening(degrees: Values) -> Values:
     Every error here is a standard error, widened by Student's t, so that 1.96 of it make a 95 %
     interval also where few degrees of freedom have fixed it.
 
-    Parameters
-    ----------
-    degrees : float or array
-        Degrees of freedom.
+    ``degrees``: degrees of freedom.
     """
     return widened_by(degrees, student(degrees))
 
@@ -58,15 +56,12 @@ def widening(degrees: Values) -> Values:
 class Spread(NamedTuple):
     """What a correlated series says of the error of its mean.
 
-    Attributes
-    ----------
-    variance : (...) array
-        Of the mean.
-    degrees : (...) array
-        Degrees of freedom that fix the variance: 2 over its squared relative error.
-    times : (...) array
-        Length of the series in integrated autocorrelation times: of the samples, or, where a
-        slow part below noise decides, of their averages, which show that part's own time.
+    - ``variance``: (...) array; of the mean.
+    - ``degrees``: (...) array; degrees of freedom that fix the variance: 2 over its squared
+      relative error.
+    - ``times``: (...) array; length of the series in integrated autocorrelation times: of the
+      samples, or, where a slow part below noise decides, of their averages, which show that part's
+      own time.
     """
 
     variance: Values
@@ -86,18 +81,8 @@ def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spre
     mean has n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by
     calibration).
 
-    Parameters
-    ----------
-    x : (n, ...) array
-        n of 2 or more.
-    reach : float
-        W over tau, at least.
-    alike : bool
-        Whether the last axis counts replicas: of one variance and correlation, found from all.
-
-    Returns
-    -------
-    Spread
+    ``x``: (n, ...) array; n of 2 or more. ``reach``: W over tau, at least. ``alike``: whether the
+    last axis counts replicas: of one variance and correlation, found from all.
     """
     n, replicas = len(x), x.shape[-1] if alike else 1
     x = x - x.mean(axis=0)
@@ -133,18 +118,9 @@ def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
     error by the samples is four times too large. Fewer than 25 cannot tell their correlation: four
     parts of them count as independent.
 
-    Parameters
-    ----------
-    x : (n, ...) array
-        n of 2 or more.
-    alike : bool
-        Whether the last axis counts replicas: of one variance and correlation, found from all.
-
-    Returns
-    -------
-    Spread
-        Of the mean of one replica; the degrees are those of all together. Of fewer than 25 values
-        with infinite ``times``: nothing is known.
+    ``x``: (n, ...) array; n of 2 or more. ``alike``: whether the last axis counts replicas: of one
+    variance and correlation, found from all. Result: of the mean of one replica; the degrees are
+    those of all together. Of fewer than 25 values with infinite ``times``: nothing is known.
     """
     n = len(x)
     if n < FEW:
@@ -177,17 +153,10 @@ def averaged(x: np.ndarray, size: int) -> np.ndarray:
 def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Values, Values]:
     """Mean over the first axis, in which time runs, and its standard error.
 
-    Parameters
-    ----------
-    blocks : (n, ...) array
-    alike : bool
-        Whether the last axis counts replicas, as of `spread_of_mean`.
-
-    Returns
-    -------
-    mean, error : (...) arrays, or numbers of an (n,) array
-        A standard error, see `widening`. NaN for a single block, and where the run is too short:
-        below 20 of the correlation times of `Spread`, as far as the run can tell (`TOO_SHORT`).
+    ``blocks``: (n, ...) array. ``alike``: whether the last axis counts replicas, as of
+    `spread_of_mean`. Returns ``mean``, ``error``: (...) arrays, or numbers of an (n,) array; a
+    standard error, see `widening`. NaN for a single block, and where the run is too short: below 20
+    of the correlation times of `Spread`, as far as the run can tell (`TOO_SHORT`).
     """
     x = np.asarray(blocks, dtype=float)
     mean = x.mean(axis=0)
@@ -202,16 +171,9 @@ def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Va
 def correlation_time(series: npt.ArrayLike) -> float:
     """Integrated autocorrelation time in samples, at least 1/2.
 
-    Parameters
-    ----------
-    series : (n,) array, or (n, replicas) array
-        Replicas have one correlation, which is found from all.
-
-    Returns
-    -------
-    float
-        The variance of the mean is 2 tau / n times the variance; see `spread_of_mean`. 1/2 for
-        fewer than 25 samples, or if all are the same.
+    ``series``: (n,) array, or (n, replicas) array; replicas have one correlation, which is found
+    from all. Result: the variance of the mean is 2 tau / n times the variance; see
+    `spread_of_mean`. 1/2 for fewer than 25 samples, or if all are the same.
     """
     x = np.asarray(series, dtype=float)
     x = x.reshape(len(x), -1)
@@ -224,14 +186,8 @@ def correlation_time(series: npt.ArrayLike) -> float:
 def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
     """Mean of a correlated series, its standard error and its correlation time.
 
-    Parameters
-    ----------
-    series : (n,) array
-
-    Returns
-    -------
-    mean, error, tau : float
-        Mean and error as from `block_mean_and_error`, tau from `correlation_time`.
+    ``series``: (n,) array. Returns ``mean``, ``error``, ``tau``: mean and error as from
+    `block_mean_and_error`, tau from `correlation_time`.
     """
     mean, error = block_mean_and_error(series)
     return float(mean), float(error), correlation_time(series)
@@ -241,10 +197,8 @@ def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
 def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
     """Mean of independent values along the last axis, as of replicas, and its standard error.
 
-    Returns
-    -------
-    mean, error : (...) arrays, or numbers of an (n,) array
-        A standard error, see `widening`; NaN for a single value.
+    Returns ``mean``, ``error``: (...) arrays, or numbers of an (n,) array; a standard error, see
+    `widening`; NaN for a single value.
     """
     x = np.asarray(samples, dtype=float)
     n, mean = x.shape[-1], x.mean(axis=-1)
@@ -266,15 +220,9 @@ def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
 
     The error is as that of `mean_and_error`, by the correlation of what is left from the line.
 
-    Parameters
-    ----------
-    time, series : (n,) arrays
-
-    Returns
-    -------
-    Trend
-        In the units of the series, per unit of time; NaN for fewer than three samples, or where
-        one is missing. What is left of an exact line is rounding, and counts as nothing.
+    ``time``, ``series``: (n,) arrays. Result: in the units of the series, per unit of time; NaN for
+    fewer than three samples, or where one is missing. What is left of an exact line is rounding,
+    and counts as nothing.
     """
     t, x = np.asarray(time, dtype=float), np.asarray(series, dtype=float)
     if len(x) < 3 or not np.isfinite(x).all():
@@ -296,14 +244,8 @@ def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
 def middle_and_range(turns: np.ndarray) -> tuple[Values, Values, Values]:
     """Median, smallest and largest over the last axis: of timings, which have no normal errors.
 
-    Parameters
-    ----------
-    turns : (..., n) array
-
-    Returns
-    -------
-    middle, low, high : (...) arrays, or numbers of an (n,) array
-        NaN where a turn is.
+    ``turns``: (..., n) array. Returns ``middle``, ``low``, ``high``: (...) arrays, or numbers of an
+    (n,) array; NaN where a turn is.
     """
     return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
 
@@ -312,17 +254,8 @@ def middle_and_range(turns: np.ndarray) -> tuple[Values, Values, Values]:
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tuple[float, float]:
     """A function of the mean over blocks, and its standard error by leaving out groups.
 
-    Parameters
-    ----------
-    blocks : (n, ...) array
-        In the order of time.
-    function : callable
-        Of a (...) array.
-
-    Returns
-    -------
-    value, error : float
-        The error as from `serial_jackknife_error`.
+    ``blocks``: (n, ...) array; in the order of time. ``function``: of a (...) array. Result:
+    ``value``, ``error``: the error as from `serial_jackknife_error`.
     """
     groups = np.array_split(np.arange(len(blocks)), min(GROUPS, len(blocks)))
     value = float(function(blocks.mean(axis=0)))
@@ -338,14 +271,8 @@ def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     Parts that follow each other are correlated as blocks are: the error is that of the mean of
     -(n - 1) times what was found, Tukey's pseudo-values but for a constant.
 
-    Parameters
-    ----------
-    left_out : (parts, ...) array or list
-        In the order of time.
-
-    Returns
-    -------
-    (...) array, or number, as from `block_mean_and_error`
+    ``left_out``: (parts, ...) array or list; in the order of time. Result: (...) array, or number,
+    as from `block_mean_and_error`.
     """
     _, error = block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))
     return error
@@ -354,13 +281,8 @@ def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
 def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one of several independent groups.
 
-    Parameters
-    ----------
-    left_out : (groups, ...) array or list
-
-    Returns
-    -------
-    (...) array, or number, as from `independent_mean_and_error`
+    ``left_out``: (groups, ...) array or list. Result: (...) array, or number, as from
+    `independent_mean_and_error`.
     """
     values = -(len(left_out) - 1) * np.asarray(left_out)
     _, error = independent_mean_and_error(np.moveaxis(values, 0, -1))
@@ -422,21 +344,9 @@ def misfit_share(reduced_chi_square: float, p_value: float) -> float:
 def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | None = None) -> Fit:
     """Weighted least squares y = sum_k c_k basis_k.
 
-    Parameters
-    ----------
-    basis : (terms, n) array
-    y : (n,) array
-    error : (n,) array or None
-        Standard errors > 0; without them all points weigh the same, and scatter is the error.
-
-    Returns
-    -------
-    Fit
-
-    Raises
-    ------
-    ValueError
-        With fewer points than terms, or with a point that has no error > 0: leave it out.
+    ``basis``: (terms, n) array. ``y``: (n,) array. ``error``: (n,) array or None; standard errors >
+    0; without them all points weigh the same, and scatter is the error. Raises `ValueError` with
+    fewer points than terms, or with a point that has no error > 0: leave it out.
     """
     basis, y = np.atleast_2d(basis), np.asarray(y)
     if error is not None:
@@ -461,3 +371,34 @@ def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | No
     quality = chi_square / degrees if degrees else np.nan
     factor = np.sqrt(quality) * widening(degrees) if alone else scatter(chi_square, degrees)
     return Fit(values, factor * spread, quality, degrees)
+
+
+class Interval(NamedTuple):
+    """Ends of a 95 % interval of the mean count."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+
+def interval(count: npt.ArrayLike) -> Interval:
+    """95 % interval of the mean of a Poisson distribution, given one number drawn from it.
+
+    At the lower end so many events or more have a probability of 2.5 %, at the upper end so many
+    or fewer. Where none is seen there is no lower end to find, and the upper one has all 5 %; so
+    means between 3.0 and 3.7 are covered a little less often, by 94 %.
+
+    ``count``: how many events were seen. Result: of arrays with the shape of ``count``.
+
+    References
+    ----------
+    F. Garwood, Biometrika 28, 437 (1936).
+    """
+    from scipy.special import gammaincinv  # most jobs need no SciPy
+
+    count = np.asarray(count, dtype=float)
+    some = np.maximum(count, 1)
+    seen = count > 0
+    return Interval(
+        np.where(seen, gammaincinv(some, 0.025), 0),
+        np.where(seen, gammaincinv(some + 1, 0.975), NONE_SEEN),
+    )

@@ -31,20 +31,10 @@ def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) 
     the cubic count, not those about the highest bin: that is another one where noise decides, and
     with it the place would jump by more than its error knows.
 
-    Parameters
-    ----------
-    r, g : (bins,) arrays
-    kink : float
-        Where g(r) has a kink below its peak, as at the edge of a rigid core, where the force jumps:
-        the fit keeps away from it.
-    share : float
-        Of the way from the maximum to the kink: the fit reaches no farther.
-
-    Returns
-    -------
-    float
-        The highest bin where the kink leaves too few bins for a fit; NaN if the cubic has no
-        maximum.
+    ``r``, ``g``: (bins,) arrays. ``kink``: where g(r) has a kink below its peak, as at the edge of
+    a rigid core, where the force jumps: the fit keeps away from it. ``share``: of the way from the
+    maximum to the kink: the fit reaches no farther. Result: the highest bin where the kink leaves
+    too few bins for a fit; NaN if the cubic has no maximum.
     """
     highest = middle = r[np.argmax(g)]
     for _ in range(TURNS):
@@ -63,51 +53,6 @@ def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) 
         if abs(step) < CLOSE:
             break
     return float(middle)
-
-
-def trough(r: np.ndarray, g: np.ndarray) -> float:
-    """Distance of the first minimum of g(r): the lowest between its peak and twice that.
-
-    By a cubic, as for `peak`.
-    """
-    first = peak(r, g)
-    between = (r > first + AROUND) & (r < 2 * first)
-    return peak(r[between], -g[between])
-
-
-def neighbours(r: np.ndarray, g: np.ndarray, density: float) -> float:
-    """Beads in the first shell of another: 4 pi rho times the integral of r^2 g to `trough`."""
-    end, width = trough(r, g), r[1] - r[0]
-    inside = np.clip((end - r) / width + 0.5, 0, 1)  # share of each bin below the end
-    return float(4 * np.pi * density * (inside * r**2 * g).sum() * width)
-
-
-def unbonded(
-    r: np.ndarray,
-    g: np.ndarray,
-    length: np.ndarray,
-    bonds: np.ndarray,
-    per_bead: float,
-    density: float,
-) -> np.ndarray:
-    """g(r) of the pairs that no bond connects.
-
-    Parameters
-    ----------
-    r, g : (bins,) arrays
-    length, bonds : (m,) arrays
-        Density of bond lengths, normalised to 1.
-    per_bead : float
-        Bonded neighbours of a bead, 2 (N - 1) / N.
-    density : float
-        Number density in three dimensions.
-
-    Returns
-    -------
-    (bins,) array
-    """
-    bonded = np.interp(r, length, bonds, right=0.0)
-    return g - per_bead * bonded / (4 * np.pi * density * r**2)
 
 
 def contact(r: np.ndarray, g: np.ndarray) -> float:
@@ -139,15 +84,8 @@ def closest_contact(at: xr.Dataset) -> Contact:
     the number of beads, which is the paper's, 20 000. Its error is that of a median, which is that
     of a mean of normal values times sqrt(pi / 2), and of counts if all lie in one bin.
 
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point of a collected sweep with ``rdf``, a block for each configuration.
-
-    Returns
-    -------
-    Contact
-        In r_c.
+    ``at``: one point of a collected sweep with ``rdf``, a block for each configuration. Result: in
+    r_c.
     """
     r = at.r.values
     width = r[1] - r[0]
@@ -213,54 +151,11 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
     return float(x[left] + (level - y0) / (y1 - y0) * (x[right] - x[left]))
 
 
-def contact_over_sampling(
-    r: np.ndarray, blocks: np.ndarray, samples: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How the distance of closest contact falls as more is sampled.
-
-    Parameters
-    ----------
-    r : (bins,) array
-    blocks : (n, bins) array
-        g(r) in blocks.
-    samples : float
-        Bead-samples in one block.
-
-    Returns
-    -------
-    (m,) array
-        Bead-samples: one block, two, four, and so on as long as there are so many.
-    (m,) array
-        `contact` of so many blocks, mean over all that there are without overlap.
-    (m,) array
-        Its standard error; NaN where there is only one, or few that are correlated.
-    """
-    counts, means, errors = [], [], []
-    size = 1
-    while size <= len(blocks):
-        together = len(blocks) // size
-        parts = blocks[: together * size].reshape(together, size, -1).mean(axis=1)
-        found = np.array([contact(r, part) for part in parts])
-        counts.append(size * samples)
-        mean, error = block_mean_and_error(found)
-        means.append(float(mean))
-        errors.append(float(error))
-        size *= 2
-    return np.array(counts), np.array(means), np.array(errors)
-
-
 def bond_statistics(at: xr.Dataset) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
     """Mean bond length and rms deviation of bonds, each with its standard error.
 
-    Parameters
-    ----------
-    at : xarray.Dataset
-        One point of a collected sweep with ``bonds``.
-
-    Returns
-    -------
-    (mean, error), (rms, error)
-        In r_c, by blocking.
+    ``at``: one point of a collected sweep with ``bonds``. Result: (mean, error), (rms, error); in
+    r_c, by blocking.
     """
     spread = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
     return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)
@@ -277,10 +172,7 @@ class RadialDistribution(NamedTuple):
 def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
     """g(r) of the replicas of one point, its standard error, and its blocks.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        One point of a collected sweep, with the dimension ``replica``.
+    ``runs``: one point of a collected sweep, with the dimension ``replica``.
     """
     blocks = blocks_of(runs.rdf)
     g, error = block_mean_and_error(blocks)
@@ -290,13 +182,9 @@ def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
 def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:
     """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out.
 
-    Parameters
-    ----------
-    variable : DataArray
-        With the dimensions replica and block; where the observables of a run differ in their number
-        of blocks, a sweep has block_18 or the like.
-    since : float
-        Share of the blocks to leave out at the beginning.
+    ``variable``: with the dimensions replica and block; where the observables of a run differ in
+    their number of blocks, a sweep has block_18 or the like. ``since``: share of the blocks to
+    leave out at the beginning.
     """
     axis = next(name for name in variable.dims if str(name).startswith("block"))
     late = variable.isel({axis: slice(int(since * variable.sizes[axis]), None)})

@@ -33,19 +33,13 @@ AGREE = 2.0  # combined standard errors
 class Measured:
     """Our number for a published one.
 
-    Attributes
-    ----------
-    value, error : float
-        The error is one standard error; NaN where the run is too short for one.
-    note : str
-        How it was found, for the table.
-    undecided : str
-        Why this run cannot decide; empty if it can.
-    bound : bool
-        Whether the value is only an upper bound, at 95 %: it has no error.
-    systematic : float
-        The part of the error that more sampling, or another seed, would not change: of points that
-        do not follow the law that is fitted, of a choice of fluids, of bins, of printed numbers.
+    - ``value``, ``error``: the error is one standard error; NaN where the run is too short for one.
+    - ``note``: how it was found, for the table.
+    - ``undecided``: why this run cannot decide; empty if it can.
+    - ``bound``: whether the value is only an upper bound, at 95 %: it has no error.
+    - ``systematic``: the part of the error that more sampling, or another seed, would not change:
+      of points that do not follow the law that is fitted, of a choice of fluids, of bins, of
+      printed numbers.
     """
 
     value: float
@@ -65,15 +59,10 @@ class Measured:
 class Judgement:
     """What comes of holding a measurement against a published number.
 
-    Attributes
-    ----------
-    verdict : str
-    deviation : float
-        In combined standard errors; NaN where undecided.
-    resolution : float
-        The smallest deviation that this run would have called one: two combined standard errors.
-    reason : str
-        Why nothing was decided; empty otherwise.
+    - ``deviation``: in combined standard errors; NaN where undecided.
+    - ``resolution``: the smallest deviation that this run would have called one: two combined
+      standard errors.
+    - ``reason``: why nothing was decided; empty otherwise.
     """
 
     verdict: str
@@ -92,16 +81,8 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     our 95 % interval lies inside, deviates where it lies outside, and is undecided where it reaches
     across a limit; of an upper bound, where that lies inside, and is undecided elsewhere.
 
-    Parameters
-    ----------
-    entry : dict
-        ``value`` with ``error`` (a standard error) or ``rounding`` (half of the last digit) or
-        both, and perhaps ``rival``; or ``range`` [low, high] with null for an open end.
-    measured : Measured
-
-    Returns
-    -------
-    Judgement
+    ``entry``: ``value`` with ``error`` (a standard error) or ``rounding`` (half of the last digit)
+    or both, and perhaps ``rival``; or ``range`` [low, high] with null for an open end.
     """
     if measured.undecided:
         return Judgement(NOT_REACHED, reason=measured.undecided)
@@ -161,22 +142,9 @@ def rows(
 ) -> pd.DataFrame:  # fmt: skip
     """Verdict rows of one figure, in the order of published.yaml.
 
-    Parameters
-    ----------
-    paper, figure : str
-    measured : dict of str to Measured
-    degrees : dict of str to float or None
-        Degrees of freedom of their errors, as far as they are known.
-
-    Returns
-    -------
-    pandas.DataFrame
-
-    Raises
-    ------
-    UserError
-        If a measured name is not published, or a published number of this figure has no
-        counterpart and no reason for that.
+    ``degrees``: degrees of freedom of their errors, as far as they are known. Raises `UserError` if
+    a measured name is not published, or a published number of this figure has no counterpart and no
+    reason for that.
     """
     entries = {k: e for k, e in published(paper).items() if e["figure"] == figure}
     unknown = set(measured) - set(entries)

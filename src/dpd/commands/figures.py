@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.arguments import positive
 from dpd.commands.options import add_data, data_of
+from dpd.digest import ROOT
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -121,9 +123,12 @@ def _report(options: Namespace) -> None:
 def _schemes(options: Namespace) -> None:
     from dpd.files import replace_whole
     from dpd.pipeline.paths import results_of
-    from dpd.report.recommended import recommendations
 
-    text = recommendations(Path(results_of(options.study).figures("benchmark")))
+    figures = Path(results_of(options.study).figures("benchmark"))
+    sys.path.insert(0, str(ROOT))  # the benchmark's own, as its figures are
+    from paper_figures.benchmark.recommended import recommendations
+
+    text = recommendations(figures)
     replace_whole(options.output, lambda draft: draft.write_text(text))
 
 

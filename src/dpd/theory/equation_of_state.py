@@ -1,4 +1,4 @@
-"""Pressure of fluids of beads and of short chains: three equations of state, there and back.
+"""Second virial coefficients of soft beads and of chains, and three equations of state.
 
 - GW: Groot and Warren, J. Chem. Phys. 107, 4423 (1997).
 - rGW, revised: Liyana-Arachchi et al., J. Chem. Phys. 142, 044902 (2015). It has the right second
@@ -17,16 +17,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.special import erf
 
-from dpd.theory.checks import above_zero, bead_numbers, not_negative
-from dpd.theory.integral_equations import NoSolution, R, at_distances, solve
-from dpd.theory.virial import second_virial
+from dpd.theory.integral_equations import NoSolution, R, at_distances, checked, solve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy.typing as npt
 
+# Pressure coefficient alpha when g(r) = 1: -1 / (2 d) times the integral of r u'(r) / a.
+MEAN_FIELD = {2: np.pi / 24.0, 3: np.pi / 30.0}
 ALPHA = 0.101  # of GW, Eq. 1 of the paper
 C1, C2 = 0.0802, 0.7787  # of F_alpha, Eq. 4
 GAMMA, A, DELTA = 0.926, 1.954, 1.57  # of Eq. 24
@@ -36,89 +37,21 @@ LARGEST = 1000.0  # the inverses look among powers of 2 up to the first above th
 SMALLEST = 1e-3  # below this repulsion they take the pressure as linear in it
 
 
-def virial_switch(density: npt.ArrayLike) -> np.ndarray:
-    """F_B2 of Eq. 3, from 1 at density 0 to 0."""
-    return 1 / (1 + np.asarray(density, dtype=float) ** 3)
-
-
-def quadratic_switch(density: npt.ArrayLike) -> np.ndarray:
-    """F_alpha of Eq. 4, from 0 at density 0 to about the 0.101 of GW."""
-    square = np.asarray(density, dtype=float) ** 2
-    return C1 * square / (1 + C2 * square)
-
-
-def gw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
-    """Pressure by the equation of Groot and Warren, Eq. 1 of the paper.
-
-    Parameters
-    ----------
-    density : float or array
-        Beads per r_c^3, also of chains.
-    a : float or array
-        Repulsion, above 0.
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    ValueError
-        If a density or a repulsion is not above 0.
-    """
-    rho, strength = above_zero("density", density), above_zero("repulsion a", a)
-    return rho + ALPHA * strength * rho**2
-
-
-def rgw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
-    """Pressure by the revised equation, Eq. 2 of the paper; arguments and errors as `gw`."""
-    rho, strength = above_zero("density", density), above_zero("repulsion a", a)
-    factor = second_virial(strength) * virial_switch(rho) + strength * quadratic_switch(rho)
-    return rho + factor * rho**2
-
-
-def crgw(
-    rho_chain: npt.ArrayLike, a: npt.ArrayLike, m: npt.ArrayLike = 1, length: npt.ArrayLike = 0.0
+def second_virial(
+    repulsion: npt.ArrayLike, dimension: int = 3, kT: float = 1.0
 ) -> float | np.ndarray:
-    """Pressure by the chain-revised equation, Eq. 14 of the paper.
+    """B2 = -1/2 times the integral of exp(-u / kT) - 1 over space, u = a (1 - r)^2 / 2.
 
-    The cavity function y of single beads at the density of the chains' beads comes from the
-    Ornstein-Zernike equation with the HNC closure. For m = 1 the equation is that of `rgw`.
-
-    Parameters
-    ----------
-    rho_chain : float or array
-        Chains per r_c^3, above 0.
-    a : float or array
-        Repulsion of all beads, above 0.
-    m : int or array
-        Beads of a chain.
-    length : float or array
-        Of a bond, 0 or more; without a meaning for m = 1.
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    NoSolution
-        If the integral equation has none, with the last state that converged.
-    ValueError
-        If an argument is out of its range.
-
-    Examples
-    --------
-    >>> round(float(crgw(3.432, 8.57, 2, 0.39)), 1)
-    42.0
+    In r_c^dimension, for a > 0 in 2 or 3 dimensions. Groot and Warren 1997, below Fig. 4, give
+    B2 / a.
     """
-    strength = above_zero("repulsion a", a)
-    rho, strength, beads, bond = _chains(rho_chain, strength, m, length)
-    x = beads * rho
-    slope = ln_y_slope(x, strength, bond, where=beads > 1)
-    bonds = ETA * (beads - 1) / (beads + BETA) * slope
-    virial = virial_switch(rho) * chain_second_virial(strength, beads, bond) * rho**2
-    return rho + virial + quadratic_switch(x) * x**2 * (strength - bonds)
+    a = np.asarray(repulsion, dtype=float) / kT
+    i0 = np.sqrt(np.pi / (2.0 * a)) * erf(np.sqrt(a / 2.0))
+    i1 = (1.0 - np.exp(-a / 2.0)) / a
+    if dimension == 2:
+        return np.pi * (0.5 - (i0 - i1))
+    i2 = (i0 - np.exp(-a / 2.0)) / a
+    return 2.0 * np.pi * (1.0 / 3.0 - (i0 - 2.0 * i1 + i2))
 
 
 def chain_second_virial(
@@ -135,28 +68,66 @@ def chain_second_virial(
     return larger * second_virial(stronger * np.asarray(a, dtype=float))
 
 
+def virial_switch(density: npt.ArrayLike) -> np.ndarray:
+    """F_B2 of Eq. 3, from 1 at density 0 to 0."""
+    return 1 / (1 + np.asarray(density, dtype=float) ** 3)
+
+
+def quadratic_switch(density: npt.ArrayLike) -> np.ndarray:
+    """F_alpha of Eq. 4, from 0 at density 0 to about the 0.101 of GW."""
+    square = np.asarray(density, dtype=float) ** 2
+    return C1 * square / (1 + C2 * square)
+
+
+def gw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
+    """Pressure of a density of beads, also of chains, by Groot and Warren, Eq. 1 of the paper.
+
+    Raises `ValueError` if a density or a repulsion is not above 0.
+    """
+    rho, strength = _above_zero("density", density), _above_zero("repulsion a", a)
+    return rho + ALPHA * strength * rho**2
+
+
+def rgw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
+    """Pressure by the revised equation, Eq. 2 of the paper; errors as `gw`."""
+    rho, strength = _above_zero("density", density), _above_zero("repulsion a", a)
+    factor = second_virial(strength) * virial_switch(rho) + strength * quadratic_switch(rho)
+    return rho + factor * rho**2
+
+
+def crgw(
+    rho_chain: npt.ArrayLike, a: npt.ArrayLike, m: npt.ArrayLike = 1, length: npt.ArrayLike = 0.0
+) -> float | np.ndarray:
+    """Pressure by the chain-revised equation, Eq. 14 of the paper.
+
+    The cavity function y of single beads at the density of the chains' beads comes from the
+    Ornstein-Zernike equation with the HNC closure. For m = 1 the equation is that of `rgw`.
+
+    ``rho_chain``, ``a``: chains per r_c^3, and the repulsion of all beads, above 0. ``m``,
+    ``length``: beads of a chain, and the length of a bond, without a meaning for m = 1. Raises
+    `NoSolution` if the integral equation has none, with the last state that converged. Raises
+    `ValueError` if an argument is out of its range.
+
+    Examples
+    --------
+    >>> round(float(crgw(3.432, 8.57, 2, 0.39)), 1)
+    42.0
+    """
+    strength = _above_zero("repulsion a", a)
+    rho, strength, beads, bond = _chains(rho_chain, strength, m, length)
+    x = beads * rho
+    slope = ln_y_slope(x, strength, bond, where=beads > 1)
+    bonds = ETA * (beads - 1) / (beads + BETA) * slope
+    virial = virial_switch(rho) * chain_second_virial(strength, beads, bond) * rho**2
+    return rho + virial + quadratic_switch(x) * x**2 * (strength - bonds)
+
+
 def ln_y_slope(
     density: npt.ArrayLike, a: npt.ArrayLike, length: npt.ArrayLike, where: npt.ArrayLike = True
 ) -> np.ndarray:
     """d ln y(length) / d density of the fluid of single beads, by a central difference.
 
-    Parameters
-    ----------
-    density, a, length : float or array
-        Below a density of twice `DENSITY_STEP` the step of the difference is half of the density.
-    where : bool or array
-        Where it is needed; 0 elsewhere.
-
-    Returns
-    -------
-    array
-
-    Raises
-    ------
-    NoSolution
-        If the integral equation has none.
-    ValueError
-        If an argument is out of its range.
+    It is 0 where it is not needed. Errors as `solve`.
     """
     points = np.broadcast(density, a, length, where)
     slopes = [
@@ -169,20 +140,10 @@ def ln_y_slope(
 def gw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
     """The repulsion at which `gw` gives a pressure.
 
-    Parameters
-    ----------
-    density, pressure : float or array
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    ValueError
-        If a density or pressure is not above 0, or no repulsion gives that pressure.
+    Raises `ValueError` if a density or pressure is not above 0, or no repulsion gives that
+    pressure.
     """
-    rho, p = above_zero("density", density), above_zero("pressure", pressure)
+    rho, p = _above_zero("density", density), _above_zero("pressure", pressure)
     rho, p = np.broadcast_arrays(rho, p)
     for one, own in zip(rho.flat, p.flat, strict=True):
         _above_ideal(own, one)
@@ -190,8 +151,8 @@ def gw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.
 
 
 def rgw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
-    """The repulsion at which `rgw` gives a pressure; arguments and errors as `gw_repulsion`."""
-    rho, p = above_zero("density", density), above_zero("pressure", pressure)
+    """The repulsion at which `rgw` gives a pressure; errors as `gw_repulsion`."""
+    rho, p = _above_zero("density", density), _above_zero("pressure", pressure)
     return _each(lambda rho, p: _repulsion(lambda a: float(rgw(rho, a)), rho, p), rho, p)
 
 
@@ -203,28 +164,15 @@ def crgw_repulsion(
 ) -> float | np.ndarray:
     """The repulsion at which `crgw` gives a pressure.
 
-    Parameters
-    ----------
-    rho_chain, pressure, m, length : float or array
-        As in `crgw`.
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    NoSolution
-        If the integral equation has none before that pressure is reached.
-    ValueError
-        If an argument is out of its range, or no repulsion gives that pressure.
+    Raises `NoSolution` if the integral equation has none before that pressure is reached. Raises
+    `ValueError` if an argument is out of its range, or no repulsion gives that pressure.
 
     Examples
     --------
     >>> round(float(crgw_repulsion(3.432, 41.89, 2, 0.39)), 2)
     8.54
     """
-    p = above_zero("pressure", pressure)
+    p = _above_zero("pressure", pressure)
     rho, p, beads, bond = _chains(rho_chain, p, m, length)
 
     def one(rho, p, m, length):
@@ -233,9 +181,14 @@ def crgw_repulsion(
     return _each(one, rho, p, beads, bond)
 
 
+def _above_zero(name, values):
+    return checked(name, values, lambda x: x > 0, "numbers above 0")
+
+
 def _chains(rho_chain, values, m, length):
-    rho = above_zero("density of chains", rho_chain)
-    m, length = bead_numbers("number of beads", m), not_negative("bond length", length)
+    rho = _above_zero("density of chains", rho_chain)
+    m = checked("number of beads", m, lambda m: (m >= 1) & (m == np.round(m)), "1, 2, 3, ...")
+    length = checked("bond length", length)
     if np.any((m > 1) & (length > R[-1])):
         raise ValueError(
             f"bond length: {np.max(length):g} is beyond the grid of the integral equation; "

@@ -29,9 +29,9 @@ from scipy.fft import dst
 from scipy.interpolate import CubicSpline
 from scipy.optimize import NoConvergence, newton_krylov
 
-from dpd.theory.checks import not_negative
-
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy.typing as npt
 
 SPACING = 0.01  # of distances, in r_c
@@ -49,10 +49,8 @@ SMALLEST_PART = 2.0**-20  # of the repulsions, if they are far too large
 class NoSolution(ValueError):
     """The integral equation has no solution, or none was found.
 
-    Attributes
-    ----------
-    last : Structure
-        The last state that converged on the way there: the same densities, weaker repulsions.
+    - ``last``: the last state that converged on the way there: the same densities, weaker
+      repulsions.
     """
 
     def __init__(self, text: str, last: Structure) -> None:
@@ -63,14 +61,9 @@ class NoSolution(ValueError):
 class Structure(NamedTuple):
     """Solution of the integral equation for n species, at the distances `R`.
 
-    Attributes
-    ----------
-    densities : array, shape (n,)
-        Beads per r_c^3.
-    repulsions : array, shape (n, n)
-        a_ij.
-    gamma, c : array, shape (POINTS, n, n)
-        h - c, and the direct correlation function.
+    - ``densities``: (n,) array; beads per r_c^3.
+    - ``repulsions``: (n, n) array; a_ij.
+    - ``gamma``, ``c``: (POINTS, n, n) array; h - c, and the direct correlation function.
     """
 
     densities: np.ndarray
@@ -89,21 +82,9 @@ class Structure(NamedTuple):
         return 1 + self.h
 
     def ln_y(self, distance: npt.ArrayLike) -> np.ndarray:
-        """Logarithm of the cavity functions y = exp(u) g at any distances from 0 on.
+        """Logarithm of the cavity functions y = exp(u) g, shape (*distance.shape, n, n).
 
-        Parameters
-        ----------
-        distance : float or array
-            Less than `RANGE`.
-
-        Returns
-        -------
-        array, shape (*distance.shape, n, n)
-
-        Raises
-        ------
-        ValueError
-            For a distance that is negative, or beyond the grid.
+        Raises `ValueError` for a distance that is negative, or beyond the grid.
         """
         return at_distances(self.gamma, distance)
 
@@ -125,26 +106,12 @@ def solve(
     given, or from the random phase approximation c = -u; where this leads nowhere the repulsions
     are raised from 0 in steps.
 
-    Parameters
-    ----------
-    densities : float or array, shape (n,)
-        Beads of each species per r_c^3. Those of a solute may be 0.
-    repulsions : float or array, shape (n, n)
-        a_ij = a_ji, 0 or more.
-    start : Structure, optional
-        Of a similar fluid with as many species.
-
-    Returns
-    -------
-    Structure
-
-    Raises
-    ------
-    NoSolution
-        If none was found, for instance because the mixture is unstable, with the last state on the
-        way there that converged.
-    ValueError
-        If a density or a repulsion is negative, all densities are 0, or the shapes do not fit.
+    ``densities``: float or array, shape (n,); beads of each species per r_c^3. Those of a solute
+    may be 0. ``repulsions``: float or array, shape (n, n); a_ij = a_ji, 0 or more. ``start``: of a
+    similar fluid with as many species. Raises `NoSolution` if none was found, for instance because
+    the mixture is unstable, with the last state on the way there that converged. Raises
+    `ValueError` if a density or a repulsion is negative, all densities are 0, or the shapes do not
+    fit.
 
     Examples
     --------
@@ -153,61 +120,45 @@ def solve(
     0.001
     """
     rho, a = _checked(densities, repulsions)
-    first = _random_phase(rho, a) if start is None else start.gamma
+    first = _gamma_of(-potentials(a), rho) if start is None else start.gamma
     found = _converged(rho, a, first)
     return _raised(rho, a) if found is None else found
 
 
-def transform(values: np.ndarray) -> np.ndarray:
-    """Three-dimensional Fourier transforms of functions of the distance.
+def checked(
+    name: str, values: npt.ArrayLike, good: Callable = lambda x: x >= 0, allowed: str = "0 or more"
+) -> np.ndarray:
+    """Values as an array of floats, all of them finite and good.
 
-    Parameters
-    ----------
-    values : array, shape (POINTS, n, n)
-        At `R`.
-
-    Returns
-    -------
-    array, shape (POINTS, n, n)
-        At `K`.
+    Raises `ValueError` with the name and the first that is not, and what is allowed.
     """
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: {values!r} is not a number, nor an array of numbers") from None
+    bad = found[~good(found) | ~np.isfinite(found)]
+    if bad.size:
+        raise ValueError(f"{name}: {bad.flat[0]:g} is out of range; allowed: {allowed}")
+    return found
+
+
+def transform(values: np.ndarray) -> np.ndarray:
+    """Three-dimensional Fourier transforms, at `K`, of functions at `R`, shape (POINTS, n, n)."""
     r, k = R[:, None, None], K[:, None, None]
     return 2 * np.pi * SPACING / k * dst(r * values, type=1, axis=0)
 
 
 def potentials(repulsions: np.ndarray) -> np.ndarray:
-    """u_ij at the distances `R`.
-
-    Parameters
-    ----------
-    repulsions : array, shape (n, n)
-
-    Returns
-    -------
-    array, shape (POINTS, n, n)
-    """
+    """u_ij at the distances `R`, shape (POINTS, n, n)."""
     return 0.5 * np.maximum(1 - R, 0)[:, None, None] ** 2 * repulsions
 
 
 def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
-    """Smooth functions on the grid, at other distances: cubic splines.
+    """Even functions of the distance, (POINTS, ...) at `R`, at other distances: cubic splines.
 
-    Parameters
-    ----------
-    values : array, shape (POINTS, ...)
-        At `R`; even functions of the distance, which is what gives them a value at 0.
-    distance : float or array
-
-    Returns
-    -------
-    array, shape (*distance.shape, ...)
-
-    Raises
-    ------
-    ValueError
-        For a distance that is negative, or beyond the grid.
+    Raises `ValueError` for a distance that is negative, or beyond the grid.
     """
-    points = not_negative("distance", distance)
+    points = checked("distance", distance)
     if np.any(points > R[-1]):
         raise ValueError(
             f"distance: {np.max(points):g} is beyond the grid; allowed: 0 to {R[-1]:g}"
@@ -217,8 +168,8 @@ def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
 
 
 def _checked(densities, repulsions):
-    rho = np.atleast_1d(not_negative("density", densities))
-    a = np.atleast_2d(not_negative("repulsion", repulsions))
+    rho = np.atleast_1d(checked("density", densities))
+    a = np.atleast_2d(checked("repulsion", repulsions))
     if rho.ndim != 1:
         raise ValueError(f"densities: {rho.shape} is not the shape of a list, one for each species")
     if a.shape != (len(rho), len(rho)):
@@ -230,30 +181,19 @@ def _checked(densities, repulsions):
     return rho, a
 
 
-def _inverse_transform(values):
-    r, k = R[:, None, None], K[:, None, None]
-    return 1 / (4 * np.pi * RANGE * r) * dst(k * values, type=1, axis=0)
-
-
 def _gamma_of(c, rho):
     """gamma from the direct correlation functions, by the Ornstein-Zernike equation."""
     ck = transform(c)
-    hk = _solved(np.eye(len(rho)) - ck * rho, ck)  # (1 - c rho) h = c for each wave number
-    return _inverse_transform(hk - ck)
-
-
-def _solved(matrices, right):
-    """Solutions of matrices x = right; for a single species a division, which is much faster."""
-    return right / matrices if matrices.shape[-1] == 1 else np.linalg.solve(matrices, right)
+    matrices = np.eye(len(rho)) - ck * rho  # (1 - c rho) h = c for each wave number
+    # For a single species a division, which is much faster.
+    hk = ck / matrices if len(rho) == 1 else np.linalg.solve(matrices, ck)
+    r, k = R[:, None, None], K[:, None, None]
+    return 1 / (4 * np.pi * RANGE * r) * dst(k * (hk - ck), type=1, axis=0)  # back to distances
 
 
 def _closure(gamma, u):
     """The direct correlation functions of HNC, exp(-u + gamma) - 1 - gamma."""
     return np.expm1(gamma - u) - gamma
-
-
-def _random_phase(rho, a):
-    return _gamma_of(-potentials(a), rho)
 
 
 def _converged(rho, a, start):

@@ -19,21 +19,11 @@ LEAST = 3.0  # chi N from which mean-field theory holds; the critical point is a
 
 
 class Relation(NamedTuple):
-    """A measured relation of chi and repulsion, and where it was measured.
+    """A measured relation chi = slope (a_AB - a_AA) / kT, and where it was measured.
 
-    Attributes
-    ----------
-    density : float
-        Beads per r_c^3.
-    shortest, longest : int
-        Beads of the molecules of A and of B.
-    slope, error : float
-        chi kT / (a_AB - a_AA), and its error.
-    most : float
-        Largest chi. For chains it follows from the paper's largest excess repulsion, 40 kT / r_c.
-        For single beads the paper gives none, and this is where our own runs of its Fig. 7 end.
-    equation : str
-        Where it stands in Groot and Warren 1997.
+    Molecules of A and B had from ``shortest`` to ``longest`` beads. ``most`` is the largest chi, of
+    chains from the paper's largest excess repulsion, 40 kT / r_c; of single beads, for which it
+    gives none, where our own runs of its Fig. 7 end. ``equation`` is that of Groot and Warren 1997.
     """
 
     density: float
@@ -64,36 +54,14 @@ RELATIONS = (
 
 
 def like_repulsion(density: float, kT: float = 1.0) -> float:
-    """a_AA = 75 kT / density, with which the fluid is as hard to compress as water.
-
-    Parameters
-    ----------
-    density : float
-        Beads per r_c^3.
-    kT : float
-
-    Returns
-    -------
-    float
-        In units of kT / r_c, with the kT of the unit of energy.
-    """
+    """a_AA = 75 kT / density, with which the fluid is as hard to compress as water."""
     return WATER * kT / density
 
 
 def relation_at(density: float, length: int = 1) -> Relation:
-    """The relation that was measured at a density, for molecules of a length.
+    """The relation that was measured at a density of beads, for molecules of that many beads.
 
-    Parameters
-    ----------
-    density : float
-        Beads per r_c^3.
-    length : int
-        Beads of a molecule of A, and of one of B.
-
-    Raises
-    ------
-    ValueError
-        If none was; the message says where one was.
+    Raises `ValueError` if none was; the message says where one was.
     """
     for relation in RELATIONS:
         near = abs(density / relation.density - 1) <= SAME
@@ -115,28 +83,12 @@ def relation_at(density: float, length: int = 1) -> Relation:
 def unlike_repulsion(
     chi: float, density: float, length: int = 1, kT: float = 1.0, like: float | None = None
 ) -> float:
-    """a_AB for which A and B have that chi.
+    """a_AB for which beads of A and B have that chi, in molecules of ``length`` beads.
 
-    Parameters
-    ----------
-    chi : float
-        Of two beads.
-    density : float
-        Beads per r_c^3.
-    length : int
-        Beads of a molecule of A, and of one of B.
-    kT : float
-    like : float or None
-        a_AA = a_BB, if not `like_repulsion`.
+    The repulsion of like beads, a_AA = a_BB, is `like_repulsion` if it is not given.
 
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    ValueError
-        Outside of the range in which the relation was measured: in density, length, chi or a_AA.
+    Raises `ValueError` outside of the range in which the relation was measured: in density, length,
+    chi or a_AA.
 
     Examples
     --------

@@ -42,18 +42,11 @@ LABELS = {
 def quantities(runs: xr.Dataset) -> xr.Dataset:
     """What schemes are judged by, at every point of a sweep.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        Collected over ``scheme``, ``gamma`` (or another axis), ``dt`` and ``replica``, with
-        ``thermo``, and where they are observed ``configurational``, ``bonds``, ``displacement``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Each quantity and its ``_error`` (standard error) over the axes but ``replica``: ``kT``,
-        ``pressure`` (kT / r_c^d), ``energy`` (kT per bead), ``kT_configurational``, ``bond``
-        (r_c), ``diffusion`` (r_c^2 / tau). NaN where a run was lost.
+    ``runs``: collected over ``scheme``, ``gamma`` (or another axis), ``dt`` and ``replica``, with
+    ``thermo``, and where they are observed ``configurational``, ``bonds``, ``displacement``.
+    Result: each quantity and its ``_error`` (standard error) over the axes but ``replica``: ``kT``,
+    ``pressure`` (kT / r_c^d), ``energy`` (kT per bead), ``kT_configurational``, ``bond`` (r_c),
+    ``diffusion`` (r_c^2 / tau). NaN where a run was lost.
     """
     dims = runs.kT.dims[:-1]
     shape = tuple(runs.sizes[name] for name in dims)
@@ -112,10 +105,7 @@ def limit(data: xr.Dataset, name: str, along: str = "gamma") -> tuple[float, flo
     not change what is in equilibrium, but diffusion it does), through the smaller half
     of the steps.
 
-    Returns
-    -------
-    value, error : float
-        NaN with too few runs that have an error.
+    Returns ``value``, ``error``: NaN with too few runs that have an error.
     """
     small = data.isel(dt=slice(0, max(2, int(np.ceil(HALF * data.sizes["dt"])))))
     small = small.sel(scheme=[name for name in SECOND_ORDER if name in data.scheme.values])
@@ -146,16 +136,9 @@ def deviations(runs: xr.Dataset) -> xr.Dataset:
     smallest step, and its error is the largest deviation at any distance, in units of g's
     highest value.
 
-    Parameters
-    ----------
-    runs : xarray.Dataset
-        As for `quantities`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``<quantity>`` and ``<quantity>_error`` over the axes, 1 for 100 %; ``<quantity>_limit``
-        and ``<quantity>_limit_error``, with a dimension ``gamma`` for diffusion.
+    ``runs``: as for `quantities`. Returns ``<quantity>`` and ``<quantity>_error`` over the axes, 1
+    for 100 %; ``<quantity>_limit`` and ``<quantity>_limit_error``, with a dimension ``gamma`` for
+    diffusion.
     """
     data = quantities(runs)
     found = xr.Dataset(coords=data.coords)
@@ -231,20 +214,9 @@ def cheapest(
 ) -> Cheapest | None:
     """The scheme and step of least run time whose errors are surely within a tolerance.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From `deviations`, at one friction: over ``scheme`` and ``dt``.
-    seconds : xarray.DataArray
-        Run time per tau over ``scheme`` and ``dt``.
-    names : sequence of str
-        Quantities that must be.
-    tolerance : float
-
-    Returns
-    -------
-    Cheapest or None
-        None if no run is good enough.
+    ``data``: from `deviations`, at one friction: over ``scheme`` and ``dt``. ``seconds``: run time
+    per tau over ``scheme`` and ``dt``. ``names``: quantities that must be. Result: none if no run
+    is good enough.
     """
     good = seconds
     for name in names:
@@ -260,15 +232,10 @@ def cheapest(
 class Choice(NamedTuple):
     """The cheapest scheme and step within a tolerance, at one friction.
 
-    Attributes
-    ----------
-    gamma, tolerance : float
-    scheme : str or None
-        None where no run is good enough; the rest is empty then.
-    dt, seconds : float
-        Time step, and run time per tau.
-    deviations : dict of str to (float, float)
-        Relative error and its standard error of each of `JUDGED`.
+    - ``scheme``: none where no run is good enough; the rest is empty then.
+    - ``dt``, ``seconds``: time step, and run time per tau.
+    - ``deviations``: dict of str to (float, float); relative error and its standard error of each
+      of `JUDGED`.
     """
 
     gamma: float
@@ -282,16 +249,8 @@ class Choice(NamedTuple):
 def choices(data: xr.Dataset, names: Sequence[str] = JUDGED) -> list[Choice]:
     """For each friction and tolerance the cheapest scheme.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From `deviations`, with ``seconds`` per tau over ``scheme`` and ``dt``.
-    names : sequence of str
-        Quantities whose errors must all be within the tolerance.
-
-    Returns
-    -------
-    list of Choice
+    ``data``: from `deviations`, with ``seconds`` per tau over ``scheme`` and ``dt``. ``names``:
+    quantities whose errors must all be within the tolerance.
     """
     found = []
     for gamma in data.gamma.values:

@@ -17,14 +17,10 @@ if TYPE_CHECKING:
 class LongChains(NamedTuple):
     """A property of beads or bonds at a chain length that was not simulated.
 
-    Attributes
-    ----------
-    value, error : float
-        There, with the standard error of the fit; NaN from fewer than three lengths.
-    slope, slope_error : float
-        Change per share of ends.
-    p_value : float
-        Probability of points that lie worse about a straight line, if it is right.
+    - ``value``, ``error``: there, with the standard error of the fit; NaN from fewer than three
+      lengths.
+    - ``slope``, ``slope_error``: change per share of ends.
+    - ``p_value``: probability of points that lie worse about a straight line, if it is right.
     """
 
     value: float
@@ -43,18 +39,8 @@ def end_effect(share: npt.ArrayLike, value: np.ndarray, error: np.ndarray, at: f
     other. For a mean over beads, such as g(r), the same holds with 1 / N. A place where a
     histogram has a given height moves in proportion as long as it moves little.
 
-    Parameters
-    ----------
-    share : (n,) array
-        1 / N or 1 / (N - 1).
-    value, error : (n,) arrays
-        With standard errors > 0.
-    at : float
-        The share to extrapolate to.
-
-    Returns
-    -------
-    LongChains
+    ``share``: (n,) array; 1 / N or 1 / (N - 1). ``value``, ``error``: (n,) arrays; with standard
+    errors > 0. ``at``: the share to extrapolate to.
     """
     use = np.isfinite(value) & (error > 0)
     if use.sum() < 3:
@@ -67,65 +53,13 @@ def end_effect(share: npt.ArrayLike, value: np.ndarray, error: np.ndarray, at: f
     )
 
 
-class Power(NamedTuple):
-    """value ~ N^exponent, as ln value = height + exponent ln N.
-
-    ``p_value`` is the probability of points that lie worse about the law, if it is right.
-    """
-
-    exponent: float
-    error: float
-    height: float
-    p_value: float
-
-
-def power(
-    length: np.ndarray,
-    value: np.ndarray,
-    error: np.ndarray,
-    low: float,
-    high: float,
-    exponent: float | None = None,
-) -> Power:
-    """Exponent of value ~ N^x for low <= N <= high.
-
-    Parameters
-    ----------
-    length, value, error : (n,) arrays
-        Errors are standard errors.
-    low, high : float
-    exponent : float or None
-        Given, it is not fitted.
-
-    Returns
-    -------
-    Power
-        NaN with fewer than three lengths, as any two lie on a power law; with a given exponent
-        one is enough.
-    """
-    use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
-    if use.sum() < (3 if exponent is None else 1):
-        return Power(*(np.nan,) * 4)
-    x, y, spread = np.log(length[use]), np.log(value[use]), error[use] / value[use]
-    if exponent is not None:
-        fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
-        return Power(exponent, 0.0, float(fit.values[0]), fit.p_value)
-    fit = linear_fit([np.ones_like(x), x], y, spread)
-    (height, free), (_, free_error) = fit.values, fit.errors
-    return Power(float(free), float(free_error), float(height), fit.p_value)
-
-
 class Crossover(NamedTuple):
     """Where one power law of the chain length goes over into another.
 
-    Attributes
-    ----------
-    length, error : float
-        NaN with too few lengths; the error is NaN where the lengths do not bound it on both sides.
-    p_value : float
-        Probability of points that lie worse about two power laws, if two are right.
-    straight : float
-        The same of a single power law with a free exponent.
+    - ``length``, ``error``: NaN with too few lengths; the error is NaN where the lengths do not
+      bound it on both sides.
+    - ``p_value``: probability of points that lie worse about two power laws, if two are right.
+    - ``straight``: the same of a single power law with a free exponent.
     """
 
     length: float
@@ -145,18 +79,10 @@ def crossover(
 ) -> Crossover:
     """Fit two power laws that meet to all lengths, whichever side of their meeting they are on.
 
-    Parameters
-    ----------
-    length, value, error : (n,) arrays
-        Errors are standard errors.
-    exponents : pair of float or None
-        Of short and of long chains; None for one that is fitted.
-
-    Returns
-    -------
-    Crossover
-        Its place is where chi-square is least, its error half the width over which that rises by
-        one, or by the reduced chi-square where that is larger than errors explain.
+    ``length``, ``value``, ``error``: (n,) arrays; errors are standard errors. ``exponents``: of
+    short and of long chains; None for one that is fitted. Result: its place is where chi-square is
+    least, its error half the width over which that rises by one, or by the reduced chi-square where
+    that is larger than errors explain.
     """
     use = np.isfinite(value) & (error > 0)
     order = np.argsort(length[use])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dpd.analysis.accuracy import choices
 from dpd.analysis.collect import load
 from dpd.errors import UserError
 from dpd.report.text import in_percent
+from paper_figures.benchmark.accuracy import choices
 
 if TYPE_CHECKING:
     from pathlib import Path

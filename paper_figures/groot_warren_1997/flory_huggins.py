@@ -29,27 +29,10 @@ def critical_chi(length_a: float = 1, length_b: float = 1) -> float:
     return 0.5 * (1 / np.sqrt(length_a) + 1 / np.sqrt(length_b)) ** 2
 
 
-def chi_of_composition(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
-    """chi from the minority fraction of two coexisting phases, Eq. 18."""
-    phi = np.asarray(phi, dtype=float)
-    return np.log((1 - phi) / phi) / (1 - 2 * phi) / length
-
-
-def chi_slope(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
-    """d chi / d phi of `chi_of_composition`, to carry errors."""
-    phi = np.asarray(phi, dtype=float)
-    odds = np.log((1 - phi) / phi)
-    skew = 1 - 2 * phi
-    return (2 * odds / skew**2 - 1 / (phi * (1 - phi) * skew)) / length
-
-
 def binodal(chi: float, length: float = 1) -> float:
     """Minority fraction of the coexisting phases.
 
-    Raises
-    ------
-    ValueError
-        If chi is not above the critical point, where there is one phase.
+    Raises `ValueError` if chi is not above the critical point, where there is one phase.
     """
     _above_critical(chi, length)
     lowest = np.exp(-2.0 * chi * length)  # the fraction is exp(-chi N) for large chi N
@@ -60,10 +43,7 @@ def binodal(chi: float, length: float = 1) -> float:
 def spinodal(chi: float, length: float = 1) -> float:
     """Smaller fraction at which d^2 F / dphi^2 = 0.
 
-    Raises
-    ------
-    ValueError
-        If chi is not above the critical point.
+    Raises `ValueError` if chi is not above the critical point.
     """
     _above_critical(chi, length)
     return 0.5 * (1 - np.sqrt(1 - 2 / (chi * length)))
