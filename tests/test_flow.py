@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import dpd
-from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
 from dpd.analysis.statistics import mean_and_error
+from dpd.analysis.viscosity import channel_flow, viscosity_of_two_flows
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 

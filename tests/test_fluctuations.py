@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.fluctuations import shear_components, viscosity_of_fluctuations
+from dpd.analysis.viscosity import shear_components, viscosity_of_fluctuations
 from paper_figures.groot_warren_1997.shared import noise_ratio
 
 DT, VOLUME, KT = 0.04, 50.0, 1.3

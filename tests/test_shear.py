@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import dpd
-from dpd.analysis.shear import heating, viscosities, viscosity
+from dpd.analysis.viscosity import heating, viscosities, viscosity
 from dpd.digest import PACKAGE
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.fluctuations import shear_components, viscosity_of_fluctuations
+from dpd.analysis.viscosity import shear_components, viscosity_of_fluctuations
 from paper_figures.groot_warren_1997.shared import noise_ratio
 from paper_figures.groot_warren_1997.spreading import diffusion_of_labels
 from paper_figures.groot_warren_1997.transport_theory import (

@@ -4,12 +4,15 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.flow import Measured as Viscosity
-from dpd.analysis.flow import channel_flow, viscosity_of_two_flows
-from dpd.analysis.fluctuations import viscosity_of_fluctuations
-from dpd.analysis.shear import viscosities
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
+from dpd.analysis.viscosity import Measured as Viscosity
+from dpd.analysis.viscosity import (
+    channel_flow,
+    viscosities,
+    viscosity_of_fluctuations,
+    viscosity_of_two_flows,
+)
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
 from paper_figures.cerius2_1998.shared import profile_and_errors
 

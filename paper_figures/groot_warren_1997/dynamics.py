@@ -6,9 +6,8 @@ import numpy as np
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
-from dpd.analysis.flow import viscosity_of_two_flows
-from dpd.analysis.shear import viscosities
 from dpd.analysis.statistics import linear_fit
+from dpd.analysis.viscosity import viscosities, viscosity_of_two_flows
 from paper_figures.groot_warren_1997.transport_theory import slowed_by_images
 
 AFTER = 5.0  # units of time, beyond which displacements grow in proportion to time

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.fluctuations import shear_components
 from dpd.analysis.statistics import block_mean_and_error, jackknife, linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured
+from dpd.analysis.viscosity import shear_components
 from dpd.report.style import BLUE, GREEN, RED, Look
 
 CROOKED = 0.01  # p-value below which points do not follow a law, and its numbers are not judged
@@ -105,7 +105,7 @@ def put_stress_noise(data, runs, which):
     and of means of all samples, as ``every_step_noise``.
 
     ``runs``: replicas of one point, with both pressure tensors as series. ``which``: of the five
-    components of `dpd.analysis.fluctuations.shear_components`; the last is the difference across
+    components of `dpd.analysis.viscosity.shear_components`; the last is the difference across
     layers along z.
     """
     both = []

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.analysis.flow import Measured
 from dpd.analysis.statistics import jackknife_error
+from dpd.analysis.viscosity import Measured
 
 if TYPE_CHECKING:
     import numpy.typing as npt

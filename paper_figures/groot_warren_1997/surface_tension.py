@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dpd.analysis.composition import CLEAR, composition
-from dpd.analysis.flow import Measured
 from dpd.analysis.interfaces import interface_width, slabs
 from dpd.analysis.statistics import mean_and_error
+from dpd.analysis.viscosity import Measured
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 

@@ -90,42 +90,21 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
     put("momentum_per_bead", per_bead, "m r_c / tau", "largest component met, over all samples")
     for name, variable in runs[0].data_vars.items():
         parts = [run[name] for run in runs]
-        units, long_name = variable.attrs["units"], variable.attrs["long_name"]
         if variable.dims == ("sample",) and name != "time":
-            mean, error, degrees, tau = _means([part.values for part in parts], shape[-1])
-            step = np.array([float(run.time[0]) for run in runs])
-            put(name, mean, units, long_name)
-            put(f"{name}_error", error, units, f"standard error of {long_name}")
-            put(f"{name}_degrees", degrees, "1", f"degrees of freedom of {name}_error")
-            put(
-                f"{name}_correlation_time", tau * step, "tau",
-                f"integrated autocorrelation time of {long_name}",
-            )  # fmt: skip
-            trends = [trend(run.time.values, part.values) for run, part in zip(runs, parts)]
-            slope = f"linear trend of {long_name}"
-            put(f"{name}_trend", [t.slope for t in trends], f"{units} / tau", slope)
-            put(
-                f"{name}_trend_error", [t.error for t in trends],
-                f"{units} / tau", f"standard error of {slope}",
-            )  # fmt: skip
-            spread = f"standard deviation of {long_name} about its trend"
-            put(f"{name}_spread", [t.spread for t in trends], units, spread)
-        elif "sample" not in variable.dims and _alike(parts):
-            put(name, padded([part.values for part in parts]), units, long_name, variable.dims)
-            data = data.assign_coords(
-                {c: runs[0][c] for c in variable.dims if c in runs[0].coords and c not in data}
-            )
-        elif "sample" not in variable.dims and len({part.shape for part in parts}) == 1:
-            # As the slices of boxes that change: their places belong to each run.
-            put(name, [part.values for part in parts], units, long_name, variable.dims)
+            for suffix, *column in _summed(runs, name, shape[-1]):
+                put(name + suffix, *column)
+        elif "sample" not in variable.dims and (
+            _alike(parts) or len({part.shape for part in parts}) == 1
+        ):
+            about = variable.attrs["units"], variable.attrs["long_name"]
+            put(name, padded([part.values for part in parts]), *about, variable.dims)
             for own in sorted(set(variable.dims) & set(runs[0].coords) - set(data.variables)):
                 places = [run[own] for run in runs]
                 if _alike(places):
                     data = data.assign_coords({own: places[0]})
-                elif f"{own}_of_run" not in data:
-                    units, long_name = (places[0].attrs[key] for key in ("units", "long_name"))
-                    values = [place.values for place in places]
-                    put(f"{own}_of_run", values, units, long_name, (own,))
+                elif f"{own}_of_run" not in data:  # as the slices of boxes that change
+                    about = places[0].attrs["units"], places[0].attrs["long_name"]
+                    put(f"{own}_of_run", [place.values for place in places], *about, (own,))
     if len({run.time.values.tobytes() for run in runs}) == 1:
         data = data.assign_coords(time=("time", runs[0].time.values, runs[0].time.attrs))
         for name in sweep.series:
@@ -165,6 +144,24 @@ def samples_of(runs: xr.Dataset, observable: str) -> int:
     scene = first_scene(runs)
     configurations = scene.steps.sample // scene.observe[observable].every
     return scene.beads * configurations * runs.scene.size
+
+
+def _summed(runs, name, replicas):
+    """What stays of a series of each run: endings of names, values, units and long names."""
+    series, attrs = [run[name].values for run in runs], runs[0][name].attrs
+    units, long_name = attrs["units"], attrs["long_name"]
+    mean, error, degrees, times = _means(series, replicas)
+    times = times * np.array([float(run.time[0]) for run in runs])
+    trends = [trend(run.time.values, each) for run, each in zip(runs, series)]
+    slope, slope_error, spread = zip(*trends)
+    text = f"linear trend of {long_name}"
+    yield "", mean, units, long_name
+    yield "_error", error, units, f"standard error of {long_name}"
+    yield "_degrees", degrees, "1", f"degrees of freedom of {name}_error"
+    yield "_correlation_time", times, "tau", f"integrated autocorrelation time of {long_name}"
+    yield "_trend", slope, f"{units} / tau", text
+    yield "_trend_error", slope_error, f"{units} / tau", f"standard error of {text}"
+    yield "_spread", spread, units, f"standard deviation of {long_name} about its trend"
 
 
 def _means(series, replicas):

@@ -1,0 +1,224 @@
+"""Viscosity of a fluid under shear, in flows that a body force drives, and at rest.
+
+A steady flow u(z) along one axis, across the other, obeys Newton's law of viscosity and the
+balance of forces, eta u'' = -rho g, with rho beads per volume and the force g on each. So the
+profile is a parabola, whose curvature gives eta. Viscosities are in kT tau / r_c^dimension.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from dpd.analysis.statistics import independent_mean_and_error, mean_and_error, over_replicas
+from dpd.errors import UserError
+
+NEAR_WALL = 2.0  # r_c from a wall, within which the fluid is layered and feels the wall
+PARTS = 20  # of a run, each long beside the memory of the stress
+
+
+class Measured(NamedTuple):
+    """A value and its standard error, which knows about correlation between blocks."""
+
+    value: float
+    error: float
+
+
+def viscosity(run: xr.Dataset, settled: float = 0.0) -> Measured:
+    """Viscosity of a run under shear: the mean shear stress over the rate, eta = -<P_xy> / rate.
+
+    The stress is that of all forces, with velocities about the flow: conservative, friction and
+    noise, kinetic. It belongs to the kT and the rate of the run, see `heating`.
+
+    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
+    ``settled``: time in tau that is left out at the beginning. Result: with an error that knows the
+    correlation of samples. Raises `UserError` if the run has no shear, or did not measure the
+    stress.
+    """
+    stress, time = _stress(run), run.time.values
+    mean, error, _ = mean_and_error(stress[time > settled])
+    rate = _rate(str(run.attrs["scene"]))
+    return Measured(mean / rate, error / abs(rate))
+
+
+def viscosities(sweep: xr.Dataset) -> xr.Dataset:
+    """`viscosity` at each point of a collected sweep, replicas taken together.
+
+    ``sweep``: of runs under shear, with the dimension ``replica``. Returns ``viscosity`` and
+    ``viscosity_error`` over the other axes. Raises `UserError` as `viscosity`.
+    """
+    stress = _stress(sweep)
+    rates = np.vectorize(_rate, otypes=[float])(sweep.scene.values)
+    errors = sweep.shear_stress_error.values / abs(rates)
+    value, error = over_replicas(stress / rates, errors, -1)
+    along = sweep.shear_stress.dims[:-1]
+    found = xr.Dataset(
+        {"viscosity": (along, value), "viscosity_error": (along, error)},
+        {name: sweep[name] for name in along},
+    )
+    units = sweep.shear_stress.attrs["units"].replace("kT", "kT tau")
+    found.viscosity.attrs = {"units": units, "long_name": "viscosity"}
+    found.viscosity_error.attrs = {"units": units, "long_name": "standard error of the viscosity"}
+    return found
+
+
+def heating(run: xr.Dataset) -> float:
+    """Heat that the flow of a run makes in kT / (tau r_c^dimension): stress times rate.
+
+    The thermostat takes it up; kT rises until it does.
+
+    ``run``: as of `viscosity`.
+    """
+    return float(_stress(run).mean() * _rate(str(run.attrs["scene"])))
+
+
+def _stress(runs: xr.Dataset) -> np.ndarray:
+    if "shear_stress" not in runs:
+        raise UserError(
+            "no shear stress was measured: a scene needs the key 'shear', and the observable "
+            "'thermo' with pressure"
+        )
+    return np.asarray(runs.shear_stress.values, dtype=float)
+
+
+def _rate(scene: str) -> float:
+    return float(json.loads(scene)["shear"]["rate"])
+
+
+class Channel(NamedTuple):
+    """What a flow between two walls tells.
+
+    - ``viscosity``: eta in kT tau / r_c^3.
+    - ``slip``: slip length in r_c: how far behind the plane of the wall the parabola of the middle
+      of the channel would be at rest; negative if it is at rest in front of it.
+    """
+
+    viscosity: Measured
+    slip: Measured
+
+
+def viscosity_of_two_flows(
+    run: xr.Dataset, strength: float, edge: float, axis: int = 0
+) -> Measured:
+    """Shear viscosity from two opposite flows in a periodic box.
+
+    A body force acts in the lower half of an axis, and the opposite one in the upper half. With
+    h = edge / 2 the flow of the lower half is u(z) = rho g z (h - z) / (2 eta), and the other is
+    the same backwards (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
+    Layers at the same place of both halves are taken together, which removes a drift of the box.
+
+    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``,
+    of which there is an even number. ``strength``: g, the force on a bead in the lower half, in kT
+    / r_c. ``edge``: of the box across the flows, in r_c. ``axis``: of the flows. Raises
+    `ValueError` if the number of layers is odd.
+    """
+    velocity = run.velocity_profile.values[:, axis]
+    layers = velocity.shape[1]
+    if layers % 2:
+        raise ValueError(f"{layers} layers cannot be halved; choose 'bin' for an even number")
+    half = 0.5 * edge
+    flow = 0.5 * (velocity[:, : layers // 2] - velocity[:, layers // 2 :])
+    z, thickness = run.layer.values[: layers // 2], edge / layers
+    # The mean of z (h - z) over a layer.
+    shape = z * (half - z) - thickness**2 / 12
+    curvature = flow @ shape / (shape @ shape)
+    density = float(run.bead_profile.mean())
+    return _viscosity(density * strength, 2 * curvature)
+
+
+def channel_flow(run: xr.Dataset, strength: float, apart: float, axis: int = 0) -> Channel:
+    """Shear viscosity and slip length from one flow between two walls.
+
+    A parabola u(z) = u_0 - c (z - L / 2)^2 is fitted to the middle of the channel, further than
+    `NEAR_WALL` from both walls; eta = rho g / (2 c), with the density rho there. It is at rest at
+    z = -b, with the slip length b = u(0) / u'(0) of the plane of the lower wall, by the tangent of
+    the parabola.
+
+    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.
+    ``strength``: g, the force on a bead, in kT / r_c. ``apart``: distance L of the walls in r_c.
+    ``axis``: of the flow. Raises `ValueError` if fewer than three layers are far enough from both
+    walls.
+    """
+    z = run.layer.values
+    bulk = (z > NEAR_WALL) & (z < apart - NEAR_WALL)
+    if bulk.sum() < 3:
+        raise ValueError(
+            f"{bulk.sum()} layers are further than {NEAR_WALL:g} r_c from both walls, and a "
+            "parabola needs three; take walls further apart, or thinner layers"
+        )
+    velocity = run.velocity_profile.values[:, axis, bulk]
+    density = float(run.bead_profile.values[:, bulk].mean())
+    square = (z[bulk] - 0.5 * apart) ** 2 + (z[1] - z[0]) ** 2 / 12
+    about = square - square.mean()
+    curvature = -velocity @ about / (about @ about)
+    top = velocity.mean(axis=1) + curvature * square.mean()
+    c, highest = curvature.mean(), top.mean()
+    # b = (u_0 - c L^2 / 4) / (c L), to first order in what a block deviates by
+    slip = (highest - c * apart**2 / 4) / (c * apart)
+    slips = slip + (top - highest) / (c * apart) - (curvature - c) * highest / (c**2 * apart)
+    return Channel(_viscosity(density * strength, 2 * curvature), _measured(slips))
+
+
+def _viscosity(force, second_derivatives):
+    """eta = force / -u'', from one second derivative per block; its error to first order."""
+    mean = second_derivatives.mean()
+    eta = force / mean
+    return _measured(eta - eta * (second_derivatives - mean) / mean)
+
+
+def _measured(values):
+    """Mean and error of one value per block."""
+    mean, error, _ = mean_and_error(values)
+    return Measured(float(mean), float(error))
+
+
+def viscosity_of_fluctuations(
+    tensor: np.ndarray, dt: float, volume: float, kT: float, memory: float
+) -> Measured:
+    """Shear viscosity by the Einstein relation (Helfand 1960) of the pressure tensor.
+
+    With S_ab(t), the integral of P_ab over a time t,
+
+        <S_ab(t)^2>  =  2 eta kT t / V + constant
+
+    as soon as t is longer than the memory of the stress. P must hold all forces, friction and noise
+    too, and each step: noise has no memory, and what it adds up to in one step counts. The slope is
+    that from t to 3 t. Five components are independent: xy, xz, yz, (xx - yy) / 2 and
+    (2 zz - xx - yy) / sqrt(12).
+
+    ``tensor``: (n, 3, 3) array; the pressure tensor with all forces at each step, in kT / r_c^3.
+    ``dt``: time step in tau. ``volume``: in r_c^3. ``memory``: t in tau, from which the slope is
+    taken. Result: eta in kT tau / r_c^3. The error is that of the mean over `PARTS` parts of the
+    run, which count as independent. Raises `ValueError` if a part would be shorter than 9 t.
+    """
+    first = max(1, round(memory / dt))
+    size = len(tensor) // PARTS
+    if size < 9 * first:
+        raise ValueError(
+            f"a run of {len(tensor)} steps has parts of {size} steps; {9 * first} are needed"
+        )
+    stress = shear_components(tensor)
+    parts = stress[: size * PARTS].reshape(PARTS, size, -1)
+    slopes = [(_spread(part, 3 * first) - _spread(part, first)) / (2 * first) for part in parts]
+    eta = np.array(slopes) * dt * volume / (2 * kT)
+    mean, error = independent_mean_and_error(eta)
+    return Measured(float(mean), float(error))
+
+
+def shear_components(tensor: np.ndarray) -> np.ndarray:
+    """Five components of a pressure tensor, each with the variance of an off-diagonal one.
+
+    ``tensor``: (n, 3, 3) array. Result: (n, 5) array.
+    """
+    xx, yy, zz = (tensor[:, k, k] for k in range(3))
+    off = [(tensor[:, a, b] + tensor[:, b, a]) / 2 for a, b in ((0, 1), (0, 2), (1, 2))]
+    return np.stack([*off, (xx - yy) / 2, (2 * zz - xx - yy) / np.sqrt(12)], axis=1)
+
+
+def _spread(stress, steps):
+    """Mean square of the sum of the stress over so many steps, all components together."""
+    sums = np.concatenate([np.zeros((1, stress.shape[1])), np.cumsum(stress, axis=0)])
+    return ((sums[steps:] - sums[:-steps]) ** 2).mean()
