@@ -24,7 +24,10 @@ from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
 from dpd.scene.start import start_digest, start_is_shared
-from dpd.stages import calculation_sources, figure_sources, kernels_name, run_sources, stage_digest, start_sources
+from dpd.stages import (
+    calculation_sources, figure_sources, kernels_name, run_sources,
+    stage_digest, start_sources,
+)
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -13,8 +12,8 @@ import xarray as xr
 
 from dpd.analysis.collect import load
 from dpd.errors import UserError
+from dpd.own import told_of
 from dpd.page.calculation import Quantity
-from dpd.pipeline.theory import blame_on
 from dpd.stages import calculation_sources
 
 if TYPE_CHECKING:
@@ -97,9 +96,8 @@ def calculated(point: TheoryPoint) -> dict[str, Quantity]:
     except ValueError as problem:
         raise UserError(f"{point.where}: {calculation.key}: {problem}") from None
     except Exception as problem:  # whatever a paper's own file may raise
-        path = Path(str(sys.modules[type(calculation).__module__].__file__))
-        said = blame_on(path, problem)
-        raise UserError(f"{point.where}: {calculation.key}: {said}") from None
+        said = told_of(problem, type(calculation))
+        raise UserError(f"{point.where}: {calculation.key}: calculations.py: {said}") from None
 
 
 def _former(sweep, path):

@@ -10,7 +10,7 @@ import sys
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError, suggestion
@@ -20,9 +20,6 @@ from dpd.pipeline.points import check_axes
 from dpd.pipeline.sweep import Axis, axes_of, placed, places
 from dpd.sentences import read_section
 from dpd.stages import calculations_file
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
 
@@ -97,10 +94,11 @@ def calculations_of(paper: str) -> dict[str, type[Calculation]]:
         If there is no such file, or it cannot be imported.
     """
     path = calculations_file(paper)
+    short = path.relative_to(ROOT)
     if not path.is_file():
         raise UserError(
             f"config/papers/{paper}.yaml: a sweep has 'theory', and there is no file "
-            f"{_short(path)}; write it, with a class for each calculation, as "
+            f"{short}; write it, with a class for each calculation, as "
             "paper_figures/crgw_2019 has it, or take the sweep out"
         )
     if sys.path[0] != str(ROOT):
@@ -108,19 +106,10 @@ def calculations_of(paper: str) -> dict[str, type[Calculation]]:
     try:
         module = import_module(f"paper_figures.{paper}.{path.stem}")
     except Exception as problem:  # whatever a file of someone's own may raise
-        raise UserError(f"{blame_on(path, problem)}") from None
+        said = blame(problem, [str(path)]) or f"{short}: {type(problem).__name__}: {problem}"
+        raise UserError(said) from None
     found = [each for each in vars(module).values() if isinstance(each, type)]
     return {each.key: each for each in found if issubclass(each, Calculation) and each.key}
-
-
-def blame_on(path: Path, problem: Exception) -> str:
-    """File and line of a calculation in which something went wrong, and what."""
-    files = [str(file) for file in path.parent.glob("*.py")]
-    return blame(problem, files) or f"{_short(path)}: {type(problem).__name__}: {problem}"
-
-
-def _short(path):
-    return path.relative_to(ROOT)
 
 
 def unfold_theory(
