@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import TURN, tilted, unfolded, wrapped
+from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.chains import ends_square, in_one_piece, sizes, unwrapped
+from dpd.observe.chains import ends_square, sizes, unwrapped
+from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.end_to_end import along_chain
 from dpd.particles.formats import read, write
 from dpd.particles.particles import whole_images
@@ -378,9 +380,10 @@ def test_trees_come_in_one_piece():
         whole.append(x - x[:, :, :1])
         place.append(x.reshape(3, -1))
     position = np.concatenate(place, axis=1) % np.array(scene.box)[:, None]
-    for kind, found, expected in zip(
-        scene.molecules, in_one_piece(scene.molecules, position, scene.box), whole
-    ):
+    numbers = np.arange(scene.beads, dtype=np.uint32)
+    state = State(position, np.zeros_like(position), None, numbers, None, 0)
+    now = Seen(scene, Snapshot(system_of(scene), state))
+    for kind, found, expected in zip(scene.molecules, now.in_one_piece, whole):
         np.testing.assert_allclose(found - found[:, :, :1], expected, atol=1e-12)
         again = unwrapped(found % np.array(scene.box)[:, None, None], scene.box, kind)
         np.testing.assert_allclose(again - again[:, :, :1], expected, atol=1e-12)

@@ -117,7 +117,10 @@ def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Separations, a (dimension, ...) array, at their nearest image."""
     edges, slide = _columns(apart, box), slide_of(box)
     if slide is None:
-        return apart - edges * np.rint(apart / edges)
+        far = apart / edges
+        np.rint(far, out=far)
+        far *= edges
+        return apart - far
     far = edges * np.rint(along_axes(apart, box) / edges)  # in lattice coordinates
     far[slide.flow] += slide.tilt[0] * far[slide.gradient]
     return apart - far

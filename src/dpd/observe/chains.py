@@ -32,39 +32,15 @@ class Chains(Observable, key="chains"):
         return found
 
     def measure(self, now: Any) -> Any:
-        kinds = now.scene.molecules
-        whole = in_one_piece(kinds, now.coordinates, now.lattice)
-        gyration, across = zip(*(sizes(beads, kind.ends) for kind, beads in zip(kinds, whole)))
-        ends = [ends_square(beads[:, :, kind.ends]) for kind, beads in zip(kinds, whole)]
-        return {"gyration_square": gyration, "end_to_end_square": across, "ends_square": ends}
+        found = np.zeros((3, len(now.scene.molecules)))  # 0 for single beads
+        for place, (kind, beads) in enumerate(zip(now.scene.molecules, now.in_one_piece)):
+            if len(kind.beads) > 1:
+                found[:, place] = *sizes(beads, kind.ends), ends_square(beads[:, :, kind.ends])
+        return dict(zip(("gyration_square", "end_to_end_square", "ends_square"), found))
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
         found["end_to_end_square"][:, [not kind.is_linear for kind in scene.molecules]] = np.nan
         return found
-
-
-def in_one_piece(kinds: Any, position: np.ndarray, box: tuple[float, ...]) -> list[np.ndarray]:
-    """The molecules of each kind, each in one piece.
-
-    Parameters
-    ----------
-    kinds : sequence of Molecule
-        Of the scene.
-    position : (dimension, n) array
-        In the box, in the order of identities.
-    box : tuple
-
-    Returns
-    -------
-    list of (dimension, molecules, length) array
-    """
-    found, first = [], 0
-    for kind in kinds:
-        length = len(kind.beads)
-        beads = position[:, first : first + kind.count * length]
-        found.append(unwrapped(beads.reshape(-1, kind.count, length), box, kind))
-        first += kind.count * length
-    return found
 
 
 def unwrapped(beads: np.ndarray, box: tuple[float, ...], kind: Any = None) -> np.ndarray:

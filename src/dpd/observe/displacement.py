@@ -52,13 +52,17 @@ class Displacement(Observable, key="displacement"):
 
     def measure(self, now: Any) -> Any:
         """(dimension, points, molecules): innermost beads, and the centre of mass if it differs."""
-        moved, inner = displacements(now), self.inner(now.scene)
+        moved = displacements(now)
         if (now.scene.lengths == 1).all():
-            return moved[:, inner]
-        return np.concatenate([moved[:, inner], centres(now, moved)[:, None]], axis=1)
+            return moved[:, None]
+        inner = moved[:, self.inner(now.scene)]
+        return np.concatenate([inner, centres(now, moved)[:, None]], axis=1)
 
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
         """Squared displacements: mean of the innermost beads, and centre of mass."""
-        found = ((now - then) ** 2).sum(axis=1)
-        inner = found[:, : max(1, found.shape[1] - 1)].mean(axis=1)
-        return np.stack([inner, found[:, -1]], axis=1)
+        from dpd.engine.queries.lags import squared_displacements
+
+        found = squared_displacements(now, then)
+        if found.shape[1] < 3:  # one for both, or one for each
+            return found
+        return np.stack([found[:, :2].mean(axis=1), found[:, 2]], axis=1)

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.chains import in_one_piece
 from dpd.observe.common.bins import density, middles
 from dpd.page import Change, Observable, Refusals, setting
 
@@ -50,7 +49,7 @@ class EndPoints(Observable, key="end_points"):
     def measure(self, now: Any) -> Any:
         kinds, bins = now.scene.molecules, self.bins()
         shares, beyond = np.zeros((len(kinds), len(bins) - 1)), np.zeros(len(kinds))
-        for k, beads in enumerate(in_one_piece(kinds, now.coordinates, now.lattice)):
+        for k, beads in enumerate(now.in_one_piece):
             if len(kinds[k].beads) > 1:
                 one, other = np.triu_indices(len(kinds[k].ends), 1)
                 ends = beads[:, :, kinds[k].ends]

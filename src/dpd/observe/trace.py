@@ -49,8 +49,10 @@ class Trace(Observable, key="trace"):
     def measure(self, now: Any) -> Any:
         from dpd.engine.space import unfolded
 
-        kind, image = now.scene.molecules[0], now.state.image[:, 0]
+        kind, state, image = now.scene.molecules[0], now.state, now.state.image[:, 0]
         if now.sample == 0:
             now.kept["image"][...] = image
-        beads = unwrapped(now.coordinates[:, None, : len(kind.beads)], now.lattice, kind)[:, 0]
+        places = np.flatnonzero(state.identity < len(kind.beads))
+        beads = state.position[:, None, places[np.argsort(state.identity[places])]]
+        beads = unwrapped(beads, now.lattice, kind)[:, 0]
         return unfolded(beads, (image - now.kept["image"])[:, None], now.lattice)

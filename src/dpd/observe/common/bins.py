@@ -10,4 +10,5 @@ def middles(edges: np.ndarray) -> np.ndarray:
 
 def density(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """(bins,) array: share of some numbers in each of equal bins from 0 on, over its width."""
-    return np.histogram(values, edges)[0] / (values.size * edges[1])
+    counts, _ = np.histogram(values, len(edges) - 1, (0.0, edges[-1]))  # faster than with edges
+    return counts / (values.size * edges[1])

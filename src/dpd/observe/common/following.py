@@ -32,14 +32,16 @@ def displacements(now: Snapshot) -> np.ndarray:
     begun, edges, state = now.kept["begun"], now.kept["edges"], now.state
     if now.sample == 0:
         edges[:] = now.box
-    place = now.unwrapped.T * (edges / now.box)[:, None]
+    place = now.unwrapped.T
+    place = place * (edges / now.box)[:, None] if (edges != now.box).any() else place.copy()
     if state.peculiar is not None:
         place[now.lattice.slide.flow] = state.by_identity(state.peculiar)  # type: ignore[attr-defined]
     if now.sample == 0:
         begun[...] = place
-    moved = place - begun
-    weights = None if now.system.masses is None else now.masses
-    return moved - np.average(moved, axis=1, weights=weights, keepdims=True)
+    moved = np.subtract(place, begun, out=place)
+    if now.system.masses is None:
+        return moved - moved.mean(axis=1, keepdims=True)
+    return moved - np.average(moved, axis=1, weights=now.masses, keepdims=True)
 
 
 def centres(now: Snapshot, moved: np.ndarray) -> np.ndarray:

@@ -144,9 +144,8 @@ class Measured:
         now = snapshot_of(self._scene, simulation)
         now.sample, now.kept, now.file = taken, self._kept, self.file
         with blaming(page):
-            found = page.measure(now)
-        values = {name: self._value(name, value) for name, value in self._named(found).items()}
-        with blaming(page):
+            found = self._named(page.measure(now))
+            values = {name: self._value(name, value) for name, value in found.items()}
             if self._lags:
                 self._lags.add(taken, values[COMPARED], page.compare)
         self._rows.add(taken, values)

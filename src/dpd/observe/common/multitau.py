@@ -14,7 +14,7 @@ COARSER = 4  # steps of a level in those of the level below
 PARTS = 10  # of the run, for errors that know about what all molecules share
 FINE = 320  # short parts at most, of which those are made
 FARTHEST = 0.5  # of the run: lags reach so far at least
-AT_ONCE = 16_384  # numbers of earlier samples, which stay in the cache
+AT_ONCE = 65_536  # numbers of earlier samples, which stay in the cache
 
 
 class MultipleTau:
@@ -72,7 +72,7 @@ class MultipleTau:
             Of a sample and some earlier ones, along a first axis of their own; gives a (lags,
             quantities, molecules) array.
         """
-        arrays = self.arrays
+        arrays, sample = self.arrays, np.ascontiguousarray(sample)
         if taken == FINE * arrays["part_each"][0]:
             for name in ("part_sums", "part_counts"):
                 array = arrays[name]
@@ -83,18 +83,25 @@ class MultipleTau:
             self._compare(level, taken, sample, compare)
 
     def _compare(self, level, taken, sample, compare):
+        from dpd.engine.queries.lags import add_lags
+
         arrays, number = self.arrays, taken // COARSER**level
         kept, part = arrays["earlier"][level], taken // int(arrays["part_each"][0])
         if level > 0 and number == 1:
             kept[0] = arrays["earlier"][level - 1, 0]
-        lags, some = _lags(level, number), max(1, AT_ONCE // sample.size)
-        for first in range(lags.start, lags.stop, some):
-            end = min(first + some, lags.stop)
-            earlier = kept[(number - np.arange(first, end)) % KEPT]
-            one, at = compare(sample, earlier), slice(first - 1, end - 1)
-            arrays["lag_sums"][level, at] += one
-            arrays["part_sums"][level, part, at] += one.mean(axis=2)
+        # Earlier samples by their number, in the order in which they lie: the longest lag first.
+        first, last = max(0, number - KEPT), number - (1 if level == 0 else KEPT // COARSER + 1)
+        while first <= last:
+            place = first % KEPT
+            end = min(last + 1, first + KEPT - place, first + max(1, AT_ONCE // sample.size))
+            at, then = slice(number - end, number - first), kept[place : place + end - first]
+            sums, found = arrays["lag_sums"][level, at], compare(sample, then)
+            if found.shape[1] not in (1, sums.shape[1]) or found.shape[::2] != sums.shape[::2]:
+                raise ValueError(f"'compare' gives {found.shape}, instead of {sums.shape}")
+            found = np.ascontiguousarray(found, float)
+            add_lags(sums, arrays["part_sums"][level, part, at], found)
             arrays["part_counts"][level, part, at] += 1
+            first = end
         kept[number % KEPT] = sample
 
     def results(self, taken: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -137,8 +144,3 @@ def _levels_at(taken, levels):
         if taken % COARSER**level or (level and not taken):
             break
         yield level
-
-
-def _lags(level, number):
-    """Lags of a level, in its own samples, for which it has an earlier sample."""
-    return range(1 if level == 0 else KEPT // COARSER + 1, min(number, KEPT) + 1)

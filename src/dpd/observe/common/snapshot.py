@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.engine.simulation import Snapshot as Configuration
 from dpd.engine.space import nearest, unfolded
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
-    from dpd.engine.simulation import Snapshot as Configuration
     from dpd.scene.scene import Scene
 
 
@@ -54,12 +54,6 @@ class Snapshot:
         With the values that hold now.
     step : int
         Since the run began, equilibration included.
-    time : float
-        The same in tau.
-    box : (dimension,) array
-        Edges in r_c as they are now; between walls with the gaps behind both planes.
-    volume : float
-        In r_c^dimension; between walls that of the fluid.
     sample : int
         How many samples the page that looks has taken before.
     kept : dict of str to array
@@ -72,17 +66,28 @@ class Snapshot:
     """
 
     def __init__(self, scene: Scene, simulation: Configuration) -> None:
-        self.system, self.state = simulation.system, simulation.state
-        self.lattice, self.volume = simulation.box, simulation.volume
-        self.step, self.time = self.state.step, scene.tau(self.state.step)
-        self.scene = scene.during(self.step - 1, max(self.step, 1))[-1]
-        self.box = fixed(np.array(self.lattice))
+        self.system, self.state, self.lattice = simulation.system, simulation.state, simulation.box
+        self.step, self._whole = self.state.step, scene
+        one = len(scene.stages) == 1
+        self.scene = scene if one else scene.during(self.step - 1, max(self.step, 1))[-1]
         self.sample, self.file = 0, None
         self.kept: dict[str, np.ndarray] = {}
         self._near = -1.0
-        # Images repeat along an axis that does not end.
-        repeats = [axis not in scene.ended for axis in range(scene.dimension)]
-        self._edges = np.where(repeats, self.box, 0.0)
+
+    @property
+    def time(self) -> float:
+        """tau since the run began."""
+        return float(self._whole.tau(self.step))
+
+    @cached_property
+    def box(self) -> np.ndarray:
+        """(dimension,) array of edges as they are now; between walls with the gaps behind both."""
+        return fixed(np.array(self.lattice))
+
+    @cached_property
+    def volume(self) -> float:
+        """In r_c^dimension; between walls that of the fluid."""
+        return Configuration(self.system, self.state).volume
 
     @property
     def dimension(self) -> int:
@@ -146,8 +151,21 @@ class Snapshot:
     def bond_vectors(self) -> np.ndarray:
         """(bonds, dimension) array in r_c, from the first bead of each bond to the second one."""
         one, other = self.scene.bonded.T
-        apart = self.coordinates[:, other] - self.coordinates[:, one]
+        apart = self.coordinates.take(other, axis=1) - self.coordinates.take(one, axis=1)
         return fixed(nearest(apart, self.lattice).T)
+
+    @cached_property
+    def in_one_piece(self) -> list[np.ndarray]:
+        """(dimension, molecules, length) arrays: the molecules of each kind, each in one piece."""
+        found, bead, bond, vectors = [], 0, 0, self.bond_vectors.T
+        for kind in self.scene.molecules:
+            count, length = kind.count, len(kind.beads)
+            first = self.coordinates[:, bead : bead + count * length : length, None]
+            steps = vectors[:, bond : bond + count * (length - 1)]
+            steps = steps.reshape(self.dimension, count, length - 1)
+            found.append(kind.summed(np.concatenate([first, steps], axis=2)))
+            bead, bond = bead + count * length, bond + count * (length - 1)
+        return found
 
     @cached_property
     def bond_lengths(self) -> np.ndarray:
@@ -166,7 +184,7 @@ class Snapshot:
         """
         if self.system.shear is not None:
             raise UserError("pairs of a snapshot are not known under shear, where images slide")
-        half = self._edges[self._edges > 0].min(initial=np.inf) / 2
+        half = min((e for e in self._periods if e), default=np.inf) / 2
         if not 0 < within <= half:
             raise UserError(
                 f"pairs within {within:g} r_c: allowed: > 0, and half the box, {half:g}"
@@ -176,13 +194,18 @@ class Snapshot:
         near = self._pairs.distance <= within
         return Pairs(*(each[near] for each in self._pairs))
 
+    @property
+    def _periods(self):
+        """Edges of axes along which images repeat, 0 for those that end."""
+        return [0.0 if axis in self.scene.ended else e for axis, e in enumerate(self.box)]
+
     def _find(self, within):
         from scipy.spatial import cKDTree
 
-        positions = self.positions % self.box
-        i, j = cKDTree(positions, boxsize=self._edges).query_pairs(within, output_type="ndarray").T
+        positions, edges = self.positions % self.box, np.array(self._periods)
+        i, j = cKDTree(positions, boxsize=edges).query_pairs(within, output_type="ndarray").T
         apart = positions[i] - positions[j]
-        apart -= self._edges * np.round(apart / self.box)
+        apart -= edges * np.round(apart / self.box)
         return Pairs(i, j, np.linalg.norm(apart, axis=1))
 
 
