@@ -19,7 +19,7 @@ class Diffusion(Observable, key="diffusion"):
     """
 
     stands = frozenset(Change) - {Change.PACE}
-    interval, from_first = 0.2, True
+    from_first = True
     gives = {
         "diffusion_bead": (
             ("sample", "species"), "r_c^2 / tau",
