@@ -17,8 +17,8 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe import observables
-from dpd.observe.common.following import displacements, followed
 from dpd.observe.common.snapshot import Snapshot as Seen
+from dpd.observe.displacement import displacements, followed
 from dpd.particles.formats import read, write
 from dpd.pipeline.status import look_at
 from dpd.runs.run import Options, simulate

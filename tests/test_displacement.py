@@ -8,11 +8,10 @@ from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.observe import observables
-from dpd.observe.common.following import displacements, followed
 from dpd.observe.common.measured import Measured
 from dpd.observe.common.multitau import COARSER, KEPT
 from dpd.observe.common.snapshot import Snapshot as Seen
-from dpd.observe.displacement import Displacement
+from dpd.observe.displacement import Displacement, displacements, followed
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.systems import by_identity

@@ -33,21 +33,10 @@ if TYPE_CHECKING:
 def observables(
     scene: Scene, system: System, path: str | Path | None = None, state: State | None = None
 ) -> list[Any]:
-    """The observables that a scene asks for, and the watch over its bonds.
+    """The `Measured` of what a scene asks for, and of the watch over its bonds.
 
-    Parameters
-    ----------
-    scene : Scene
-    system : System
-    path : path or None
-        Of the result, beside which some write files of their own; without it they do not.
-    state : State or None
-        Of the run, for a look at it: a function of one's own says so the shape of what it gives,
-        which is a number otherwise.
-
-    Returns
-    -------
-    list of Measured
+    Some write files of their own beside a result at ``path``, if there is one. A function of one's
+    own looks at the ``state`` to know the shape of what it gives, which is a number otherwise.
     """
     from dpd.engine.simulation import Snapshot as Configuration  # with Numba: to read takes none
 

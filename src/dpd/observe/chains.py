@@ -44,15 +44,9 @@ class Chains(Observable, key="chains"):
 
 
 def unwrapped(beads: np.ndarray, box: tuple[float, ...], kind: Any = None) -> np.ndarray:
-    """Molecules in one piece: each bead at the image nearest to the one that it hangs on.
+    """(dimension, molecules, length) array: molecules of a kind, or chains, in one piece.
 
-    Parameters
-    ----------
-    beads : (dimension, molecules, length) array
-        In the box.
-    box : tuple
-    kind : Molecule
-        Of which they are; a chain if not given.
+    Each bead is at the image nearest to the one that it hangs on.
     """
     from dpd.engine.space import nearest
 
@@ -67,12 +61,7 @@ def unwrapped(beads: np.ndarray, box: tuple[float, ...], kind: Any = None) -> np
 def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
     """Mean squared radius of gyration, and distance between the first and last end.
 
-    Parameters
-    ----------
-    molecules : (dimension, molecules, length) array
-        Each in one piece.
-    ends : sequence of int
-        Numbers of beads.
+    Of a (dimension, molecules, length) array, each in one piece; ends are numbers of beads.
     """
     spread = molecules - molecules.mean(axis=2, keepdims=True)
     across = molecules[:, :, ends[-1]] - molecules[:, :, ends[0]]
@@ -81,17 +70,11 @@ def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
 
 
 def ends_square(ends: np.ndarray) -> float:
-    """Mean squared distance of ends over all pairs of ends of a molecule, and all molecules.
+    """Mean squared distance over all pairs of the n ends of a molecule, and all molecules.
 
-    It is twice their mean squared distance from their common centre, times n / (n - 1).
-
-    Parameters
-    ----------
-    ends : (dimension, molecules, n) array
-        Of molecules in one piece.
+    It is twice their mean squared distance from their common centre, times n / (n - 1). Ends are a
+    (dimension, molecules, n) array, of molecules in one piece.
     """
     n = ends.shape[2]
-    if n < 2:
-        return 0.0
     spread = ends - ends.mean(axis=2, keepdims=True)
     return float((spread**2).sum(axis=0).mean() * 2 * n / (n - 1))

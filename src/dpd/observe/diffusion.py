@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.following import centres, displacements, followed
+from dpd.observe.displacement import centres, displacements, followed
 from dpd.page import Change, Observable
 
 
@@ -12,7 +12,7 @@ class Diffusion(Observable, key="diffusion"):
     """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
 
     The time t counts from the first sample. Displacements are those from that one start, relative
-    to the centre of mass of all beads, as `dpd.observe.common.following` has them; of a molecule,
+    to the centre of mass of all beads (`dpd.observe.displacement.displacements`); of a molecule,
     that of its centre of mass. D(t) tends to the diffusion coefficient where t is long enough for
     beads to have lost their velocity, and chains to have moved their own size. For an error, or for
     averages over many starts, see the observable ``displacement``.

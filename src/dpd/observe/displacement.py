@@ -4,18 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.following import centres, displacements, followed
 from dpd.page import Change, Observable, interval_setting, once
 
 
 class Displacement(Observable, key="displacement"):
     """Mean-square displacement of innermost beads and of centres of mass.
 
-    By multiple-tau correlation (`dpd.observe.common.multitau`), of displacements as
-    `dpd.observe.common.following` has them: relative to the centre of mass of all beads.
-    "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
-    even number. By default samples are 0.8 tau apart, which resolves how beads diffuse; their free
-    flight before that takes an ``every`` of 0.1 tau or less.
+    By multiple-tau correlation (`dpd.observe.common.multitau`), relative to the centre of mass of
+    all beads (`dpd.observe.displacement.displacements`). "Innermost" is the bead in the middle of
+    the longest way through a molecule, two of them for an even number. By default samples are 0.8
+    tau apart, which resolves how beads diffuse; their free flight before that takes an ``every`` of
+    0.1 tau or less.
     """
 
     stands = frozenset(Change) - {Change.PACE}
@@ -66,3 +65,40 @@ class Displacement(Observable, key="displacement"):
         if found.shape[1] < 3:  # one for both, or one for each
             return found
         return np.stack([found[:, :2].mean(axis=1), found[:, 2]], axis=1)
+
+
+def followed(scene: Any) -> dict[str, np.ndarray]:
+    """What a page keeps that follows beads: where they began, in which box."""
+    return {"begun": np.zeros((scene.dimension, scene.beads)), "edges": np.zeros(scene.dimension)}
+
+
+def displacements(now: Any) -> np.ndarray:
+    """(dimension, beads) array: displacements of all beads since the first sample.
+
+    By the boxes that the state counts for each bead, however far apart samples are. They are
+    relative to the centre of mass of all beads, so a drift of the box does not count; nor does the
+    flow of a shear, along which the state has the way of each bead by itself. At constant pressure
+    places are those in a box that keeps the edges of the first sample, so that to be moved with the
+    box does not count as a motion.
+    """
+    begun, edges, state = now.kept["begun"], now.kept["edges"], now.state
+    if now.sample == 0:
+        edges[:] = now.box
+    place = now.unwrapped.T
+    if state.box is not None:
+        place = place * (edges / now.box)[:, None]
+    if state.peculiar is not None:
+        place = place.copy()
+        place[now.lattice.slide.flow] = state.by_identity(state.peculiar)
+    if now.sample == 0:
+        begun[...] = place
+    moved = place - begun
+    if now.system.masses is None:
+        return moved - moved.mean(axis=1, keepdims=True)
+    return moved - np.average(moved, axis=1, weights=now.masses, keepdims=True)
+
+
+def centres(now: Any, moved: np.ndarray) -> np.ndarray:
+    """(dimension, molecules) array: displacements of centres of mass, from those of beads."""
+    first = np.cumsum(now.scene.lengths) - now.scene.lengths
+    return np.add.reduceat(now.masses * moved, first, axis=1) / np.add.reduceat(now.masses, first)

@@ -59,11 +59,7 @@ def _chains(scene):
 
 
 def along_chain(kind: Any) -> np.ndarray:
-    """(bonds,) array: which way each bond of a linear molecule counts, from one end to the other.
-
-    A bond goes from a bead to one with a higher number. It is 1 for those that do so on the way
-    from the first end to the last, which are all if the beads are numbered along the molecule.
-    """
+    """(bonds,) array: 1 for bonds from a bead to one further from the first end, -1 for others."""
     parents, sign, bead = kind.parents, np.ones(len(kind.beads) - 1), int(kind.ends[0])
     while bead > 0:
         sign[bead - 1] = -1

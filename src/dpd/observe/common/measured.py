@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dpd.errors import UserError, suggestion
-from dpd.observe.common.blocks import Blocks
+from dpd.observe.common.blocks import KINDS, Blocks, Rows
 from dpd.observe.common.multitau import MultipleTau
-from dpd.observe.common.rows import KINDS, Rows
 from dpd.observe.common.snapshot import snapshot_of
 from dpd.own import told_of
 
@@ -34,7 +33,7 @@ TIMES = {
 
 
 class Sampled(NamedTuple):
-    """What a page sees that measures sums: those of some samples, and of which system they are."""
+    """What a page sees that measures sums, of some samples."""
 
     scene: Scene
     system: System
@@ -53,26 +52,10 @@ def blaming(page: Observable) -> Iterator[None]:
 
 
 class Measured:
-    """All that has been measured by a page in a run.
+    """All that has been measured by a page in a run, an observer of `dpd.engine.loop.run`.
 
-    Parameters
-    ----------
-    page : Observable
-    scene : Scene
-    system : System
-    path : path or None
-        Of the page's own file; None where it writes none.
-
-    Attributes
-    ----------
-    key, every
-        Of the page.
-    equilibration : bool
-        Whether it looks at the equilibration as well.
-    arrays : dict of str to array
-        All that it keeps: ``taken``, the number of samples, and what these have left.
-    file, file_bytes
-        The page's own file, or None, and the size that it will have.
+    ``arrays`` are all that a checkpoint has to hold: ``taken``, the number of samples, and what
+    these have left. ``file`` is the page's own, at ``path``, ``file_bytes`` its size in the end.
     """
 
     def __init__(
@@ -116,7 +99,6 @@ class Measured:
         self.arrays |= arrays
 
     def _lengths(self, name, dimensions):
-        """Of some dimensions, of the page or of all pages."""
         scene = self._scene
         known = {
             "axis": scene.dimension, "axis2": scene.dimension, "bead": scene.beads,
@@ -133,13 +115,7 @@ class Measured:
         return tuple(each if isinstance(each, int | np.integer) else len(each[0]) for each in found)
 
     def sample(self, simulation: Simulation) -> None:
-        """Let the page look.
-
-        Raises
-        ------
-        UserError
-            If it fails, or gives something else than it says.
-        """
+        """Let the page look; a UserError if it fails, or gives something else than it says."""
         page, taken = self._page, int(self.arrays["taken"][0])
         now = snapshot_of(self._scene, simulation)
         now.sample, now.kept, now.file = taken, self._kept, self.file
@@ -153,7 +129,6 @@ class Measured:
         self.arrays["taken"][0] = taken + 1
 
     def _named(self, found):
-        """What the page finds, by name."""
         if not isinstance(found, Mapping):
             found = {next(iter(self._shapes)): found}
         known = self._shapes.keys() | self._page.gives.keys()
@@ -202,7 +177,6 @@ class Measured:
             yield name, (self._along(*dimensions), finished[name], units, text)
 
     def _results(self):
-        """What was measured by name, and times of samples, frames and lags."""
         taken, samples = int(self.arrays["taken"][0]), np.arange(1, self._samples + 1)
         found, times = self._rows.results(taken) | self._blocks.results(taken), {}
         if "sample" in self._kinds:
@@ -219,7 +193,6 @@ class Measured:
         return found, times
 
     def _tau(self, samples):
-        """Time that intervals between samples take, behind the equilibration."""
         return self._scene.tau(samples, self._scene.steps.equilibrate, self.every)
 
     def _over(self, kind):
@@ -228,7 +201,6 @@ class Measured:
         return self._page.over.get(kind, (f"{self.key}_{kind}", f"{self.key}_{time}"))
 
     def _along(self, kind, *dimensions):
-        """Dimensions in the file."""
         first = {"largest": ("block",), "run": (), "last": ()}.get(kind, (kind,))
         return tuple(
             self._over(each)[0] if each in TIMES else each for each in (*first, *dimensions)

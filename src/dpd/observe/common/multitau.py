@@ -26,7 +26,8 @@ class MultipleTau:
 
     A level begins with its second sample, when the level below still holds its first; so it does
     not matter how long the run was planned to be, which only gives the room. Parts of the run are
-    made of short ones, of which two neighbours become one whenever all places are full.
+    made of short ones, of which two neighbours become one whenever all places are full. ``arrays``
+    are all that a checkpoint has to hold.
 
     Parameters
     ----------
@@ -36,11 +37,6 @@ class MultipleTau:
         Of a sample, molecules last.
     quantities : int
         Results per molecule.
-
-    Attributes
-    ----------
-    arrays : dict
-        All that a checkpoint has to hold.
     """
 
     def __init__(self, samples: int, shape: tuple[int, ...], quantities: int) -> None:
@@ -55,23 +51,8 @@ class MultipleTau:
             "part_counts": np.zeros((levels, FINE, KEPT), np.int64),
         }
 
-    def add(
-        self,
-        taken: int,
-        sample: np.ndarray,
-        compare: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    ) -> None:
-        """Compare a sample with those before it.
-
-        Parameters
-        ----------
-        taken : int
-            Samples before it.
-        sample : array
-        compare : callable
-            Of a sample and some earlier ones, along a first axis of their own; gives a (lags,
-            quantities, molecules) array.
-        """
+    def add(self, taken: int, sample: np.ndarray, compare: Callable[..., np.ndarray]) -> None:
+        """Compare a sample with those ``taken`` before it, by a page's `compare`."""
         arrays, sample = self.arrays, np.ascontiguousarray(sample)
         if taken == FINE * arrays["part_each"][0]:
             for name in ("part_sums", "part_counts"):
@@ -79,7 +60,9 @@ class MultipleTau:
                 array[:, : FINE // 2] = array[:, 0::2] + array[:, 1::2]
                 array[:, FINE // 2 :] = 0
             arrays["part_each"] *= 2
-        for level in _levels_at(taken, len(arrays["earlier"])):
+        for level in range(len(arrays["earlier"])):
+            if taken % COARSER**level or (level and not taken):  # nor any level above
+                break
             self._compare(level, taken, sample, compare)
 
     def _compare(self, level, taken, sample, compare):
@@ -136,11 +119,3 @@ class MultipleTau:
         return (
             lag[seen], sums[seen] / total[seen, None, None], counts[:, seen], parts[:, seen],
         )  # fmt: skip
-
-
-def _levels_at(taken, levels):
-    """Levels that take up a sample, by its number; the first one, those above do not need."""
-    for level in range(levels):
-        if taken % COARSER**level or (level and not taken):
-            break
-        yield level

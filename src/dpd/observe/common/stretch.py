@@ -30,9 +30,9 @@ class Stretch(Observable, key="stretch"):
 
     def measure(self, now: Any) -> Any:
         """Look, and end the run if there are too many for all of its looks."""
-        members, looks = now.scene.bonded, now.scene.steps.sample // self.every
-        now.kept["count"] += stretched(now.coordinates, members, now.lattice)
-        count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * len(members) * looks)
+        bonds, looks = len(now.bond_vectors), now.scene.steps.sample // self.every
+        now.kept["count"] += stretched(now.bond_vectors.T, now.lattice)
+        count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * bonds * looks)
         if count > allowed:
             edges = " x ".join(f"{edge:g}" for edge in now.box)
             raise LostRun(
@@ -46,18 +46,11 @@ class Stretch(Observable, key="stretch"):
         return {}
 
 
-def stretched(position: np.ndarray, members: np.ndarray, box: tuple[float, ...]) -> int:
+def stretched(bonds: np.ndarray, box: tuple[float, ...]) -> int:
     """Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
 
-    Parameters
-    ----------
-    position : (dimension, n) array
-        In the order of identities.
-    members : (bonds, 2) uint32 array
-    box : tuple
-        Of images that slide, the axes of their lattice count.
+    (dimension, bonds) vectors, at nearest images; where images slide, axes are those of the box.
     """
-    from dpd.engine.space import along_axes, nearest
+    from dpd.engine.space import along_axes
 
-    apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
-    return int((np.abs(along_axes(apart, box)) > STRETCHED * np.array(box)[:, None]).sum())
+    return int((np.abs(along_axes(bonds, box)) > STRETCHED * np.array(box)[:, None]).sum())

@@ -26,11 +26,6 @@ class ThermalMotion:
     force drives them through each other, that counts as heat. A fit by least squares, weighted by
     mass, takes up as many degrees of freedom as it has coefficients, and those that are left stand
     for all.
-
-    Parameters
-    ----------
-    scene : Scene
-    system : System
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
@@ -39,13 +34,7 @@ class ThermalMotion:
         self._layers = [Layers(scene, *each) for each in system.flow]
 
     def kinetic(self, sums: Sums) -> np.ndarray:
-        """(samples, dimension, dimension) array: the sum of m c c; NaN where no bead is free.
-
-        Parameters
-        ----------
-        sums : Sums
-            Of that system.
-        """
+        """(samples, dimension, dimension) array: the sum of m c c; NaN where no bead is free."""
         d, beads = self._system.dimension, sums.beads.sum(axis=1)
         second, crossed, matrix = (
             sums.moments[..., :d, :d], sums.moments[..., :d, d:], sums.moments[..., d:, d:]
