@@ -186,7 +186,7 @@ def test_who_imports_what_a_scene_may_lack():
     files = {file_of(page) for page in pages}
     assert not set(users(files, reachable(STAGES["simulate"])))
     assert set(users(files, reachable(tuple(pages)))) == {
-        "observe/trace.py", "observe/end_points.py",
+        "observe/trace.py", "observe/diffusion.py",
     }  # fmt: skip
     users_of_terms = set(users(unused(frozenset()), reachable(STAGES["simulate"])))
     users_of_terms -= {"observe/common/stretch.py"}  # which watches over bonds where there are some
