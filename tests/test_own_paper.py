@@ -1,10 +1,16 @@
 """A paper of one's own: the example that people copy, and the least that a paper needs."""
 
+import os
+import shutil
+import subprocess
+import sys
+
+import pandas as pd
 import pytest
 import xarray as xr
 
 from dpd.pipeline.study import read_config
-from tests.test_pipeline import copy_repository, planned, snakemake
+from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 
 def test_nothing_makes_the_example_unless_it_is_asked_for():
@@ -17,9 +23,11 @@ def test_the_example(tmp_path):
     """Its runs, its figure, its report; a copy under another name works as well."""
     folder = copy_repository(tmp_path / "copy")
     papers, figures = folder / "config" / "papers", folder / "paper_figures"
-    text = (papers / "example.yaml").read_text()
-    (papers / "mine.yaml").write_text(text.replace("sample: 4000", "sample: 400"))
-    (figures / "example").rename(figures / "mine")  # what is copied needs nothing of the original
+    python = [sys.executable, "-m", "dpd", "new", "--paper", "mine"]
+    there = os.environ | {"PYTHONPATH": str(folder / "src")}
+    subprocess.run(python, cwd=folder, env=there, check=True)
+    edit(papers / "mine.yaml", "sample: 4000", "sample: 400")
+    shutil.rmtree(figures / "example")  # what is copied needs nothing of the original
     (papers / "example.yaml").unlink()
     done = snakemake(folder, "--config", "papers=[mine]")
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
@@ -27,6 +35,9 @@ def test_the_example(tmp_path):
     with xr.open_dataset(results / "mine" / "figures" / "scaled_pressure.nc") as numbers:
         assert numbers.scaled.sizes == {"density": 5}
         assert abs(float(numbers.scaled.sel(density=6)) - 0.1) < 0.01
+    table = pd.read_csv(results / "verdicts-mine.csv")
+    assert table.quantity[0] == "excess pressure over a rho^2, mean over densities of 3 and more"
+    assert len(table) == 1 and abs(table.value[0] - 0.1) < 0.01 and table.error[0] < 0.01
     page = (results / "report-mine.html").read_text()
     assert "Pressure of the DPD fluid" in page and page.count("data:image/png") == 1
     assert planned(folder, "--config", "papers=[mine]") == {}

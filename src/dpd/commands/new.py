@@ -1,4 +1,4 @@
-"""Example scenes to begin with, which the package holds."""
+"""Example scenes to begin with, which the package holds; a paper to begin with, in a clone."""
 
 from __future__ import annotations
 
@@ -31,6 +31,11 @@ def add_to(stages: Stages) -> None:
         help=f"write {SCHEMA} beside it too, by which editors with a YAML language server, as VS "
         "Code, complete and check its keys",
     )  # fmt: skip
+    new.add_argument(
+        "--paper", metavar="NAME",
+        help="write a paper of your own into this clone instead: a sweep, a figure, a published "
+        "number that it is held against, and what to say of that",
+    )  # fmt: skip
     add_overwrite(new)
 
 
@@ -38,8 +43,11 @@ def _new(options: Namespace) -> None:
     from dpd.commands.main import called
     from dpd.digest import PACKAGE
     from dpd.errors import UserError, suggestion
-    from dpd.files import check_output, refuse_to_replace, replace_whole
+    from dpd.files import check_output
 
+    if options.paper is not None:
+        _new_paper(options.paper, options.overwrite)
+        return
     known = {path.stem: path.read_text() for path in sorted((PACKAGE / "scenes").glob("*.yaml"))}
     if options.name is None:
         for name, text in known.items():
@@ -55,13 +63,43 @@ def _new(options: Namespace) -> None:
         written = {path: f"# yaml-language-server: $schema={SCHEMA}\n{text}"}
         written[path.with_name(SCHEMA)] = json.dumps(scene_schema(), indent=1) + "\n"
     check_output(path, ".yaml")
-    new = {file: data for file, data in written.items() if not _holds(file, data)}
-    for file in new if not options.overwrite else ():
-        refuse_to_replace(file)
-    for file, data in new.items():
-        replace_whole(file, partial(Path.write_text, data=data))
+    _write(written, options.overwrite)
     print(f"{path}: {_sentence(text)}")
     print(f"to run it: {called()} run {path} -o {path.stem}.nc")
+
+
+def _new_paper(name, overwrite):
+    """The example paper under another name."""
+    from dpd.digest import ROOT
+    from dpd.errors import UserError
+    from dpd.pipeline.study import check_paper_name
+
+    check_paper_name(name)
+    papers, figures = ROOT / "config" / "papers", ROOT / "paper_figures"
+    text = (papers / "example.yaml").read_text()
+    if name == "example" or not (figures / "example").is_dir():
+        raise UserError(f"--paper: {name!r}: the example is what is copied; take another name")
+    text = text[text.index("title:") :].replace("/example/", f"/{name}/")
+    written = {papers / f"{name}.yaml": text}
+    for path in sorted((figures / "example").iterdir()):
+        if path.is_file():
+            written[figures / name / path.name] = path.read_text()
+    for path in written:
+        path.parent.mkdir(exist_ok=True)
+    _write(written, overwrite)
+    print("\n".join(str(path.relative_to(ROOT)) for path in written))
+    print(f"to make it: snakemake --cores 2 --config papers='[{name}]'")
+
+
+def _write(written, overwrite):
+    """Texts by their paths; none where another text is there, unless that is to be replaced."""
+    from dpd.files import refuse_to_replace, replace_whole
+
+    new = {path: text for path, text in written.items() if not _holds(path, text)}
+    for path in new if not overwrite else ():
+        refuse_to_replace(path)
+    for path, text in new.items():
+        replace_whole(path, partial(Path.write_text, data=text))
 
 
 def _sentence(text):

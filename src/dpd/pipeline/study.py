@@ -330,6 +330,12 @@ def _feeds(given, sweeps, measurements, key):
     return Figure(**named)
 
 
+def check_paper_name(name: str) -> None:
+    """Refuse a name that a paper of one's own could not have, or no repository to put it in."""
+    check_repository()
+    _check_name("papers", name)
+
+
 def check_repository() -> None:
     """Refuse to go on without the project's repository, where its papers and studies are.
 
