@@ -61,7 +61,9 @@ def fluid():
 @pytest.mark.parametrize("name", MODULES)
 def test_examples(name, folder):
     """They say what happens."""
-    found = doctest.testmod(import_module(name))
+    scene, given = doctest.DocTestParser().get_examples(dpd.run.__doc__)[1], {"dpd": dpd}
+    exec(scene.source, given)
+    found = doctest.testmod(import_module(name), extraglobs=given)
     assert found.attempted > 2 and not found.failed
 
 

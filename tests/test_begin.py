@@ -23,9 +23,8 @@ from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
 from dpd.sources import file_of, reachable
 from dpd.stages import STAGES
-from dpd.start.common.make import make_start, species_of
+from dpd.start.common.make import compile_start, make_start, species_of
 from dpd.start.common.matching import chains_of, order_of
-from dpd.start.common.quick import compile_start
 
 MELT = {
     "dimension": 3,

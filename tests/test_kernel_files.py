@@ -124,8 +124,7 @@ RUN = f"""{FIRST}
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
-from dpd.start.common.make import make_start, system_of
-from dpd.start.common.quick import random_start
+from dpd.start.common.make import make_start, random_start, system_of
 for point in points:
     scene, system = point.scene, system_of(point.scene)
     simulation = Simulation(system, make_start(random_start(scene)))

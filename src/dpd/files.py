@@ -40,16 +40,8 @@ def write(
 ) -> None:
     """Write a NetCDF file; a kill while writing leaves nothing under its name.
 
-    Parameters
-    ----------
-    path : path
-    variables : dict
-        Name to (dimensions, array, units, long_name), and attributes of its own if it has some.
-    attributes : dict
-        Strings and numbers.
-    groups : dict or None
-        Name of a group to its plain arrays by name, see `read_group`. Who opens the file does not
-        see them unless they ask for the group.
+    Groups have plain arrays by name, see `read_group`. Who opens the file does not see them unless
+    they ask for the group.
     """
     replace_whole(path, lambda draft: _fill(draft, variables, attributes, groups or {}))
 
@@ -58,11 +50,6 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     """Let ``make(draft)`` write a draft beside ``path``, then put it in its place.
 
     A failure removes the draft; a kill leaves it, but nothing under the name asked for.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be written, or if something is there that is not a file.
     """
     path = Path(path)
     check_output(path)
@@ -78,19 +65,8 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
 def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
     """Refuse a place where a result would do harm, before anything is written.
 
-    Parameters
-    ----------
-    path : path
-    suffix : str
-        That the name must have, as ``.nc``; run.NC would share with run.nc what lies beside them.
-    inputs : list of path
-        Files that are read: a result must not take the place of one.
-
-    Raises
-    ------
-    UserError
-        If the name has another suffix, a backslash, or is not UTF-8, if there is something that is
-        not a file, or if it is one of the inputs, under this name or another.
+    That is a name with another suffix (run.NC would share with run.nc what lies beside them), with
+    a backslash or not UTF-8, one of what is not a file, or of an input under any name.
     """
     path = Path(path)
     _check_name(path)
@@ -149,19 +125,7 @@ def _same(one, other):
 
 
 def check_room(path: str | Path, size: int) -> None:
-    """Refuse a place where a file of some bytes cannot be written, before it is needed.
-
-    Parameters
-    ----------
-    path : path
-        Of the file to come; its folder is made.
-    size : int
-
-    Raises
-    ------
-    UserError
-        If the folder cannot be made or written, or its disk has less room.
-    """
+    """Refuse a place where a file of some bytes cannot be written; its folder is made."""
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -224,7 +188,6 @@ def _dimension(file, axis, size):
 
 
 def _put_plain(group, arrays):
-    """Arrays without units; a dimension for each size."""
     for name, array in arrays.items():
         sizes = [_dimension(group, f"size_{size}", size) for size in array.shape]
         compressed = {"zlib": True, "complevel": 1} if array.ndim else {}
@@ -244,18 +207,7 @@ def _put(file, variables, attributes):
 
 
 def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Read a NetCDF file that `write` made.
-
-    Returns
-    -------
-    variables : dict of str to array
-    attributes : dict
-
-    Raises
-    ------
-    UserError
-        If it is missing or is not NetCDF.
-    """
+    """Variables and attributes of a NetCDF file; `UserError` if it is missing or is not NetCDF."""
     with _reading(path) as file:
         file.set_auto_mask(False)
         variables = {name: variable[...] for name, variable in file.variables.items()}
@@ -263,13 +215,7 @@ def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
-    """Arrays of a group of a NetCDF file by name; none where it has no such group.
-
-    Raises
-    ------
-    UserError
-        If it is missing or is not NetCDF.
-    """
+    """Arrays of a group of a NetCDF file by name; none where it has no such group."""
     with _reading(path) as file:
         file.set_auto_mask(False)
         if name not in file.groups:
@@ -284,16 +230,7 @@ def attribute(path: str | Path, name: str) -> Any:
 
 
 def check_input(path: str | Path) -> None:
-    """Refuse to read what is no file.
-
-    Parameters
-    ----------
-    path : path
-
-    Raises
-    ------
-    UserError
-    """
+    """Refuse to read what is no file."""
     _check_name(path)
     there = _status(path)
     if there is None:
@@ -347,13 +284,7 @@ def is_of_system(problem: BaseException) -> bool:
 def check_digest(
     path: str | Path, attributes: Mapping[str, Any], name: str, expected: str, remedy: str
 ) -> None:
-    """Refuse a file that other sources made.
-
-    Raises
-    ------
-    UserError
-        If the attribute ``name`` is not the expected digest.
-    """
+    """Refuse a file that other sources made: its attribute ``name`` is not the expected digest."""
     found = attributes.get(name)
     if found != expected:
         raise UserError(f"{path}: made by other sources ({name} {found}, now {expected}); {remedy}")

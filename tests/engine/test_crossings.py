@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dpd.engine.queries.crossings import crossing_bonds
 from dpd.errors import UserError
-from dpd.start.common.growth import segments_meet
+from dpd.start.common.growth import segments_intersect
 from tests.engine.exact import crossings_by_looking, meet
 from tests.systems import chains
 
@@ -123,7 +123,7 @@ def two_segments(draw):
 def test_segments_meet(ends, offset):
     """Every product and difference is exact here, so touching is told from all but touching."""
     moved = [float(x + o) / UNIT for end in ends for x, o in zip(end, offset)]
-    assert segments_meet(*moved) == meet(*ends)
+    assert segments_intersect(*moved) == meet(*ends)
 
 
 @pytest.mark.thorough

@@ -23,12 +23,11 @@ REMEDY = "if it should be the result of a run or a sweep, make it again"
 
 
 def load(path: str | os.PathLike) -> xr.Dataset:
-    """Read the result of a run or of a sweep.
+    """Read the result of a run or of a sweep, which `dpd.run`, `dpd.sweep` or ``dpd run`` wrote.
 
     Parameters
     ----------
     path : path
-        A file that `dpd.run`, `dpd.sweep` or the command ``dpd run`` wrote.
 
     Returns
     -------
@@ -49,16 +48,12 @@ def load(path: str | os.PathLike) -> xr.Dataset:
 
     Examples
     --------
-    >>> import dpd
-    >>> fluid = {
-    ...     "dimension": 2, "box": 8, "molecules": [{"architecture": "A", "density": 2}],
-    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    ...     "steps": {"equilibrate": 100, "sample": 200},
-    ... }
+    With ``fluid`` as in `dpd.run`:
+
     >>> made = dpd.run(fluid, output="fluid.nc", progress=False)
     >>> run = dpd.load("fluid.nc")
     >>> run.kT.dims, run.time.units, run.pressure.units
-    (('time',), 'tau', 'kT / r_c^2')
+    (('time',), 'tau', 'kT / r_c^3')
     >>> run.equals(made)
     True
     """
@@ -70,43 +65,21 @@ def load(path: str | os.PathLike) -> xr.Dataset:
         return data
     if "scene_digest" not in data.attrs:
         raise UserError(f"{path}: neither the result of a run nor of a sweep; {REMEDY}")
-    written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    return described(as_series(data), f"{written:%Y-%m-%dT%H:%M:%SZ} written by dpd run")
-
-
-def as_series(data: xr.Dataset) -> xr.Dataset:
-    """A run whose samples are numbered by time, and whose units name its dimension."""
     if "sample" in data.dims:
         data = data.set_coords("time").swap_dims(sample="time")
     dimension = str(data.sizes["axis"]) if "axis" in data.sizes else "dimension"
     for variable in data.variables.values():
         if "units" in variable.attrs:
             variable.attrs["units"] = variable.attrs["units"].replace("dimension", dimension)
-    return data
-
-
-def described(data: xr.Dataset, history: str) -> xr.Dataset:
-    """The same with attributes for people and programs before those that the file has.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-    history : str
-        When and by what it was written.
-
-    Returns
-    -------
-    xarray.Dataset
-    """
+    written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     made = ", ".join(f"{name} {data.attrs[name]}" for name in ("sources", "numpy", "numba"))
+    warned = {key: data.attrs[key] for key in ("warning",) if key in data.attrs}
     about = {
         "title": f"Dissipative particle dynamics of {data.attrs['beads']} beads",
         "source": f"dpd-papers ({made})",
-        "history": history,
+        "history": f"{written:%Y-%m-%dT%H:%M:%SZ} written by dpd run",
         "comment": UNITS,
         "Conventions": CONVENTIONS,
     }
-    warned = {key: data.attrs[key] for key in ("warning",) if key in data.attrs}
-    data = data.copy()
     data.attrs = warned | about | data.attrs  # the first ones are shown
     return data

@@ -7,7 +7,6 @@ import time
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,12 +16,13 @@ from dpd.api.datasets import load
 from dpd.api.runs import (
     as_scene,
     checked,
-    checked_threads,
     keyboard_interrupt,
+    place_for,
     plain,
-    refuse_files_beside,
+    refuse_more_files,
     warn,
 )
+from dpd.arguments import count
 from dpd.arguments import steps as number_of_steps
 from dpd.engine import simulation as engine
 from dpd.engine.loop import counts_from, run
@@ -61,13 +61,7 @@ class Simulation:
     ----------
     scene : path, dict or dpd.Scene
         See `dpd.run`; a dict needs no ``steps.sample``.
-    observe, pages : list, optional
-        See `dpd.run`.
-    start : path, optional
-        First configuration, as in `dpd.run`.
-    threads : int, optional
-        Threads that share the work.
-    progress : bool, optional
+    observe, pages, start, threads, progress : optional
         See `dpd.run`.
 
     Raises
@@ -77,22 +71,19 @@ class Simulation:
 
     Examples
     --------
-    >>> import dpd
-    >>> fluid = {
-    ...     "dimension": 3, "box": 4, "molecules": [{"architecture": "A", "density": 3}],
-    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    ... }
+    With ``fluid`` as in `dpd.run`:
+
     >>> sim = dpd.Simulation(fluid, progress=False)
     >>> sim.run(200)
     >>> sim.positions.shape, sim.step, round(sim.time, 6)
-    ((192, 3), 200, 8.0)
+    ((648, 3), 200, 8.0)
     >>> sim.set({"repulsion.A A": 30}, dt=0.02, kT=1.5)
     >>> sim.run(200)
     >>> bool(1.2 < sim.kT < 1.8), round(sim.time, 6)
     (True, 12.0)
     >>> run = sim.result()
     >>> run.kT.size, float(run.time[-1].round(6))
-    (100, 12.0)
+    (75, 8.0)
     >>> sim.save("hotter.nc")  # for dpd.load, dpd.extend and dpd.draw
     """
 
@@ -109,7 +100,7 @@ class Simulation:
         if isinstance(scene, Mapping) and isinstance(length := scene.get("steps", {}), Mapping):
             scene = {**scene, "steps": {"sample": ROOM, **length}}
         given = as_scene(scene, observe, pages)
-        refuse_files_beside(given, "dpd.run(..., output='run.nc')")
+        refuse_more_files(given, "dpd.run(..., output='run.nc')")
         if start:
             given, state = begin(given, Path(start), None, warn)
         else:
@@ -125,7 +116,9 @@ class Simulation:
         self._schedule: list[dict[str, Any]] = []
         for each in given.data.get("schedule", []):
             self._enter(each["step"], each["set"])
-        self._engine = engine.Simulation(self._systems[0][1], state, checked_threads(threads))
+        self._engine = engine.Simulation(
+            self._systems[0][1], state, checked("threads", count, threads)
+        )
         self._observers = self._watching(self._scene)
 
     def __repr__(self) -> str:
@@ -165,13 +158,7 @@ class Simulation:
         return snapshot_of(self._scene, self._engine)
 
     def run(self, steps: int) -> None:
-        """Go on for some steps; Ctrl-C stops it, and it can go on from there.
-
-        Raises
-        ------
-        dpd.UserError
-            If the system blows up.
-        """
+        """Go on for some steps; Ctrl-C stops it, and it can go on from there."""
         last = self.step + checked("steps", number_of_steps, steps)
         if (sample := last - self._equilibrate) > self._room:
             room = max(sample, 2 * self._room)
@@ -225,21 +212,15 @@ class Simulation:
         dpd.UserError
             If the system has not run for longer than its equilibration.
         """
-        with TemporaryDirectory(prefix="dpd-") as folder:
-            self.save(path := Path(folder) / "run.nc")
+        with place_for(None, "run.nc") as path:
+            self.save(path)
             return load(path)
 
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
         """Write the result as ``dpd run`` does, with all that was set as its ``schedule``.
 
         Its scene, run by `dpd.run`, comes to the same bits; so does the result made longer by
-        `dpd.extend` and this simulation run for longer.
-
-        Raises
-        ------
-        dpd.UserError
-            If there is nothing to write yet, or it cannot be written, or something would be
-            replaced unasked.
+        `dpd.extend` and this simulation run for longer. Nothing is replaced unasked.
         """
         path, state = Path(path), self._engine.state
         files.check_output(path, ".nc")

@@ -25,6 +25,8 @@ from dpd.runs.extend import extend as make_longer
 from dpd.runs.run import Options
 from dpd.runs.run import run as run_alone
 from dpd.scene.scene import Scene
+from dpd.scene.sections import Basics
+from dpd.scene.yaml import read_yaml
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -56,7 +58,7 @@ def run(
     scene : path, dict or dpd.Scene
         What to simulate; a path is that of a YAML file.
     observe : list, optional
-        What to measure beside what the scene names: functions as ``def gyration(snapshot)``, which
+        More to measure than the scene names: functions as ``def gyration(snapshot)``, which
         return a number or an array of a `dpd.observe.common.snapshot.Snapshot`; objects of classes
         of one's own, as ``Gyration(of="A")``; names, as a scene has them. Functions and classes
         stand in a file or a cell of a notebook, with all that they use.
@@ -110,10 +112,11 @@ def run(
     """
     scene = as_scene(scene, observe, pages)
     if output is None:
-        refuse_files_beside(scene, "dpd.run(..., output='run.nc')")
-    with _output(output) as path:
+        refuse_more_files(scene, "dpd.run(..., output='run.nc')")
+    with place_for(output, "run.nc") as path:
         every = None if output is None else CHECKPOINT_EVERY
-        options = _options(threads, every, overwrite, progress, tell=_say_nothing, label="dpd.run")
+        more = {"tell": lambda sentence: None, "label": "dpd.run"}
+        options = _options(threads, every, overwrite, progress, **more)
         with keyboard_interrupt():
             run_alone(scene, path, Path(start) if start else None, options)
         return load(path)
@@ -153,17 +156,13 @@ def extend(
 
     Examples
     --------
-    >>> import dpd
-    >>> fluid = {
-    ...     "dimension": 3, "box": 4, "molecules": [{"architecture": "A", "density": 3}],
-    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    ...     "steps": {"equilibrate": 20, "sample": 200},
-    ... }
+    With ``fluid`` as in `dpd.run`:
+
     >>> short = dpd.run(fluid, output="short.nc", progress=False)
     >>> longer = dpd.extend("short.nc", sample=100, output="longer.nc", progress=False)
     >>> short.time.size, longer.time.size
-    (50, 75)
-    >>> bool((longer.kT[:50] == short.kT).all())
+    (100, 125)
+    >>> bool((longer.kT[:100] == short.kT).all())
     True
     """
     run, longer = Path(path), Path(path if output is None else output)
@@ -175,7 +174,7 @@ def extend(
 
 def _options(threads, every_seconds, overwrite, progress, **more):
     bar = partial(Progress, bar=progress)
-    threads = checked_threads(threads)
+    threads = checked("threads", count, threads)
     return Options(threads, every_seconds, overwrite, own=True, say=warn, progress=bar, **more)
 
 
@@ -195,29 +194,30 @@ def as_scene(
 ) -> Scene:
     """A scene from what a person gives for one, with more pages and observables.
 
-    Raises
-    ------
-    dpd.UserError
-        If it is not allowed, or a page stands in no file, where no other process could find it.
+    Refused is also a page that stands in no file, where no other process could find it.
     """
     refuse_to_run()
+    if isinstance(given, Scene) and not observe and not pages:
+        return given
     asked = [_asked(page) for page in observe]
     pages = [*pages, *(page for _, page in asked if page is not None)]
+    where, folder = "scene", Path()
     if isinstance(given, str | os.PathLike):
-        scene = Scene.read(Path(given), pages)
+        path = Path(given)
+        data, where, folder = read_yaml(path), str(path), path.parent
     elif isinstance(given, Scene):
-        scene = Scene(given.data, given.where, pages=pages) if pages else given
+        data, where = given.data, given.where
     elif isinstance(given, Mapping):
-        scene = Scene(plain(given), pages=pages)
+        data = plain(given)
     else:
         raise UserError(
             f"scene: {type(given).__name__} is none; allowed: a path of a YAML file, a dict, or a "
             "dpd.Scene"
         )
-    if not asked:
-        return scene
-    observe = [*scene.data["observe"], *(item for item, _ in asked)]
-    return Scene(scene.data | {"observe": observe}, scene.where)
+    named = data.get("observe", Basics.model_fields["observe"].default)
+    if isinstance(named, list):  # the scene refuses all else
+        data = data | {"observe": [*named, *(item for item, _ in asked)]}
+    return Scene(data, where, folder, pages)
 
 
 def _asked(page):
@@ -244,18 +244,8 @@ def plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
-def checked_threads(threads: int) -> int:
-    """A number of threads that is one; see `checked`."""
-    return checked("threads", count, threads)
-
-
 def checked(name: str, kind: Callable[[str], int], value: object) -> int:
-    """A number as an argument of a command has it.
-
-    Raises
-    ------
-    dpd.UserError
-    """
+    """A number as an argument of a command has it."""
     try:
         return kind(str(value))
     except ArgumentTypeError as problem:
@@ -263,16 +253,16 @@ def checked(name: str, kind: Callable[[str], int], value: object) -> int:
 
 
 @contextmanager
-def _output(given: str | os.PathLike | None) -> Iterator[Path]:
-    """A path for the result: as asked for, or one that is there for a while."""
-    if given is not None:
-        yield Path(given)
+def place_for(result: str | os.PathLike | None, name: str = "") -> Iterator[Path]:
+    """Where a result goes: as asked for, or where it is there for a while."""
+    if result is not None:
+        yield Path(result)
         return
     with TemporaryDirectory(prefix="dpd-") as folder:
-        yield Path(folder) / "run.nc"
+        yield Path(folder, name)
 
 
-def refuse_files_beside(scene: Scene, call: str) -> None:
+def refuse_more_files(scene: Scene, call: str) -> None:
     """Refuse a run whose files would be lost; a ``call`` says how they would not."""
     for name in scene.files_beside("run.nc"):
         raise UserError(
@@ -286,7 +276,3 @@ def warn(sentence: str) -> None:
     if sentence:
         with suppress(ValueError):
             warnings.warn(sentence, stacklevel=2)
-
-
-def _say_nothing(sentence: str) -> None:
-    """What a command prints stands in the attributes of the result."""

@@ -8,9 +8,8 @@ import sys
 import warnings
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,7 +18,8 @@ import yaml
 from dpd import files
 from dpd.analysis.collect import collect, save
 from dpd.api.datasets import CONVENTIONS, UNITS
-from dpd.api.runs import as_scene, checked_threads, plain, refuse_files_beside, warn
+from dpd.api.runs import as_scene, checked, place_for, plain, refuse_more_files, warn
+from dpd.arguments import count
 from dpd.digest import PACKAGE
 from dpd.errors import Occupied, UserError, shown
 from dpd.pipeline.paths import run_file
@@ -31,7 +31,7 @@ from dpd.runs.result import is_made, result_there
 from dpd.sentences import read_section
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     import xarray as xr
 
@@ -67,21 +67,17 @@ def sweep(
         with a list of its values, which are numbers or words. Several keys, or text such as
         ``"A 10"``, need a name and what the axis of a paper has (see config/README.md), as
         ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
-    observe, pages : list, optional
+    observe, pages, progress : optional
         See `dpd.run`.
     replicas : int, optional
         Runs of each combination, with seeds of their own.
-    processes : int, optional
-        Runs at a time; if not given, as many as there are cores for.
-    threads : int, optional
-        Threads of each run.
+    processes, threads : int, optional
+        Runs at a time, as many as there are cores for if not given; threads of each run.
     output : path, optional
         A folder for the results. Those that are there already, of the same scene, are not made
         again, with a warning where another version of this program made them; a run that was
         stopped goes on. The dataset is kept in it as ``sweep.nc``. Without it nothing is left on
         the disk.
-    progress : bool, optional
-        See `dpd.run`.
     overwrite : bool, optional
         Whether to replace results of other scenes and versions, and a ``sweep.nc`` of other axes.
 
@@ -100,12 +96,8 @@ def sweep(
 
     Examples
     --------
-    >>> import dpd
-    >>> fluid = {
-    ...     "dimension": 3, "box": 4, "molecules": [{"architecture": "A", "density": 3}],
-    ...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    ...     "steps": {"equilibrate": 100, "sample": 300},
-    ... }
+    With ``fluid`` as in `dpd.run`:
+
     >>> found = dpd.sweep(fluid, {"repulsion.A A": [10, 25]}, replicas=2, progress=False)
     >>> dict(found.pressure.sizes)
     {'repulsion.A A': 2, 'replica': 2}
@@ -113,12 +105,14 @@ def sweep(
     >>> bool(soft < hard), bool((found.pressure_error > 0).all())
     (True, True)
     """
-    planned = _planned(as_scene(scene, observe, pages), axes, plain(replicas))
-    threads = checked_threads(threads)
-    workers = _workers(plain(processes), threads)
+    planned = _planned(as_scene(scene, observe, pages), axes, _positive("replicas", replicas))
+    threads = checked("threads", count, threads)
+    if processes is None:
+        processes = max(1, len(os.sched_getaffinity(0)) // threads)
+    workers = _positive("processes", processes)
     if output is None:
-        refuse_files_beside(planned.points[0].scene, "dpd.sweep(..., output='runs')")
-    with _folder(output) as folder:
+        refuse_more_files(planned.points[0].scene, "dpd.sweep(..., output='runs')")
+    with place_for(output) as folder:
         missing = [point for point in planned.points if _is_missing(point, folder, overwrite)]
         if not overwrite:
             _refuse_other(folder / "sweep.nc", planned)
@@ -134,12 +128,6 @@ def sweep(
 
 
 def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int) -> Sweep:
-    """The points of a sweep.
-
-    Raises
-    ------
-    dpd.UserError
-    """
     key = f"{fixed(scene).where}: sweep"
     described = {}
     for name, values in plain(axes).items():
@@ -150,29 +138,15 @@ def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int
             described[name] = {"values": values, "set": name, "units": "reduced", "long_name": name}
         else:
             raise UserError(f"{key}.axes.{name}: {shown(values)} is no list, such as [0.1, 0.2]")
-    if isinstance(replicas, bool) or not isinstance(replicas, int) or replicas < 1:
-        raise UserError(f"replicas: {replicas!r} is out of range; allowed: 1, 2, ...")
     given = {"scene": scene.data, "replicas": replicas}
     return unfold("dpd", "sweep", given, key, described)
 
 
-def _workers(processes: int | None, threads: int) -> int:
-    cores = len(os.sched_getaffinity(0))
-    if processes is None:
-        return max(1, cores // threads)
-    if isinstance(processes, bool) or not isinstance(processes, int) or processes < 1:
-        raise UserError(f"processes: {processes!r} is out of range; allowed: 1, 2, ...")
-    return processes
-
-
-@contextmanager
-def _folder(given: str | os.PathLike | None) -> Iterator[Path]:
-    """A folder for the results: as asked for, or one that is there for a while."""
-    if given is not None:
-        yield Path(given)
-        return
-    with TemporaryDirectory(prefix="dpd-") as folder:
-        yield Path(folder)
+def _positive(name: str, given: object) -> int:
+    number = plain(given)
+    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+        raise UserError(f"{name}: {given!r} is out of range; allowed: 1, 2, ...")
+    return number
 
 
 def _is_missing(point: Point, folder: Path, overwrite: bool) -> bool:
@@ -220,7 +194,6 @@ class _Runs:
         self._stopped = False
 
     def run(self, point: Point) -> _Outcome:
-        """Run a point."""
         result = Path(run_file(self._folder, point.name))
         if self._stopped:
             return _Outcome(point.name)
@@ -255,13 +228,7 @@ class _Runs:
 
 
 def _run_all(points: Sequence[Point], runs: _Runs, workers: int, progress: bool | None) -> None:
-    """Run points of a sweep.
-
-    Raises
-    ------
-    dpd.UserError
-        If some of them failed, once the others have ended.
-    """
+    """Run points of a sweep; say what failed once all have ended."""
     with (
         Progress(len(points), "dpd.sweep", progress) as done,
         ThreadPoolExecutor(workers) as pool,

@@ -31,8 +31,8 @@ def add_to(stages: Stages) -> None:
 
 def _convert(options: Namespace) -> None:
     from dpd.files import check_output, refuse_to_replace
+    from dpd.particles.fields import IMAGE
     from dpd.particles.formats import WRITTEN, read, refuse_suffix, write
-    from dpd.particles.image_data import IMAGE
 
     refuse_suffix(options.target, (*WRITTEN, IMAGE))
     check_output(options.target, inputs=[options.source])
@@ -49,8 +49,7 @@ def _convert(options: Namespace) -> None:
 
 
 def _convert_field(options):
-    from dpd.particles.fields import read_fields
-    from dpd.particles.image_data import write_image
+    from dpd.particles.fields import read_fields, write_image
 
     fields = read_fields(Path(options.source))
     frame = fields.number(options.frame, options.source)

@@ -1,7 +1,9 @@
-"""Density fields of a finished run."""
+"""Density fields of a finished run, also as VTK image data, which ParaView and OVITO open."""
 
 from __future__ import annotations
 
+from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,9 +13,14 @@ from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
 FIELD = "density_field"  # the variable, and the observable
+IMAGE = ".vti"
+THICK = 1.0  # r_c, the one cell along z in which a field of two dimensions lies
+_ASKED_FOR = (
+    "holds no density field, which a run.nc does if its scene says "
+    "'observe: [{density_field: {every: 20, average: 10}}]'"
+)
 
 
 class Fields(NamedTuple):
@@ -21,8 +28,6 @@ class Fields(NamedTuple):
 
     Attributes
     ----------
-    names : tuple of str
-        Of the species.
     time : (frames,) array
         In tau since the end of equilibration.
     box : (frames, dimension) array
@@ -45,13 +50,7 @@ class Fields(NamedTuple):
         return f"densities of {', '.join(self.names)} in {cells} cells, {len(self.time)} frames"
 
     def number(self, frame: int, path: object) -> int:
-        """The number of a frame that may be counted from the last one, as -1.
-
-        Raises
-        ------
-        UserError
-            If there is no such frame.
-        """
+        """A frame that may be counted from the last one, as -1, from 0 on; refused if not there."""
         count = len(self.time)
         if not -count <= frame < count:
             raise UserError(
@@ -62,13 +61,7 @@ class Fields(NamedTuple):
 
 
 def read_fields(path: Path) -> Fields:
-    """Read the density fields of a ``run.nc``.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be read, or has none.
-    """
+    """The density fields of a ``run.nc``; `UserError` if it cannot be read, or has none."""
     if path.suffix.lower() != ".nc":
         files.check_input(path)
         raise UserError(f"{path}: {_ASKED_FOR}")
@@ -77,19 +70,7 @@ def read_fields(path: Path) -> Fields:
 
 
 def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
-    """The density fields among the variables of a run.
-
-    Parameters
-    ----------
-    variables : dict of str to array
-    path : path
-        Where they come from, for messages.
-
-    Raises
-    ------
-    UserError
-        If there are none, or only damaged ones.
-    """
+    """The density fields among the variables of a run; refused if they are lacking or damaged."""
     if FIELD not in variables:
         raise UserError(f"{path}: {_ASKED_FOR}")
     density, box = variables[FIELD], variables.get("field_box", np.zeros((0, 0)))
@@ -104,7 +85,38 @@ def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
     return Fields(tuple(map(str, names)), time[there], box[there], density[there])
 
 
-_ASKED_FOR = (
-    "holds no density field, which a run.nc does if its scene says "
-    "'observe: [{density_field: {every: 20, average: 10}}]'"
-)
+def write_image(fields: Fields, frame: int, path: str | Path) -> None:
+    """Write one frame, counted from 0, with a scalar ``density A`` of the cells for each species A.
+
+    The grid fills the box, whose corner is at 0. A field of two dimensions is one cell thick, in
+    the middle of which is z = 0. Its time is not in the file.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be written, or the library that writes it is not installed.
+    """
+    try:
+        from pyevtk.hl import imageToVTK
+    except ModuleNotFoundError:
+        raise UserError(
+            f"{path}: the library pyevtk, which writes VTK files, is not installed: pip install "
+            "'dpd-papers[draw]'"
+        ) from None
+    density, box = fields.density[frame], fields.box[frame]
+    spacing = [float(edge) / cells for edge, cells in zip(box, density.shape[1:])]
+    origin = [0.0, 0.0, 0.0]
+    if fields.dimension == 2:
+        density, spacing, origin = density[..., None], [*spacing, THICK], [0.0, 0.0, -THICK / 2]
+    cells = {f"density {name}": np.asfortranarray(one) for name, one in zip(fields.names, density)}
+
+    def make(draft):
+        made = Path(f"{draft}{IMAGE}")  # the library adds this to every name
+        try:
+            imageToVTK(str(draft), tuple(origin), tuple(spacing), cells)
+            made.replace(draft)
+        finally:
+            with suppress(FileNotFoundError):
+                made.unlink()
+
+    files.replace_whole(path, make)

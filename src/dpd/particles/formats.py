@@ -17,15 +17,9 @@ READ = (*WRITTEN, *CHECKPOINT)
 
 
 def read(path: str | Path, frame: int = -1) -> Particles:
-    """Read one configuration, by the suffix of the file.
+    """Read one configuration, by the suffix of the file, one of `READ`.
 
-    Parameters
-    ----------
-    path : path
-        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``, or a name as ``data.melt``), or what this
-        program writes: ``.nc``, ``.checkpoint``.
-    frame : int
-        Of a trajectory, from 0; negative numbers count from the last. Other files have one.
+    A frame of a trajectory counts from 0, or from the last with -1, -2 ...; other files have one.
 
     Raises
     ------
@@ -45,19 +39,13 @@ def read(path: str | Path, frame: int = -1) -> Particles:
         from dpd.particles.lammps_data import read_data
 
         return read_data(path)
-    from dpd.particles.own_files import read_checkpoint, read_netcdf
+    from dpd.particles.netcdf import read_checkpoint, read_netcdf
 
     return read_checkpoint(path) if kind in CHECKPOINT else read_netcdf(path)
 
 
 def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
-    """Write one configuration, by the suffix of the file.
-
-    Parameters
-    ----------
-    particles : Particles
-    path : path
-        GSD (``.gsd``), LAMMPS data (``.data``, ``.lmp``, ``data.melt``) or NetCDF (``.nc``).
+    """Write one configuration, by the suffix of the file, one of `WRITTEN`.
 
     Returns
     -------
@@ -77,7 +65,7 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
         without = "there are no velocities: programs that read GSD take them to be 0"
         return () if particles.velocity is not None else (without,)
     if kind in DATA:
-        from dpd.particles.lammps_text import as_data
+        from dpd.particles.lammps_data import as_data
 
         text = as_data(particles)
         files.replace_whole(path, lambda draft: draft.write_text(text))
@@ -89,23 +77,7 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
 
 
 def refuse_suffix(path: str | Path, allowed: tuple[str, ...]) -> str:
-    """The kind of a file, by its name; refused where that says none.
-
-    Parameters
-    ----------
-    path : path
-    allowed : tuple of str
-        Suffixes: `READ` or `WRITTEN`.
-
-    Returns
-    -------
-    str
-        The suffix; ``.data`` also for names as ``data.melt``, which LAMMPS' own examples have.
-
-    Raises
-    ------
-    UserError
-    """
+    """The suffix of a file, if it is allowed; ``.data`` also for names as LAMMPS' ``data.melt``."""
     path = Path(path)
     if path.suffix.lower() in allowed:
         return path.suffix.lower()

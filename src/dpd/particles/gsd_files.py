@@ -39,13 +39,7 @@ MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
 def read_gsd(path: Path, frame: int = -1) -> Particles:
-    """Read one frame.
-
-    Parameters
-    ----------
-    path : Path
-    frame : int
-        From 0; negative numbers count from the last.
+    """Read one frame, counted from 0, or from the last with negative numbers.
 
     Raises
     ------
@@ -77,8 +71,7 @@ def trajectory_to_read(
 ) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
     """A GSD file, opened already or not, with a message for whatever is wrong with it.
 
-    It is read by the part of the library that is written in Python: the other one can end the
-    process where a file is damaged.
+    It is read by the library's Python code: its C code can end the process on a damaged file.
     """
     try:
         with nullcontext(opened) if opened else open(path, "rb") as file:
@@ -128,7 +121,6 @@ def _chunk(file, frame, name):
 
 
 def _particles_of(path, frame):
-    """A frame of the library as ours, checked."""
     configuration, beads = frame.configuration, frame.particles
     dimension = int(configuration.dimensions)
     if dimension not in (2, 3):
@@ -145,12 +137,13 @@ def _particles_of(path, frame):
         )
     edges = box_of_file(box[:dimension], box[3:], path)
     position = beads.position[:, :dimension].T.astype(float) + centre(edges)
+    velocity = beads.velocity[:, :dimension].T.astype(float)
     return checked(
         Particles(
             box=edges,
             position=position,
             image=beads.image[:, :dimension].T,
-            velocity=_velocity(beads, dimension),
+            velocity=velocity if velocity.any() else None,  # 0 where a file has none
             species=beads.typeid.astype(np.int64),
             names=tuple(beads.types),
             bonds=frame.bonds.group.astype(np.int64).reshape(-1, 2),
@@ -169,13 +162,6 @@ def _decimal(number):
     The library keeps boxes in single precision, whatever the precision of positions.
     """
     return float(str(np.float32(number)))
-
-
-def _velocity(beads, dimension):
-    """Velocities; None where all are 0, which is what a file without them has."""
-    if not beads.velocity.any():
-        return None
-    return beads.velocity[:, :dimension].T.astype(float)
 
 
 def _masses(beads):
@@ -209,14 +195,7 @@ def _left_out(frame):
 
 
 def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Frame:
-    """Particles as a frame of the library.
-
-    Parameters
-    ----------
-    particles : Particles
-    precision : type
-        Of positions and velocities.
-    """
+    """Particles as a frame of the library, positions and velocities with some precision."""
     frame = gsd.hoomd.Frame()
     configuration, beads = frame.configuration, frame.particles
     dimension = particles.dimension
@@ -234,16 +213,11 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
         beads.velocity = _columns(particles.velocity, precision)
     if particles.masses is not None:
         beads.mass = particles.masses[particles.species].astype(np.float32)
-    if len(particles.bonds):
-        frame.bonds.N = len(particles.bonds)
-        frame.bonds.types = ["bond"]
-        frame.bonds.typeid = np.zeros(len(particles.bonds), np.uint32)
-        frame.bonds.group = particles.bonds
-    if len(particles.angles):
-        frame.angles.N = len(particles.angles)
-        frame.angles.types = ["angle"]
-        frame.angles.typeid = np.zeros(len(particles.angles), np.uint32)
-        frame.angles.group = particles.angles
+    for kind in ("bond", "angle"):
+        members, table = getattr(particles, f"{kind}s"), getattr(frame, f"{kind}s")
+        if len(members):
+            table.N, table.types, table.group = len(members), [kind], members
+            table.typeid = np.zeros(len(members), np.uint32)
     return frame
 
 

@@ -1,7 +1,7 @@
-"""Read configurations from data files of LAMMPS, which it writes by ``write_data``.
+"""Data files of LAMMPS, which it writes by ``write_data`` and reads by ``read_data``.
 
-What this program has no use for is left out: coefficients of potentials without a word, as a scene
-has its own, all else with one.
+What this program has no use for is left out on reading: coefficients of potentials without a
+word, as a scene has its own, all else with one.
 """
 
 from __future__ import annotations
@@ -15,7 +15,16 @@ import numpy as np
 
 from dpd.errors import UserError, shown
 from dpd.particles.lammps_file import GENERAL, KINDS, UPRIGHT, WHOLE, WHOLES, Table, taken_apart
-from dpd.particles.particles import FACTORS, FLAT, Particles, box_of_file, checked
+from dpd.particles.particles import (
+    FACTORS,
+    FLAT,
+    Particles,
+    box_of_file,
+    checked,
+    in_tilted_box,
+    molecules_of,
+    tilt_factors,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,6 +54,7 @@ SAID = {"id", "molecule", "type", "x", "y", "z", *FLAGS}  # columns that are not
 EXTRAS = ("ellipsoids", "lines", "triangles", "bodies")
 KNOWN = {"Velocities", "Masses", *(f"{kind}s".title() for kind in KINDS), *map(str.title, EXTRAS)}
 THIN = 2.0  # r_c: no box of three dimensions may be thinner
+HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is written
 MOST_TYPES = 256
 LETTERS = [*ascii_uppercase, *map("".join, product(ascii_uppercase, repeat=2))]  # A, B ... AA, AB
 
@@ -54,12 +64,7 @@ def read_data(path: Path) -> Particles:
 
     It is of two dimensions if its box is too thin along z for three. Beads outside of the box are
     wrapped into it, and counted in their images. Units are taken to be ``lj``, with lengths in r_c
-    and energies in kT.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be read, or holds what no simulation can begin with.
+    and energies in kT. Refused is what no simulation can begin with.
     """
     data = taken_apart(path)
     atoms, types, labels = data.count("atoms"), data.types("Atom"), data.labels("Atom")
@@ -199,7 +204,7 @@ def _names(data, labels):
 
 
 def _masses(data, labels):
-    """(types,) array of masses by type; None if all are 1 or none are given."""
+    """Masses by type; None if all are 1 or none are given."""
     masses = np.ones(data.types("Atom"))
     if "Masses" not in data.sections:
         return None
@@ -301,3 +306,66 @@ def _left_out(data, columns, rows):
     for name in data.sections:
         if name not in KNOWN and not name.endswith((" Coeffs", " Type Labels")):
             yield f"section {name} is left out: it says nothing that is known here"
+
+
+def as_data(particles: Particles) -> str:
+    """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
+
+    All numbers have as many digits as it takes to read the same ones again. In two dimensions
+    the box is 1 thick along z. Names of species stand as comments behind the masses. A box that
+    shear has tilted is written as such; velocities are those about the flow.
+    """
+    bonds, angles = particles.bonds, particles.angles
+    style = "angle" if len(angles) else "bond" if len(bonds) else "atomic"
+    edges = [f"0 {edge!r}" for edge in map(float, particles.box)] + [f"{-HALF} {HALF}"]
+    lines = [
+        f"LAMMPS data file, written by dpd-papers, timestep = {particles.step}, units = lj", "",
+        f"{particles.beads} atoms", f"{len(particles.names)} atom types",
+        *([f"{len(bonds)} bonds", "1 bond types"] if len(bonds) else []),
+        *([f"{len(angles)} angles", "1 angle types"] if len(angles) else []), "",
+        *(f"{edge} {axis}lo {axis}hi" for edge, axis in zip(edges, "xyz")),
+        *_tilt_line(particles.box), "",
+        "Masses", "", *_mass_lines(particles), "",
+        f"Atoms # {style}", "", *_atom_lines(particles),
+    ]  # fmt: skip
+    if particles.velocity is not None:
+        rows = _padded(particles.velocity, 0.0).T.tolist()
+        lines += ["", "Velocities", ""]
+        lines += [f"{i + 1} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(rows)]
+    for name, members in (("Bonds", bonds), ("Angles", angles)):
+        if len(members):
+            rows = (" ".join(map(str, row)) for row in (members.astype(int) + 1).tolist())
+            lines += ["", name, "", *(f"{i + 1} 1 {row}" for i, row in enumerate(rows))]
+    return "\n".join(lines) + "\n"
+
+
+def _mass_lines(particles):
+    masses = particles.masses_by_name()
+    return [f"{i + 1} {masses.get(name, 1)} # {name}" for i, name in enumerate(particles.names)]
+
+
+def _tilt_line(box):
+    """How far vectors of the box go along other axes, in r_c; no line for right angles."""
+    factors = tilt_factors(box)
+    if not any(factors):
+        return []
+    lengths = [f * box[across] if f else 0.0 for f, (_, across) in zip(factors, FACTORS)]
+    return [" ".join(f"{length!r}" for length in lengths) + " xy xz yz"]
+
+
+def _atom_lines(particles):
+    kinds = (particles.species.astype(int) + 1).tolist()
+    if len(particles.bonds) or len(particles.angles):
+        molecules = molecules_of(particles).tolist()
+        kinds = [f"{molecule + 1} {kind}" for molecule, kind in zip(molecules, kinds)]
+    position, image = in_tilted_box(particles)
+    places = _padded(position, 0.0).T.tolist()
+    images = _padded(image, 0).T.tolist()
+    for i, (kind, (x, y, z), (a, b, c)) in enumerate(zip(kinds, places, images)):
+        yield f"{i + 1} {kind} {x!r} {y!r} {z!r} {a} {b} {c}"
+
+
+def _padded(array, nothing):
+    """A (dimension, n) array with three rows."""
+    missing = 3 - len(array)
+    return np.pad(array, ((0, missing), (0, 0)), constant_values=nothing)

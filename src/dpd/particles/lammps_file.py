@@ -47,8 +47,6 @@ class Data(NamedTuple):
 
     Attributes
     ----------
-    path : Path
-    title : str
     header : dict of str to tuple of float
         Numbers by what stands behind them: ``atoms``, ``xlo xhi``, ``bond types`` ...
     sections : dict of str to list of Line
@@ -98,13 +96,7 @@ class Data(NamedTuple):
 
 
 def taken_apart(path: Path) -> Data:
-    """Header and sections of a file.
-
-    Raises
-    ------
-    UserError
-        If it cannot be read, is not whole, or its header has a line that says nothing known.
-    """
+    """Header and sections of a file; refused if not whole, or if its header has an unknown line."""
     try:
         content = path.read_bytes()
     except OSError as problem:
@@ -144,7 +136,6 @@ def taken_apart(path: Path) -> Data:
 
 
 def _read_header(data, line):
-    """Take counts or part of the box from a line."""
     words = line.text.split()
     for size in (1, 2, 3):
         name = " ".join(words[size:])
@@ -183,15 +174,7 @@ class Table:
         return len(self.lines[0].text.split()) if self.lines else 0
 
     def numbers(self, columns: Sequence[str], labels: Mapping[str, str]) -> np.ndarray:
-        """(lines, columns) array.
-
-        Parameters
-        ----------
-        columns : sequence of str
-            What stands in each; those in `WHOLES` are whole numbers.
-        labels : dict of str to str
-            Numbers of the labels that may stand in the column ``type``.
-        """
+        """(lines, columns) array; columns in `WHOLES` are whole, labels may stand for types."""
         forms = [WHOLE if name in WHOLES else NUMBER for name in columns]
         good = re.compile(" ".join(forms)).fullmatch
         texts = [line.text for line in self.lines]
@@ -215,7 +198,6 @@ class Table:
         self.refuse(line, problem)
 
     def refuse(self, line: Line, problem: str) -> None:
-        """Say what is wrong with a line of this section."""
         self.data.refuse(line, f"in section {self.name} {problem}; mend the line")
 
 

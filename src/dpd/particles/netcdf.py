@@ -1,66 +1,60 @@
 """The last configuration of a run in its ``run.nc``, as one that can be read without the scene.
 
-Variables, each with the beads in the order of their identities (molecule after molecule):
-
-- ``last_position`` (axis, bead): in r_c, inside the box.
-- ``last_velocity`` (axis, bead): in r_c / tau; it may be missing.
-- ``last_image`` (axis, bead): boxes by which the bead is further; missing where all are 0.
-- ``last_species`` (bead): numbers in ``last_names``.
-- ``last_names`` (name): names of the species.
-- ``last_bonds`` (bond, end): identities of both ends; missing where there is none.
-- ``last_angles`` (angle, corner): identities of the three beads; missing where there is none.
-- ``last_masses`` (name): of a bead of each species; missing where all are 1.
-
+Variables ``last_...`` (see `variables_of`) have the beads in the order of their identities,
+molecule after molecule. ``last_image`` is missing where all are 0, ``last_masses`` where all are 1.
 Attributes: ``last_box``, the edges in r_c, and ``last_step``; under shear ``last_tilt``, the tilt
 factors xy, xz and yz of the lattice of images. Velocities are then those about the flow.
 """
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dpd import files
+from dpd.engine.checkpoint import stored_in
 from dpd.errors import UserError
-from dpd.particles.particles import Particles, box_of_file, tilt_factors
+from dpd.particles.particles import (
+    SLID,
+    Particles,
+    box_at,
+    box_of_file,
+    checked,
+    of_scene,
+    tilt_factors,
+)
+from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
 POSITION = "last_position"  # what tells a file with a configuration from one without
+# Of each array: dimensions, kinds of numbers, units, long_name; in the file it is called last_...
+ARRAYS = {
+    "position": (("axis", "bead"), "f", "r_c", "last positions, in the box"),
+    "velocity": (("axis", "bead"), "f", "r_c / tau", "last velocities"),
+    "image": (("axis", "bead"), "i", "1", "boxes by which the bead is further"),
+    "species": (("bead",), "u", "1", "species, number in last_names"),
+    "names": (("name",), "UO", "1", "names of the species"),
+    "bonds": (("bond", "end"), "u", "1", "numbers of the bonded beads"),
+    "angles": (("angle", "corner"), "u", "1", "beads of angles"),
+    "masses": (("name",), "f", "m", "mass of a bead of each species"),
+}
+NEEDED = "position", "species", "names"
+NOT_IF_ZERO = "image", "bonds", "angles"  # which are not written if there is nothing to say
 
 
 def variables_of(particles: Particles) -> dict[str, tuple]:
-    """A configuration as `dpd.files.write` takes variables.
-
-    Parameters
-    ----------
-    particles : Particles
-
-    Returns
-    -------
-    dict of str to (dimensions, array, units, long_name)
-    """
-    along = ("axis", "bead")
-    found = {
-        POSITION: (along, particles.position, "r_c", "last positions, in the box"),
-        "last_velocity": (along, particles.velocity, "r_c / tau", "last velocities"),
-        "last_image": (along, particles.image, "1", "boxes by which the bead is further"),
-        "last_species": (("bead",), particles.species, "1", "species, number in last_names"),
-        "last_names": (("name",), np.array(particles.names), "1", "names of the species"),
-        "last_bonds": (("bond", "end"), particles.bonds, "1", "numbers of the bonded beads"),
-        "last_angles": (("angle", "corner"), particles.angles, "1", "beads of angles"),
-        "last_masses": (("name",), particles.masses, "m", "mass of a bead of each species"),
-    }
-    without = {
-        "last_velocity": particles.velocity is None,
-        "last_image": not particles.image.any(),
-        "last_bonds": not len(particles.bonds),
-        "last_angles": not len(particles.angles),
-        "last_masses": particles.masses is None,
-    }
-    return {name: variable for name, variable in found.items() if not without.get(name)}
+    """A configuration as `dpd.files.write` takes variables."""
+    found = {}
+    for name, (dimensions, _, units, text) in ARRAYS.items():
+        array = getattr(particles, name)
+        if array is not None and (np.any(array) or name not in NOT_IF_ZERO):
+            found[f"last_{name}"] = (dimensions, np.asarray(array), units, text)
+    return found
 
 
 def attributes_of(particles: Particles) -> dict[str, Any]:
@@ -75,21 +69,8 @@ def particles_of(
 ) -> Particles:
     """The configuration of a file that `dpd.files.read` has read.
 
-    Parameters
-    ----------
-    variables, attributes : dict
-    path : path
-        Of the file, for messages.
-
-    Returns
-    -------
-    Particles
-
-    Raises
-    ------
-    UserError
-        If there is none, or a part of it is missing or has another shape. Whether its numbers make
-        sense is for the caller to check.
+    Refused if a part of it is missing or has another shape. Whether its numbers make sense is for
+    `dpd.particles.particles.checked` to say.
     """
     if POSITION not in variables:
         raise UserError(
@@ -98,50 +79,98 @@ def particles_of(
         )
     edges = tuple(float(edge) for edge in np.atleast_1d(attributes.get("last_box", ())))
     box = box_of_file(edges, attributes.get("last_tilt", ()), path)
-    position = _array(variables, POSITION, (len(box), None), "f", path)
-    beads = position.shape[1]
-    names = _array(variables, "last_names", (None,), "UO", path)
-    return Particles(
-        box=box,
-        position=position,
-        image=_optional(variables, "last_image", position.shape, "i", path, np.int32),
-        velocity=(
-            _array(variables, "last_velocity", position.shape, "f", path)
-            if "last_velocity" in variables
-            else None
-        ),
-        species=_array(variables, "last_species", (beads,), "u", path),
-        names=tuple(map(str, names)),
-        bonds=_optional(variables, "last_bonds", (None, 2), "u", path, np.uint32),
-        angles=_optional(variables, "last_angles", (None, 3), "u", path, np.uint32),
-        step=int(attributes.get("last_step", 0)),
-        masses=(
-            _array(variables, "last_masses", (len(names),), "f", path)
-            if "last_masses" in variables
-            else None
-        ),
-    )
+    sizes: dict[str, int] = {"axis": len(box), "end": 2, "corner": 3}
+    arrays: dict[str, Any] = {}
+    for name, (dimensions, kinds, *_) in ARRAYS.items():
+        array = variables.get(f"last_{name}")
+        if array is not None:
+            sizes = dict(zip(dimensions, array.shape)) | sizes
+            wanted = tuple(sizes.get(dimension, 0) for dimension in dimensions)
+            if array.shape != wanted or array.dtype.kind not in kinds:
+                raise UserError(
+                    f"{path}: last_{name} is {array.dtype} of shape {array.shape}, where one of "
+                    f"{wanted} is needed; make the file anew"
+                )
+            arrays[name] = array
+        elif name in NEEDED:
+            raise UserError(f"{path}: its last configuration is not whole: last_{name} is missing")
+    arrays["names"] = tuple(map(str, arrays["names"]))
+    absent: dict[str, Any] = {
+        "image": np.zeros(arrays["position"].shape, np.int32),
+        "bonds": np.zeros((0, 2), np.uint32),
+        "velocity": None,
+    }
+    return Particles(box=box, step=int(attributes.get("last_step", 0)), **absent | arrays)
 
 
-def _optional(variables, name, shape, kind, path, missing):
-    """An array, or zeros of a type where the file has none."""
-    if name not in variables:
-        return np.zeros([size or 0 for size in shape], missing)
-    return _array(variables, name, shape, kind, path)
+def read_netcdf(path: Path) -> Particles:
+    """Read the configuration of a NetCDF file.
+
+    That is the last one of a result that keeps it, or what its observable ``configuration`` saw
+    last, without velocities; or a first configuration; or what `dpd.particles.formats.write` made.
+    """
+    variables, attributes = files.read(path)
+    if POSITION in variables or "position" not in variables or "scene" not in attributes:
+        return checked(particles_of(variables, attributes, path), path)
+    scene = _scene_of(attributes["scene"], path)
+    step = sum(scene.steps) if "scene_digest" in attributes else 0
+    box = box_at(scene, 0, int(attributes.get(SLID, 0)))
+    if "box_tilt" in variables:
+        box = box_of_file(scene.box, variables["box_tilt"], path)
+    if "box_edges" in variables:
+        box = tuple(map(float, variables["box_edges"]))
+    return _of_scene(scene, variables, step, box, path)
 
 
-def _array(variables, name, shape, kind, path):
-    """An array of a shape, in which None is any size, and of a kind of numbers."""
-    found = variables.get(name)
+def read_checkpoint(path: Path) -> Particles:
+    """Read the configuration of a checkpoint."""
+    found = stored_in(path)
     if found is None:
-        raise UserError(f"{path}: its last configuration is not whole: {name} is missing")
-    fits = found.ndim == len(shape) and all(
-        wanted in (None, size) for wanted, size in zip(shape, found.shape)
-    )
-    if not fits or found.dtype.kind not in kind:
-        wanted = " x ".join("any" if size is None else str(size) for size in shape)
         raise UserError(
-            f"{path}: {name} is {found.dtype} of shape {found.shape}, where one of {wanted} is "
-            "needed; make the file anew"
+            f"{path}: no checkpoint, or a damaged one; allowed: what a run of this program leaves "
+            "where it is stopped"
         )
-    return found
+    if "scene" not in found.note:
+        raise UserError(f"{path}: a checkpoint without its scene, of an older version; run again")
+    scene, stored = _scene_of(found.note["scene"], path), found.arrays
+    order = np.argsort(stored["identity"])
+    beads = {name: stored[name][:, order] for name in ("position", "velocity")}
+    beads |= {"image": stored["image"]} if "image" in stored else {}
+    step = int(stored["step"])
+    box = box_at(scene, step, int(stored["slid"]) if "slid" in stored else None)
+    if "box" in stored:
+        box = tuple(map(float, stored["box"]))
+    return _of_scene(scene, beads, step, box, path)
+
+
+def _scene_of(text, path):
+    """The scene that a file was made from."""
+    try:
+        data = json.loads(text)
+    except (ValueError, TypeError):
+        data = None
+    if not isinstance(data, dict):
+        raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
+    return Scene(data, str(path))
+
+
+def _of_scene(
+    scene: Scene, beads: Mapping[str, Any], step: int, box: tuple[float, ...], path: Path
+) -> Particles:
+    """Beads in the order of identities, with names and bonds of their scene."""
+    shape = (scene.dimension, scene.beads)
+    for name, kind in (("position", "f"), ("velocity", "f"), ("image", "i")):
+        found = beads.get(name)
+        if found is not None and (found.shape != shape or found.dtype.kind != kind):
+            raise UserError(
+                f"{path}: {name} is {found.dtype} of shape {found.shape}, and the scene in the "
+                f"file has {shape}; make the file anew"
+            )
+    image = beads.get("image", np.zeros(shape, np.int32))
+    position = beads["position"]
+    if (bad := ~np.isfinite(position).all(axis=0)).any():
+        raise UserError(
+            f"{path}: bead {np.argmax(bad)} has a position that is not a finite number; make the "
+            "file anew"
+        )
+    return checked(of_scene(scene, box, position, image, beads.get("velocity"), step), path)

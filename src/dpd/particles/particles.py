@@ -16,10 +16,15 @@ if TYPE_CHECKING:
     from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
 
-ROUNDING = 1e-5  # of an edge that a bead may be outside: single precision, numbers in text
+ROUNDING = 1e-5  # of an edge: beads outside, tilts beyond half; single precision, text
 FLAT = 1e-4  # r_c by which heights of beads of two dimensions may differ
 MOST_IMAGES = 2**30  # boxes that a bead may be away
 LARGEST_STEP = 10**18
+# Tilt factors say how far the second or third vector of a box goes along the first or second axis,
+# over its edge. Here positions stay in the upright box, whose images have slid.
+FACTORS = (0, 1), (0, 2), (1, 2)  # axes of xy, xz and yz
+SLID = "slid"  # attribute of a first configuration whose images have slid
+UPRIGHT = 1e-9  # a tilt factor that is less is rounding: the box has right angles
 
 NO_ANGLES = np.zeros((0, 3), np.uint32)
 
@@ -40,10 +45,8 @@ class Particles(NamedTuple):
         In r_c / tau; under shear about the flow.
     species : (n,) uint8 array
         Numbers in ``names``.
-    names : tuple of str
     bonds : (bonds, 2) uint32 array
         Identities of the two ends of each.
-    step : int
     left_out : tuple of str
         What the file held that has no place here, a sentence each.
     angles : (angles, 3) uint32 array
@@ -163,19 +166,10 @@ def molecules_of(particles: Particles) -> np.ndarray:
 
 
 def checked(particles: Particles, path: object, periodic: bool = False) -> Particles:
-    """Particles that a simulation can begin with.
+    """Particles of a file that a simulation can begin with.
 
-    Beads that are outside of the box by no more than `ROUNDING` are put inside.
-
-    Parameters
-    ----------
-    particles : Particles
-        As they stand in a file, in arrays of the right shapes.
-    path : path
-        Of that file, for messages.
-    periodic : bool
-        Whether beads further outside are put inside as well, which is said, as the file's format
-        has it; each bead's image goes along.
+    Beads that are outside of the box by no more than `ROUNDING` are put inside; if it is periodic,
+    as a format may have it, beads further outside as well, which is said.
 
     Raises
     ------
@@ -232,14 +226,11 @@ def checked(particles: Particles, path: object, periodic: bool = False) -> Parti
 
 
 def _slid(box):
-    """Whether it is a box whose images have slid."""
     return hasattr(box, "slide")
 
 
 def _inside(particles, edges, refuse):
-    """Positions in the box, their images, and along which axes they are outside by more than
-    rounding.
-    """
+    """Positions in the box, their images, and along which axes they are outside beyond rounding."""
     box, position = particles.box, particles.position.astype(float)
     far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
     if _slid(box):  # files may have them in the tilted box
@@ -295,27 +286,12 @@ def _check_members(particles, name, refuse):
         refuse(f"{one} and {other} are bonded {times.max()} times; keep one of these bonds")
 
 
-FACTORS = (0, 1), (0, 2), (1, 2)  # axes of xy, xz and yz
-SLID = "slid"  # attribute of a first configuration whose images have slid
-ROUNDING = 1e-5  # of an edge by which a tilt may be beyond half of it
-UPRIGHT = 1e-9  # a tilt factor that is less is rounding: the box has right angles
-
-
 def shear_of(scene: Scene) -> Shear | None:
-    """The shear of a scene, if it has one."""
     return scene.terms["shear"].record(scene) if "shear" in scene.terms else None
 
 
 def box_at(scene: Scene, step: int, slid: int | None) -> tuple[float, ...]:
-    """The box of a scene with its images where they are at a step.
-
-    Parameters
-    ----------
-    scene : Scene
-    step : int
-    slid : int or None
-        As in `dpd.engine.state.State`.
-    """
+    """The box of a scene with its images where they are at a step; see `State` for ``slid``."""
     return tilted(scene.period, shear_of(scene), scene.dt, step, slid or 0)
 
 
@@ -331,21 +307,9 @@ def tilt_factors(box: Sequence[float]) -> list[float]:
 def box_of_file(
     edges: Sequence[float], factors: Sequence[float] | np.ndarray, path: object
 ) -> tuple[float, ...]:
-    """A box with tilt factors, one of which may differ from 0.
+    """A box with tilt factors xy, xz and yz, if any, of which one may differ from 0.
 
-    Parameters
-    ----------
-    edges : tuple of float
-        In r_c.
-    factors : sequence of float
-        xy, xz and yz, or none.
-    path : path
-        Of the file that has them, for messages.
-
-    Raises
-    ------
-    UserError
-        If more than one do, or if it tilts by more than half an edge.
+    Refused if more than one do, or if it tilts by more than half an edge.
     """
     edges, tilts = tuple(map(float, edges)), [0.0 if abs(f) < UPRIGHT else f for f in factors]
     pairs = [pair for pair, tilt in zip(FACTORS, tilts) if tilt]
@@ -371,9 +335,9 @@ def in_tilted_box(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
     slide = getattr(particles.box, "slide", None)
     if slide is not None:
         edge = particles.box[slide.flow]
-        beside = np.floor(along_axes(position, particles.box)[slide.flow] / edge)
-        position[slide.flow] -= edge * beside
-        image[slide.flow] += beside.astype(image.dtype)
+        turns = np.floor(along_axes(position, particles.box)[slide.flow] / edge)
+        position[slide.flow] -= edge * turns
+        image[slide.flow] += turns.astype(image.dtype)
     return position, image
 
 

@@ -7,7 +7,7 @@ import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, BinaryIO
 
 import gsd.fl
 import gsd.hoomd
@@ -38,7 +38,7 @@ def bytes_of(frames: int, beads: int, bonds: int, angles: int, velocities: bool)
 
 
 class TrajectoryFile:
-    """A trajectory of this program while it is written.
+    """A trajectory ``run.gsd`` of this program while it is written.
 
     It grows as ``run.unfinished.gsd``, so that one can look at it meanwhile. In the end its frames
     are written once more, in one go, as ``run.gsd``: where frames lie in a GSD file depends on when
@@ -47,11 +47,7 @@ class TrajectoryFile:
 
     A digest of each frame tells whether a file holds the frames that a checkpoint counts, and the
     frames that were appended. While it grows it is kept open, so it may be removed or renamed.
-
-    Parameters
-    ----------
-    path : path
-        Of ``run.gsd``.
+    Digests are (n, `DIGEST`) uint8 arrays. What cannot be written is a `UserError`.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -59,76 +55,33 @@ class TrajectoryFile:
         self.unfinished = unfinished(self.path)
         self._trajectory: gsd.hoomd.HOOMDTrajectory | None = None
         self._grown: BinaryIO  # to read what was written
-        self._before: _Before | None = None
+        self._before: tuple[Path, int, np.ndarray] | None = None  # see `_copy`
         self._is_longer = False  # than what is in its place, of which it has all frames
         self._flushed = time.monotonic()
 
     def refuse_other_files(self) -> None:
-        """Refuse to write where somebody else's file is.
-
-        Raises
-        ------
-        UserError
-            If one of the two names is taken by something that is no trajectory of this program.
-        """
+        """Refuse if one of the two names is taken by what is no trajectory of this program."""
         refuse_other_trajectory(self.path)
         refuse_other_trajectory(self.unfinished)
 
     def cut(self, frames: int, digests: np.ndarray, is_over: bool) -> str:
-        """Go on after the first frames of what a former process has left.
+        """Go on after the first frames of what a former process left; return why that cannot be.
 
-        Parameters
-        ----------
-        frames : int
-        digests : (n, `DIGEST`) uint8 array
-            Of these frames, and room for others.
-        is_over : bool
-            All was run: then whole frames are kept, and `finish` says that the others are lost.
-
-        Returns
-        -------
-        str
-            Why that cannot be, or nothing.
-
-        Raises
-        ------
-        UserError
-            If it cannot be written.
+        Where all was run, whole frames are taken, and `finish` says that the others are lost.
         """
         source = self.unfinished if self.unfinished.exists() else self.path
-        return self._begin(_Before(source, frames, digests), is_over)
+        return self._begin((source, frames, digests), is_over)
 
     def go_on_after(self, source: Path, frames: int, digests: np.ndarray) -> None:
-        """Begin with the frames of a shorter run, unless a checkpoint says more (`cut`).
+        """Begin with frames of a shorter run's trajectory, unless a checkpoint says more (`cut`).
 
-        Parameters
-        ----------
-        source : Path
-            The trajectory of that run. It is read when the first frame is appended.
-        frames : int
-        digests : (n, `DIGEST`) uint8 array
-            Of these frames.
+        It is read when the first frame is appended.
         """
-        self._before = _Before(source, frames, digests.copy())
+        self._before = source, frames, digests.copy()
         self._is_longer = source == self.path
 
     def append(self, frame: gsd.hoomd.Frame) -> np.ndarray:
-        """Append a frame.
-
-        Parameters
-        ----------
-        frame : gsd.hoomd.Frame
-            In single precision.
-
-        Returns
-        -------
-        (`DIGEST`,) uint8 array
-
-        Raises
-        ------
-        UserError
-            If it cannot be written.
-        """
+        """Append a frame in single precision; return its digest."""
         with self._writing():
             self._opened().append(frame)
         if time.monotonic() - self._flushed > PATIENCE:
@@ -136,13 +89,7 @@ class TrajectoryFile:
         return _digest(frame)
 
     def flush(self) -> None:
-        """See to it that all frames are on the disk.
-
-        Raises
-        ------
-        UserError
-            If they cannot be written.
-        """
+        """See to it that all frames are on the disk."""
         if self._trajectory is None and self._before is None:
             return  # there is no frame, or the trajectory is in its place already
         with self._writing():
@@ -150,33 +97,17 @@ class TrajectoryFile:
         self._flushed = time.monotonic()
 
     def finish(self, frames: int, digests: np.ndarray, result: Path) -> str:
-        """Put the trajectory in its place, once the run is done.
+        """Put the trajectory in its place, once the run is done; return what was lost, if anything.
 
-        Parameters
-        ----------
-        frames : int
-        digests : (n, `DIGEST`) uint8 array
-            Of these frames.
-        result : Path
-            A result of another run there, which would stand beside a trajectory that is not its
-            own if we were killed before ours is written, is removed with its trajectory.
-
-        Returns
-        -------
-        str
-            What has happened to it meanwhile, if its last frames are lost; or nothing.
-
-        Raises
-        ------
-        UserError
-            If it cannot be written.
+        A ``result`` of another run there, which would stand beside a trajectory that is not its own
+        if we were killed before ours is written, is removed with its trajectory.
         """
         trajectory = self._opened()
         self.flush()
         trajectory.close()
         self._trajectory = None
         with self._replacing(self.path) as trajectory:
-            problem = _copy(_Before(self.unfinished, frames, digests), trajectory, self._grown)
+            problem = _copy(trajectory, self.unfinished, frames, digests, self._grown)
             trajectory.close()
             if not self._is_longer:
                 result.unlink(missing_ok=True)
@@ -197,7 +128,7 @@ class TrajectoryFile:
         """Open the file with the frames of another one; return why it cannot go on from them."""
         try:
             with self._replacing(self.unfinished) as trajectory:
-                if before and (problem := _copy(before, trajectory)) and not is_over:
+                if before and (problem := _copy(trajectory, *before)) and not is_over:
                     raise _Unreadable(problem)
                 trajectory.flush()
         except _Unreadable as problem:
@@ -228,14 +159,7 @@ class TrajectoryFile:
 
 
 def refuse_other_trajectory(path: Path) -> None:
-    """Refuse to let a trajectory take the place of somebody's file.
-
-    Raises
-    ------
-    UserError
-        If something is there that is neither a trajectory of this program, whole or damaged, nor
-        empty.
-    """
+    """Refuse to let a trajectory take the place of a file that is neither empty nor one of ours."""
     check_output(path)
     if not os.path.lexists(path) or (os.path.isfile(path) and not os.path.getsize(path)):
         return
@@ -246,23 +170,8 @@ def refuse_other_trajectory(path: Path) -> None:
         )
 
 
-class _Before(NamedTuple):
-    """Frames that a trajectory begins with: the first so many of a file, and their digests."""
-
-    source: Path
-    frames: int
-    digests: np.ndarray
-
-
-def _copy(before, trajectory, opened=None):
-    """Append frames from another file, up to the first that is not what is meant.
-
-    Returns
-    -------
-    str
-        What is wrong with the others, or nothing.
-    """
-    source, frames, digests = before
+def _copy(trajectory, source, frames, digests, opened=None):
+    """Append frames from another file, up to the first that is not meant; return what is wrong."""
     whole = 0
     try:
         for frame, digest in _first_frames(source, frames, opened):
@@ -315,10 +224,7 @@ def _digest(frame):
 
 
 def _application(path):
-    """What wrote a GSD file, as its header says; None if it is none.
-
-    The rest of the file may be damaged, where a run was killed.
-    """
+    """What wrote a GSD file, as its header says; nothing if it is none. The rest may be damaged."""
     header = gsd.pygsd.gsd_header_struct
     try:
         with open(path, "rb") as file:
@@ -326,8 +232,7 @@ def _application(path):
     except OSError as problem:
         raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
     if len(head) < header.size:
-        return None
+        return ""
     found = gsd.pygsd.gsd_header._make(header.unpack(head))
-    return (
-        found.application.rstrip(b"\0").decode(errors="replace") if found.magic == MAGIC else None
-    )
+    name = found.application.rstrip(b"\0").decode(errors="replace")
+    return name if found.magic == MAGIC else ""

@@ -8,8 +8,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.observe import observables
 from dpd.stages import kernels_name
-from dpd.start.common.make import system_of
-from dpd.start.common.quick import compile_start
+from dpd.start.common.make import compile_start, system_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -14,8 +14,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun
 from dpd.observe import observables
 from dpd.pipeline.compiling import compile_observables
-from dpd.start.common.make import make_start, system_of
-from dpd.start.common.quick import random_start
+from dpd.start.common.make import make_start, random_start, system_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

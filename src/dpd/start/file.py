@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from typing import Self
 
 LAST_FRAME = -1  # of a file with several configurations
-PIECE = 2**20  # bytes of a file that are read at once
 
 
 class FromFile(Start, key="file"):
@@ -67,19 +66,7 @@ class FromFile(Start, key="file"):
 
 
 def file_digest(path: str, where: str) -> str:
-    """SHA-256 of what is in a file.
-
-    Parameters
-    ----------
-    path : str
-    where : str
-        File to name in messages.
-
-    Raises
-    ------
-    UserError
-        If it cannot be read.
-    """
+    """SHA-256 of what is in a file; refused, with ``where`` in front, if it cannot be read."""
     from dpd.files import check_input  # NetCDF, which few scenes need to be read
 
     try:
@@ -97,8 +84,5 @@ def file_digest(path: str, where: str) -> str:
 @cache
 def _digest_of(path, changed, size):
     """The same; a file that has not changed is read once for all scenes of a sweep."""
-    digest = hashlib.sha256()
     with open(path, "rb") as file:
-        while piece := file.read(PIECE):
-            digest.update(piece)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -51,7 +51,7 @@ class Polymerize(Start, key="polymerize"):
 
     work = 10_000  # more than any melt has taken so far
     joins = 2
-    records = {name: (("round",), *told) for name, told in RECORD.items()} | {
+    records = {name: (("round",), *about) for name, about in RECORD.items()} | {
         "relax_crossings": (("look",), "1", "pairs of crossing bonds while the melt relaxed")
     }
 

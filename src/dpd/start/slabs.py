@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from dpd.page import Start
+from dpd.start.random import Random
 
 if TYPE_CHECKING:
     import numpy as np
 
 
-class Slabs(Start, key="slabs"):
+class Slabs(Random, key="slabs"):
     """Each kind of molecule in a slab of its own along the longest axis."""
-
-    def decides(self, scene: Any) -> dict[str, Any]:
-        """The lengths of steps along chains."""
-        from dpd.start.common.flights import lengths_of
-
-        return lengths_of(scene)
 
     def positions(self, scene: Any, rng: np.random.Generator) -> np.ndarray:
         """Random flights."""

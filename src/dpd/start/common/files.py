@@ -37,15 +37,7 @@ def write_start(
     progress: Callable[[int], object] | None = None,
     say: Callable[[str], object] | None = None,
 ) -> None:
-    """Make the first configuration of a scene and write it.
-
-    Parameters
-    ----------
-    scene : Scene
-    path : path
-    progress, say : callable or None
-        See `dpd.start.common.make.make_start`.
-    """
+    """Make the first configuration of a scene, see `make_start`, and write it."""
     begun = time.perf_counter()
     state, record = make_start_and_record(scene, progress, say)
     variables = {
@@ -73,19 +65,21 @@ def write_start(
 
 
 def read_start(scene: Scene, path: str | Path) -> State:
-    """Read a first configuration that belongs to a scene.
-
-    Returns
-    -------
-    State
-
-    Raises
-    ------
-    UserError
-        If the file belongs to another system or other sources, or is damaged.
-    """
+    """Read a first configuration; refused if of another scene or other sources, or damaged."""
     variables, attributes = files.read(path)
-    _check_origin(scene, path, attributes)
+    if "start_digest" not in attributes:
+        what = "the result of a run" if "scene_digest" in attributes else "some other NetCDF file"
+        raise UserError(
+            f"{path}: this is {what}, not a first configuration. --start wants a file that an "
+            "earlier --start or `python -m dpd start` wrote, or a name that is not there yet: the "
+            "first configuration is then made and kept in it"
+        )
+    if attributes["start_digest"] != start_digest(scene):
+        raise UserError(
+            f"{path}: the first configuration of another scene than {scene.where} (start_digest "
+            f"{attributes['start_digest']}, now {start_digest(scene)}); {REMEDY}"
+        )
+    files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
     shape = (scene.dimension, scene.beads)
     wanted = {name: (shape, kind) for name, kind in FORMS.items()}  # type: dict[str, tuple]
     if "box_edges" in variables:
@@ -108,47 +102,17 @@ def read_start(scene: Scene, path: str | Path) -> State:
     )  # fmt: skip
 
 
-def _check_origin(scene, path, attributes):
-    """Refuse what is no first configuration, or that of another scene or of other sources."""
-    if "start_digest" not in attributes:
-        what = "the result of a run" if "scene_digest" in attributes else "some other NetCDF file"
-        raise UserError(
-            f"{path}: this is {what}, not a first configuration. --start wants a file that an "
-            "earlier --start or `python -m dpd start` wrote, or a name that is not there yet: the "
-            "first configuration is then made and kept in it"
-        )
-    if attributes["start_digest"] != start_digest(scene):
-        raise UserError(
-            f"{path}: the first configuration of another scene than {scene.where} (start_digest "
-            f"{attributes['start_digest']}, now {start_digest(scene)}); {REMEDY}"
-        )
-    files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
-
-
 def begin(
     scene: Scene,
     path: Path,
     progress: Callable[[int], object] | None,
     say: Callable[[str], object],
 ) -> tuple[Scene, State]:
-    """Begin a run of one's own.
+    """Begin a run of one's own, with its first configuration in a file.
 
-    Parameters
-    ----------
-    scene : Scene
-    path : Path
-        Of the first configuration. If nothing is there, it is made and kept there. A start of this
-        scene is taken as it is. Of any other file the scene's part ``start`` is replaced by
-        ``{method: file}``, so that what is in it becomes part of the scene.
-    progress : callable or None
-        See `dpd.start.common.make.make_start`.
-    say : callable
-        Called with a sentence for what a person should know of the file.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be read, or holds another system.
+    If nothing is there, it is made and kept there. A start of this scene is taken as it is. Of any
+    other file the scene's part ``start`` is replaced by ``{method: file}``, so that what is in it
+    becomes part of the scene. What a person should know of the file is said.
     """
     if not path.exists():
         if path.suffix.lower() != NETCDF:

@@ -24,13 +24,9 @@ def lengths_of(scene: Scene) -> dict[str, Any]:
 
 
 def flights(scene: Scene, rng: np.random.Generator, in_slabs: bool = False) -> np.ndarray:
-    """Random flights, each kind of molecule in the whole box or in a slab of its own.
+    """(beads, dimension) array of random flights, reflected at walls.
 
-    Where they go through a wall they are reflected.
-
-    Returns
-    -------
-    (beads, dimension) array
+    Each kind of molecule is in the whole box or in a slab of its own.
     """
     flight, box = lengths_of(scene).get("flight", FLIGHT), np.array(scene.box)
     along = int(np.argmax(box))

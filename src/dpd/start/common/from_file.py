@@ -11,9 +11,8 @@ from dpd.errors import UserError
 from dpd.particles.formats import read
 from dpd.particles.particles import UPRIGHT, shear_of, whole_images
 from dpd.scene.start import start_description
-from dpd.start.common.between_walls import between_walls
 from dpd.start.common.make import species_of, system_of, thermal_velocities
-from dpd.start.common.matching import order_of, same_box
+from dpd.start.common.matching import SAME, order_of, same_box
 from dpd.start.file import LAST_FRAME, file_digest
 
 if TYPE_CHECKING:
@@ -23,22 +22,10 @@ if TYPE_CHECKING:
 
 
 def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
-    """Read the first configuration that a scene names.
+    """Read the first configuration that a scene names, as a state with no force yet and step 0.
 
     Beads are renumbered where the file has the molecules in another order. Velocities are drawn at
-    the temperature of the start where the file has none.
-
-    Parameters
-    ----------
-    scene : Scene
-        With ``start: {method: file}``.
-    say : callable
-        Called with a sentence for each thing that the file had otherwise.
-
-    Returns
-    -------
-    State
-        In the order of identities, with no force yet and step 0.
+    the temperature of the start where the file has none. All such things are said.
 
     Raises
     ------
@@ -56,7 +43,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     for sentence in particles.left_out:
         say(f"{path}: {sentence}")
     if particles.dimension == scene.dimension:
-        particles = between_walls(scene, particles, path)
+        particles = _between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
     if scene.stretched and not same_box(scene.box, particles.box):
         edges = " x ".join(f"{edge:.6g}" for edge in particles.box)
@@ -138,3 +125,47 @@ def _slid(scene, box, path):
             "at rest; remove the key, or take a file whose box has right angles"
         )
     return box.slid
+
+
+def _between_walls(scene, particles, path):
+    """The beads of a file between the walls of a scene; as they are for a scene without walls.
+
+    The middle of the file's box is taken for the middle between the planes. So a box may be as
+    long as the distance of the planes, or longer by some empty space, as this program writes it.
+
+    Raises
+    ------
+    UserError
+        If the box of the file is shorter than the distance of the planes, a bead is further behind
+        one of them than it could get, or a bond goes through one.
+    """
+    if not scene.ended:
+        return particles
+    edges, position = list(particles.box), particles.position.copy()
+    for axis in scene.ended:
+        apart, period = scene.box[axis], scene.period[axis]
+        if edges[axis] < apart * (1 - SAME):
+            raise UserError(
+                f"{path}: its box has an edge of {edges[axis]:.9g} along {'xyz'[axis]}, and the "
+                f"walls of {scene.where} are {apart:.9g} apart; they have to be nearer, or take "
+                "another file"
+            )
+        position[axis] += 0.5 * (period - edges[axis])
+        edges[axis] = period
+        reach = scene.origin[axis] - 1.0  # the rest of the gap is for the cutoff
+        depth = np.abs(position[axis] - 0.5 * period) - 0.5 * apart
+        bead = int(np.argmax(depth))
+        if depth[bead] > reach:
+            raise UserError(
+                f"{path}: {particles.called(bead)} would be {depth[bead]:.3g} r_c behind a wall "
+                f"along {'xyz'[axis]}; allowed: {reach:g}. The walls of {scene.where} are "
+                "about the middle of the file's box; make them further apart, or take another file"
+            )
+        one, two = particles.bonds.T
+        torn = np.abs(position[axis, one] - position[axis, two]) > 0.5 * particles.box[axis]
+        if torn.any():
+            raise UserError(
+                f"{path}: {particles.called(int(one[torn.argmax()]))} is bonded through the face "
+                f"at which a wall of {scene.where} stands; make molecules whole before"
+            )
+    return particles._replace(box=tuple(edges), position=position)

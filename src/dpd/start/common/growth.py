@@ -1,7 +1,7 @@
 """Chains that grow by one monomer at a time, in two dimensions and without crossing.
 
 An active end picks a free monomer within the reaction radius; the new bond is refused if
-it would meet an existing one (Liu et al. 2008, Sec. II C).
+it would cross an existing one (Liu et al. 2008, Sec. II C).
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts
 
 
 @kernel()
-def segments_meet(ax, ay, bx, by, cx, cy, dx, dy):
+def segments_intersect(ax, ay, bx, by, cx, cy, dx, dy):
     """Whether the closed segments AB and CD have a point in common.
 
     The point t1 A + (1 - t1) B = t2 C + (1 - t2) D of Liu et al. 2008, Eqs. 6 to 9, with
@@ -81,14 +81,10 @@ class Chains(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """How a chain takes up a monomer.
+    """How a chain takes up a monomer: within a radius, at random or the nearest one first.
 
     Attributes
     ----------
-    radius : float
-        Reaction radius.
-    nearest : bool
-        Try the nearest monomer first instead of one at random.
     species : (n,) uint8 array
         Of the beads.
     wanted : (chains, longest) int64 array
@@ -132,7 +128,7 @@ def insert_bond(b, first, second, position, edges, bonds):
 
 @inlined()
 def crosses_some(end, monomer, position, edges, bonds):
-    """Whether a bond between two beads would meet an existing one."""
+    """Whether a bond between two beads would cross an existing one."""
     width, height = edges
     shape = bonds.head.shape
     ax, ay = position[0, end], position[1, end]
@@ -154,7 +150,7 @@ def crosses_some(end, monomer, position, edges, bonds):
                     hy = 0.5 * nearest_image(position[1, second] - cy, height)
                     mx = x + nearest_image(cx + hx - x, width)
                     my = y + nearest_image(cy + hy - y, height)
-                    if segments_meet(ax, ay, bx, by, mx - hx, my - hy, mx + hx, my + hy):
+                    if segments_intersect(ax, ay, bx, by, mx - hx, my - hy, mx + hx, my + hy):
                         return True
                 b = bonds.following[b]
     return False
@@ -168,15 +164,11 @@ def grow(position, edges, shape, rule, chains, active, rng):
     ----------
     position : (2, n) array
         In the order of identities, inside the box.
-    edges : tuple of float
     shape : tuple
         Cells, whose edges are at least the radius, and at least half the sum of the radius and
         the longest bond.
-    rule : Rule
-    chains : Chains
     active : (ends,) int64 array
         Chains with an active end, in the order in which they try.
-    rng : numpy.random.Generator
 
     Returns
     -------

@@ -20,12 +20,11 @@ from dpd.physics.common.records import bond_record
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import joined
+from dpd.scene.scene import Scene
 from dpd.scene.start import start_description, start_work
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from dpd.scene.scene import Scene
 
 FINEST = 1.0  # r_c, thickness of layers across a flow
 LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities
@@ -33,16 +32,7 @@ NOISE_OF_ITS_OWN = 2**63  # added to the seed, so that relaxation and run draw o
 
 
 def system_of(scene: Scene) -> System:
-    """The engine's view of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    System
-    """
+    """The engine's view of a scene."""
     thermostat, integrator = scene.data["thermostat"], scene.terms["integrator"].named
     system = System(
         box=scene.period,
@@ -98,11 +88,6 @@ def start_system(scene: Scene, dt: float) -> System:
     """The system in which a start is made: gw-vv with lambda 1/2, friction between pairs.
 
     It is at rest: neither a body force acts, nor a shear.
-
-    Parameters
-    ----------
-    scene : Scene
-    dt : float
     """
     gamma, seed = scene.start.forces.gamma, start_description(scene)["seed"]
     absent: Any = dict.fromkeys(_records(scene, scene.terms))
@@ -126,18 +111,14 @@ def make_start(
 ) -> State:
     """Build or read, and where the scene asks for it relax, the first configuration.
 
+    It is in the order of identities, with no force yet, at step 0, and every molecule whole.
+
     Parameters
     ----------
-    scene : Scene
     progress : callable or None
         Called with the work done so far, out of `dpd.scene.start.start_work`.
     say : callable or None
         Called with a sentence for what a file had otherwise than the scene wants it.
-
-    Returns
-    -------
-    State
-        In the order of identities, with no force yet and step 0, and every molecule whole.
     """
     state, _ = make_start_and_record(scene, progress, say)
     return state
@@ -148,13 +129,7 @@ def make_start_and_record(
     progress: Callable[[int], object] | None = None,
     say: Callable[[str], object] | None = None,
 ) -> tuple[State, dict[str, np.ndarray]]:
-    """As `make_start`, with how it came about.
-
-    Returns
-    -------
-    State
-    dict of str to array
-        The ``records`` of its page.
+    """As `make_start`, with the ``records`` of its page: how it came about.
 
     Raises
     ------
@@ -162,15 +137,11 @@ def make_start_and_record(
         If chains cannot be grown, or if bonds cross while they relax, or if a file cannot be
         read or holds another system, or a page of one's own fails or gives something else.
     """
-    made = scene.start.make(scene, progress, say or _be_silent)
+    made = scene.start.make(scene, progress, say or (lambda sentence: None))
     state, record = made or (relaxed(scene, _placed(scene), progress), {})
     box = state.box or box_at(scene, 0, state.slid)
     state.image = whole_images(scene.molecules, state.position, state.image, box)
     return state, record
-
-
-def _be_silent(sentence):
-    """Where nobody listens."""
 
 
 def _placed(scene):
@@ -221,17 +192,7 @@ def _inside(scene, x):
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
-    """Species of each bead by its identity.
-
-    Parameters
-    ----------
-    scene : Scene
-
-    Returns
-    -------
-    (n,) uint8 array or None
-        Numbers in ``scene.species``; None where there is one species.
-    """
+    """(n,) uint8 array of species in the order of identities; None where there is one species."""
     return None if len(scene.species) == 1 else scene.kinds
 
 
@@ -239,25 +200,12 @@ def relaxed(
     scene: Scene,
     state: State,
     progress: Callable[[int], object] | None,
-    stretch: int | None = None,
+    interval: int | None = None,
     look: Callable[[System, State], object] | None = None,
 ) -> State:
-    """A state after the steps of relaxation that the scene asks for, if it does.
+    """A state after the steps of relaxation that the scene asks for, if it does, at step 0 again.
 
-    Parameters
-    ----------
-    scene : Scene
-    state : State
-    progress : callable or None
-    stretch : int or None
-        Steps after which, and at the end, there is a ``look``; none if not given.
-    look : callable or None
-        Called with the system and the state at each.
-
-    Returns
-    -------
-    State
-        In the order of identities, at step 0.
+    A ``look`` at the system and the state follows each ``interval`` of steps, and the end.
     """
     relax = scene.start.relax
     if relax is None:
@@ -270,7 +218,7 @@ def relaxed(
             progress(begun + simulation.state.step)
 
     while (left := relax.steps - simulation.state.step) > 0:
-        advance_looking(simulation, min(left, stretch or left), tell)
+        advance_looking(simulation, min(left, interval or left), tell)
         if look is not None:
             look(simulation.system, simulation.state)
         tell()
@@ -286,21 +234,28 @@ def relaxed(
 def thermal_velocities(
     shape: tuple[int, ...], kT: float, rng: np.random.Generator, mass: float | np.ndarray = 1.0
 ) -> np.ndarray:
-    """Maxwellian velocities in r_c / tau, at rest as a whole.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Dimension and beads.
-    kT : float
-    rng : numpy.random.Generator
-    mass : float or (n,) array
-        Of all beads, or of each.
-
-    Returns
-    -------
-    (dimension, n) array
-    """
+    """(dimension, n) velocities in r_c / tau, Maxwellian, at rest as a whole."""
     velocity = rng.normal(scale=np.sqrt(kT / mass), size=shape)
     weights = mass if np.ndim(mass) else None
     return velocity - np.average(velocity, axis=1, weights=weights, keepdims=True)
+
+
+def random_start(scene: Scene) -> Scene:
+    """A scene whose molecules are placed where they would grow or be read from a file."""
+    start = scene.start.stand_in()
+    return scene if start == scene.data["start"] else _with(scene, start=start)
+
+
+def compile_start(scene: Scene) -> State:
+    """Compile what a scene's start needs; return one that is placed and hardly relaxed."""
+    if tiny := scene.start.tiny(scene):
+        make_start(_with(scene, **tiny))
+    scene = random_start(scene)
+    start = scene.data["start"]
+    if "relax" in start:
+        scene = _with(scene, start=start | {"relax": start["relax"] | {"steps": 1}})
+    return make_start(scene)
+
+
+def _with(scene, **changes):
+    return Scene(scene.data | changes, scene.where)

@@ -23,21 +23,10 @@ SAME = 1e-6  # relative difference of edges that counts for none: files have sin
 
 
 def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
-    """The number in the file of each bead of the scene.
+    """(n,) int64 array: the number in the file of each bead of the scene.
 
     Molecules of a kind are taken in the order of their first beads. Where the file has all beads
     as the scene numbers them, these are 0, 1, 2 and so on.
-
-    Parameters
-    ----------
-    scene : Scene
-    particles : Particles
-    path : str
-        Of the file, for messages.
-
-    Returns
-    -------
-    (n,) int64 array
 
     Raises
     ------
@@ -58,9 +47,11 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
         found = np.where(forward[:, None], there, there[:, ::-1])[forward | backward]
         needed = sum(other.count for other in scene.molecules[place:] if other.beads == kind.beads)
         if len(found) < needed:
+            counts = zip(np.bincount(number, minlength=len(scene.species)), scene.species)
+            in_file = ", ".join(f"{n} {name}" for n, name in counts)
             raise UserError(
                 f"{path}: it has {len(found)} molecules {_formula(kind.beads)} for the {needed} of "
-                f"{scene.where} (beads in the file: {_count(scene, number)}; in the scene "
+                f"{scene.where} (beads in the file: {in_file}; in the scene "
                 f"{scene.beads} in all); take another file, or change 'molecules'"
             )
         taken = np.argsort(found.min(axis=1), kind="stable")[: kind.count]
@@ -77,7 +68,11 @@ def _check_box(scene, particles, path):
             f"{path}: it has {len(particles.box)} dimensions, and {scene.where} has "
             f"{scene.dimension}; take another file, or change 'dimension'"
         )
-    if not same_box(wanted_box(scene, particles.box), particles.box):
+    wanted = tuple(  # the scene's edges, but for those that constant pressure changes
+        there if scene.stretched in ("all", name) else own
+        for own, there, name in zip(scene.period, particles.box, "xyz")
+    )
+    if not same_box(wanted, particles.box):
         edges = ", ".join(f"{edge:.9g}" for edge in particles.box)
         own = ", ".join(f"{edge:.9g}" for edge in scene.period)
         raise UserError(
@@ -89,21 +84,6 @@ def _check_box(scene, particles, path):
 def same_box(one: Sequence[float], other: Sequence[float]) -> bool:
     """Whether two boxes of the same dimension have the same edges."""
     return np.allclose(one, other, rtol=SAME, atol=0)
-
-
-def wanted_box(scene: Scene, found: Sequence[float]) -> tuple[float, ...]:
-    """Edges that a file must have: the scene's, but for those that constant pressure changes.
-
-    Parameters
-    ----------
-    scene : Scene
-    found : sequence of float
-        Edges of the file.
-    """
-    return tuple(
-        there if scene.stretched in ("all", name) else own
-        for own, there, name in zip(scene.period, found, "xyz")
-    )
 
 
 def _numbers_of_species(scene, particles, path):
@@ -130,12 +110,6 @@ def _formula(names):
     return shown(" ".join(words), str)
 
 
-def _count(scene, number):
-    """How many beads of each species a file has, in words."""
-    there = np.bincount(number, minlength=len(scene.species))
-    return ", ".join(f"{n} {name}" for n, name in zip(there, scene.species))
-
-
 def _refuse_more(scene, particles, chains, number, path):
     """Refuse molecules that the scene has not, or not as many of."""
     left = [chain for table in chains.values() for chain in table[:1]]
@@ -151,24 +125,10 @@ def _refuse_more(scene, particles, chains, number, path):
 
 
 def chains_of(particles: Particles, path: str) -> dict[int, np.ndarray]:
-    """Linear molecules, from their bonds.
+    """Linear molecules, from their bonds, by length.
 
-    Parameters
-    ----------
-    particles : Particles
-        With no bond twice, and none of a bead with itself.
-    path : str
-        Of the file, for messages.
-
-    Returns
-    -------
-    dict of int to (molecules, length) array
-        By length: the beads along each molecule, from the end with the lower number.
-
-    Raises
-    ------
-    UserError
-        If a molecule is branched or a ring.
+    Each is a (molecules, length) array: beads along each molecule, from the end with the lower
+    number. Refused are branches and rings.
     """
     beads, beyond = particles.beads, _neighbours(particles, path)
     ends = np.flatnonzero(beyond[:, 1] < 0)

@@ -2,7 +2,7 @@
 
 Free monomers move by the scene's own dynamics while active ends take them up (Liu et al.
 2008, Sec. II C). A fresh bond is long, and others can slip under it before it has shrunk:
-bonds are looked at after every stretch of dynamics, and of two that cross the younger is
+bonds are looked at after each interval of dynamics, and of two that cross the younger is
 undone with all that grew after it. In two dimensions free monomers get walled in, so
 there are spare monomers and spare chains; what is left of them is removed at the end.
 """
@@ -57,7 +57,6 @@ class Growth:
         Its molecules are what is wanted.
     spare, initiators : float
         Monomers beyond those needed over those needed; growing chains over chains wanted.
-    rng : numpy.random.Generator
     """
 
     def __init__(
@@ -189,12 +188,12 @@ def _cells(position, members, box, radius):
 def grown(
     page: Polymerize, scene: Scene, progress: Callable[[int], object] | None
 ) -> tuple[State, dict[str, np.ndarray]]:
-    """Grow the molecules of a scene, and relax them.
+    """Grow the molecules of a scene, and relax them, so that no two bonds cross.
 
     Returns
     -------
     State
-        Exactly the scene's molecules, in their order, with no two bonds crossing.
+        Exactly the scene's molecules, in their order.
     dict
         One array per name of `RECORD`, one value per round of growth; and ``relax_crossings``,
         pairs of crossing bonds at every look while it relaxed: all 0.
@@ -214,8 +213,8 @@ def grown(
         def look(system, state):
             crossings.append(_crossing(scene, system, state))
 
-        stretch = max(1, round(LOOK / page.relax.dt))
-        state = relaxed(scene, state, progress, stretch, look)
+        interval = max(1, round(LOOK / page.relax.dt))
+        state = relaxed(scene, state, progress, interval, look)
         record["relax_crossings"] = np.array(crossings)
     # Chains that grow and spare monomers that vanish leave flows across the box, which only
     # viscosity would bring to rest.
@@ -250,7 +249,7 @@ def _polymerized(scene, settings, system, seed, kT, progress):
     species = growth.species if len(scene.species) > 1 else None
     velocity = rng.normal(scale=np.sqrt(kT / system.mass_of(species)), size=position.shape)
     state = State(position, velocity, None, np.arange(n, dtype=np.uint32), species, 0)
-    stretch = max(1, round(settings.interval / system.dt))
+    interval = max(1, round(settings.interval / system.dt))
     settle = max(1, round(SETTLE / system.dt))
 
     def look():
@@ -269,7 +268,7 @@ def _polymerized(scene, settings, system, seed, kT, progress):
             place, box, settings.radius, settings.partner == "nearest", state.step, rng
         )
         complete = len(growth.finished()) == growth.asked.sum()
-        state = _moved(state, system, growth, settle if complete else stretch, look)
+        state = _moved(state, system, growth, settle if complete else interval, look)
         place = state.by_identity(state.position)
         try:
             undone += growth.undo_crossed(place, box)
@@ -286,7 +285,7 @@ def _polymerized(scene, settings, system, seed, kT, progress):
             best, last_gain = sums[MADE] - undone, state.step
         if (state.step - last_gain) * system.dt > STALL:
             _stalled(scene, growth, now, settings, undone)
-    return _kept(state, growth, scene), {name: np.array(v) for name, v in record.items()}
+    return _finished_alone(state, growth, scene), {name: np.array(v) for name, v in record.items()}
 
 
 def _moved(state, system, growth, steps, look):
@@ -311,7 +310,7 @@ def _stalled(scene, growth, now, settings, undone):
     )
 
 
-def _kept(state, growth, scene):
+def _finished_alone(state, growth, scene):
     """The finished chains alone, numbered in the scene's order."""
     chains = growth.finished()
     keep = np.concatenate([growth.beads[c, : growth.full[c]] for c in chains])

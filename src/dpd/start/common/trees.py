@@ -26,12 +26,7 @@ if TYPE_CHECKING:
 class Hung(NamedTuple):
     """A tree that hangs by its middle.
 
-    Attributes
-    ----------
-    code : int
-        The same for trees that are the same.
-    order : list of int
-        Its beads: the n-th of one tree is the n-th of any other with the same code.
+    Trees that are the same have the same code, and the n-th bead of one is the n-th of the other.
     """
 
     code: int
@@ -47,18 +42,10 @@ class Trees:
     def hung(
         self, neighbours: Sequence[Sequence[int]], species: Sequence[int] | np.ndarray, bead: int
     ) -> Hung:
-        """Hang up the tree that a bead is of.
-
-        Parameters
-        ----------
-        neighbours : sequence of sequences of int
-            For each bead those that it is bonded to.
-        species : sequence of int
-            Of each bead.
-        bead : int
-        """
+        """Hang up the tree that a bead is of, by the neighbours and species of all beads."""
         middle = dict.fromkeys(middle_of(neighbours, bead))
-        return min((self._hung_by(neighbours, species, root) for root in middle), key=_code)
+        found = (self._hung_by(neighbours, species, root) for root in middle)
+        return min(found, key=lambda hung: hung.code)
 
     def _hung_by(self, neighbours, species, root):
         above, order = {root: -1}, [root]
@@ -80,48 +67,30 @@ class Trees:
         return Hung(code[root], found)
 
 
-def _code(hung):
-    return hung.code
-
-
 def order_of_trees(scene: Scene, particles: Particles, number: np.ndarray, path: str) -> np.ndarray:
-    """The number in the file of each bead of a scene with molecules of any shape.
+    """As `dpd.start.common.matching.order_of`, of a scene with molecules of any shape.
 
-    Parameters
-    ----------
-    scene : Scene
-    particles : Particles
-        With the box of the scene.
-    number : (n,) array
-        Species of each bead of the file, as the scene numbers them.
-    path : str
-        Of the file, for messages.
-
-    Returns
-    -------
-    (n,) int64 array
-        As `dpd.start.common.matching.order_of` has it.
-
-    Raises
-    ------
-    UserError
-        If the molecules are not those of the scene.
+    The particles have the box of the scene, and ``number`` the scene's species of each bead.
     """
     _refuse_rings(particles, path)
-    if np.array_equal(number, scene.kinds) and _same_bonds(scene.bonded, particles.bonds):
+    own, there = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
+    if np.array_equal(number, scene.kinds) and np.array_equal(own, there):
         return np.arange(len(number))
-    trees, there = Trees(), defaultdict(list)
-    neighbours = _neighbours(particles)
+    trees, left = Trees(), defaultdict(list)
+    neighbours: list[list[int]] = [[] for _ in range(particles.beads)]
+    for one, other in particles.bonds.tolist():
+        neighbours[one].append(other)
+        neighbours[other].append(one)
     _, lowest = np.unique(molecules_of(particles), return_index=True)
     for bead in np.sort(lowest).tolist():
         hung = trees.hung(neighbours, number, bead)
-        there[hung.code].append(hung.order)
+        left[hung.code].append(hung.order)
     order = []
     for kind, given in zip(scene.molecules, scene.data["molecules"]):
         species = [scene.species.index(name) for name in kind.beads]
         wanted = trees.hung(kind.neighbours, species, 0)
-        found, there[wanted.code] = (
-            there[wanted.code][: kind.count], there[wanted.code][kind.count :],
+        found, left[wanted.code] = (
+            left[wanted.code][: kind.count], left[wanted.code][kind.count :],
         )  # fmt: skip
         if len(found) < kind.count:
             raise UserError(
@@ -132,21 +101,15 @@ def order_of_trees(scene: Scene, particles: Particles, number: np.ndarray, path:
         beads = np.empty((kind.count, len(kind.beads)), np.int64)
         beads[:, wanted.order] = found
         order.append(beads.ravel())
-    left = [beads for rest in there.values() for beads in rest]
-    if left:
-        first = min(left, key=min)
+    more = [beads for rest in left.values() for beads in rest]
+    if more:
+        first = min(more, key=min)
         raise UserError(
-            f"{path}: it has {len(left)} molecules more than {scene.where}; the first is one of "
+            f"{path}: it has {len(more)} molecules more than {scene.where}; the first is one of "
             f"{len(first)} beads with {particles.called(min(first))}; add them to 'molecules', or "
             "take another file"
         )
     return np.concatenate(order)
-
-
-def _same_bonds(one, other):
-    """Whether two sets of bonds are the same, in whatever order."""
-    rows = [np.unique(np.sort(bonds, axis=1), axis=0) for bonds in (one, other)]
-    return np.array_equal(*rows)
 
 
 def _refuse_rings(particles, path):
@@ -160,12 +123,3 @@ def _refuse_rings(particles, path):
             f"{path}: {particles.called(bead)} is of a molecule with a ring; molecules are chains "
             "or trees here"
         )
-
-
-def _neighbours(particles):
-    """For each bead of a file those that it is bonded to."""
-    found: list[list[int]] = [[] for _ in range(particles.beads)]
-    for one, other in particles.bonds.tolist():
-        found[one].append(other)
-        found[other].append(one)
-    return found
