@@ -80,7 +80,9 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
             f"{path}: is a device, a pipe or a socket; a result is written to a file of its own"
         )
     for given in inputs:
-        if os.path.realpath(given) == os.path.realpath(path) or _same(_status(given), there):
+        if os.path.realpath(given) == os.path.realpath(path) or (
+            there and (other := _status(given)) and os.path.samestat(other, there)
+        ):
             what = f"{given}, which is read" if str(given) != str(path) else "what is read from it"
             raise UserError(
                 f"{path}: what is written would take the place of {what}; choose another name"
@@ -118,10 +120,6 @@ def _status(path):
         return None
     except OSError as problem:
         raise UserError(f"{path}: cannot be read or written ({reason(problem)})") from None
-
-
-def _same(one, other):
-    return one and other and os.path.samestat(one, other)
 
 
 def check_room(path: str | Path, size: int) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
@@ -172,14 +172,6 @@ def _refuse_other(path: Path, planned: Sweep) -> None:
         raise Occupied(f"{path}: holds a sweep with other axes or values, which this one lacks")
 
 
-class _Outcome(NamedTuple):
-    """What became of a point: sentences of warning, and what went wrong, if anything."""
-
-    point: str
-    warnings: Sequence[str] = ()
-    problem: str = ""
-
-
 class _Runs:
     """Processes that run points of a sweep, each `python -m dpd run`.
 
@@ -193,10 +185,11 @@ class _Runs:
         self._at_work: set[subprocess.Popen] = set()
         self._stopped = False
 
-    def run(self, point: Point) -> _Outcome:
+    def run(self, point: Point) -> tuple[Sequence[str], str]:
+        """Sentences of warning, and what went wrong, if anything."""
         result = Path(run_file(self._folder, point.name))
         if self._stopped:
-            return _Outcome(point.name)
+            return (), ""
         scene = result.with_name("scene.yaml")
         text = yaml.safe_dump(point.scene.data)
         files.replace_whole(scene, lambda draft: draft.write_text(text))
@@ -215,10 +208,10 @@ class _Runs:
         lines = said.strip().splitlines()
         warned = [line.removeprefix(WARNING) for line in lines if line.startswith(WARNING)]
         if child.returncode == 0:
-            return _Outcome(point.name, warned)
+            return warned, ""
         problem = lines[-1] if lines else f"ended with code {child.returncode}"
         problem = problem.removeprefix("error: ").removeprefix(f"{scene}: ")
-        return _Outcome(point.name, warned, problem)
+        return warned, problem
 
     def stop(self) -> None:
         """Ask all of them to keep their states and to end."""
@@ -241,10 +234,11 @@ def _run_all(points: Sequence[Point], runs: _Runs, workers: int, progress: bool 
             runs.stop()
             pool.shutdown(cancel_futures=True)
             raise
-    outcomes = [future.result() for future in under_way]
-    for outcome in outcomes:
-        for sentence in outcome.warnings:
-            warnings.warn(f"{outcome.point}: {sentence}", stacklevel=3)
-    failed = [f"{outcome.point}: {outcome.problem}" for outcome in outcomes if outcome.problem]
+    failed = []
+    for point, future in zip(points, under_way):
+        warned, problem = future.result()
+        for sentence in warned:
+            warnings.warn(f"{point.name}: {sentence}", stacklevel=3)
+        failed += [f"{point.name}: {problem}"] if problem else []
     if failed:
         raise UserError(f"{len(failed)} of {len(points)} runs failed; the first: {failed[0]}")

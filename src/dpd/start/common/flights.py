@@ -38,7 +38,11 @@ def flights(scene: Scene, rng: np.random.Generator, in_slabs: bool = False) -> n
             low[along] = box[along] * filled / scene.beads
             slab[along] = box[along] * beads / scene.beads
         filled += beads
-        x = _of_kind(kind, slab, _along(kind, flight), rng)
+        step: Any = flight
+        if isinstance(flight, dict):  # each bond of a molecule has its own
+            step = np.array(list(flight.values()))[numbers_of(flight, kind.species_along(2))]
+            step = step[:, None]
+        x = _of_kind(kind, slab, step, rng)
         if in_slabs:
             x = np.abs((x + slab) % (2 * slab) - slab)  # reflected at both faces
         parts.append((x + low).reshape(-1, len(box)))
@@ -46,14 +50,6 @@ def flights(scene: Scene, rng: np.random.Generator, in_slabs: bool = False) -> n
     for axis in scene.ended:
         x[:, axis] = np.abs((x[:, axis] + box[axis]) % (2 * box[axis]) - box[axis])
     return x
-
-
-def _along(kind, flight):
-    """The length of each step of a random flight along a molecule, or of all."""
-    if not isinstance(flight, dict):
-        return flight
-    numbers = numbers_of(flight, kind.species_along(2))
-    return np.array(list(flight.values()))[numbers][:, None]
 
 
 def _of_kind(kind, size, flight, rng):

@@ -6,6 +6,7 @@ order, or the beads of a molecule from the other end.
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,12 +103,8 @@ def _numbers_of_species(scene, particles, path):
 
 def _formula(names):
     """Species along a molecule as the scene would write them."""
-    words, first = [], 0
-    for place in range(1, len(names) + 1):
-        if place == len(names) or names[place] != names[first]:
-            words += [names[first], str(place - first)] if place - first > 1 else [names[first]]
-            first = place
-    return shown(" ".join(words), str)
+    counts = [(name, len(list(alike))) for name, alike in groupby(names)]
+    return shown(" ".join(name if n == 1 else f"{name} {n}" for name, n in counts), str)
 
 
 def _refuse_more(scene, particles, chains, number, path):
