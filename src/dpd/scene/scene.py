@@ -6,7 +6,7 @@ import json
 import math
 import os
 from functools import cached_property
-from itertools import combinations_with_replacement, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,11 +16,9 @@ from dpd.digest import value_digest
 from dpd.errors import UserError, shown
 from dpd.own import blame, check_slope, file_of
 from dpd.page import BondForce, Change, Refusals
-from dpd.scene.architecture import tree_of
 from dpd.scene.changes import changed
+from dpd.scene.composition import Composition
 from dpd.scene.limits import AXES, CUTOFF, densities, limits, unknown_names
-from dpd.scene.molecules import Joined, Molecule, joined
-from dpd.scene.reading import Settings
 from dpd.scene.schedule import Stage, enter
 from dpd.scene.yaml import read_yaml, value_of
 
@@ -28,7 +26,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
-NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
 
 
 class Steps(NamedTuple):
@@ -38,7 +35,7 @@ class Steps(NamedTuple):
     sample: int
 
 
-class Scene(Settings):
+class Scene(Composition):
     """One system and how long it is simulated.
 
     Parameters
@@ -254,73 +251,6 @@ class Scene(Settings):
         return self.terms["integrator"].is_auto
 
     @property
-    def dimension(self) -> int:
-        return self.data["dimension"]
-
-    @cached_property
-    def box(self) -> tuple[float, ...]:
-        """Edges in r_c, one per axis."""
-        box = self.data["box"]
-        edges = box if isinstance(box, list) else [box] * self.dimension
-        return tuple(float(edge) for edge in edges)
-
-    @property
-    def volume(self) -> float:
-        return math.prod(self.box)
-
-    @cached_property
-    def molecules(self) -> tuple[Molecule, ...]:
-        """The kinds of molecules, in the scene's order."""
-        kinds = []
-        for kind in self.data["molecules"]:
-            beads, parents = tree_of(kind["architecture"])
-            count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
-            kinds.append(Molecule(beads, parents, count))
-        return tuple(kinds)
-
-    @cached_property
-    def species(self) -> tuple[str, ...]:
-        """Names of the species, sorted; their places are the numbers that the engine uses."""
-        return tuple(sorted({name for kind in self.molecules for name in kind.beads}))
-
-    @cached_property
-    def kinds(self) -> np.ndarray:
-        """(n,) uint8 array: the number of the species of each bead."""
-        number = {name: place for place, name in enumerate(self.species)}
-        each = [
-            np.tile([number[name] for name in kind.beads], kind.count) for kind in self.molecules
-        ]
-        return np.concatenate(each).astype(np.uint8)
-
-    @property
-    def beads(self) -> int:
-        """Number of beads."""
-        return sum(kind.count * len(kind.beads) for kind in self.molecules)
-
-    @property
-    def density(self) -> float:
-        """Beads per r_c^dimension, from the whole number of molecules."""
-        return self.beads / self.volume
-
-    @cached_property
-    def missed_densities(self) -> dict[int, tuple[float, float]]:
-        """Densities asked for and found, by kinds whose whole molecules miss them."""
-        missed = {}
-        for place, (kind, given) in enumerate(zip(self.molecules, self.data["molecules"])):
-            found = kind.count * len(kind.beads) / self.volume
-            if abs(found / given.get("density", found) - 1) > NOTED_MISSED:
-                missed[place] = given["density"], found
-        return missed
-
-    def sizes(self, place: int) -> str:
-        """Box, count and the density that they make, in words."""
-        kind = self.molecules[place]
-        edges = " x ".join(f"{edge:g}" for edge in self.box)
-        of = f" of {len(kind.beads)} beads" if len(kind.beads) > 1 else ""
-        density = kind.count * len(kind.beads) / self.volume
-        return f"{kind.count} molecules{of} in a box of {edges} make {density:.4g}"
-
-    @property
     def notes(self) -> list[str]:
         """Sentences for a person on what the scene does not quite get."""
         missed = [
@@ -348,42 +278,6 @@ class Scene(Settings):
             return float(gamma)
         by_pair = any(" " in name for name in gamma)
         return self.by_pair(gamma) if by_pair else np.array(self.by_species(gamma))
-
-    @cached_property
-    def masses(self) -> np.ndarray | None:
-        """(species,) array; None where the scene names no masses."""
-        if "mass" not in self.data:
-            return None
-        return np.array([float(self.data["mass"].get(name, 1)) for name in self.species])
-
-    @property
-    def lightest(self) -> float:
-        """Mass of the lightest beads."""
-        return 1.0 if self.masses is None else float(self.masses.min())
-
-    @cached_property
-    def joined(self) -> dict[int, Joined]:
-        """What laws join, by the number of beads: all bonds, and angles that a law names."""
-        laws: dict[int, Any] = {2: {}, 3: {}}
-        laws |= {term.joins: term.laws(self) for term in self.terms.values() if term.joins}
-        return {size: joined(self.molecules, each, size) for size, each in laws.items()}
-
-    @property
-    def bonded(self) -> np.ndarray:
-        """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
-        return self.joined[2].members
-
-    @property
-    def angled(self) -> np.ndarray:
-        """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
-        return self.joined[3].members
-
-    @cached_property
-    def lengths(self) -> np.ndarray:
-        """(molecules,) array: beads of each molecule."""
-        return np.repeat(
-            [len(kind.beads) for kind in self.molecules], [kind.count for kind in self.molecules]
-        )
 
     @cached_property
     def steps(self) -> Steps:
@@ -430,37 +324,6 @@ class Scene(Settings):
             room = min(self.period) >= 2 * (CUTOFF + skin) and Change.SLIDES not in self.made
             chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
         return float(skin) if chosen == "list" else 0.0
-
-    # --- species
-
-    def by_species(self, given: float | Mapping[str, float]) -> tuple[float, ...]:
-        """A value for each species, from one for all or from a table."""
-        if not isinstance(given, dict):
-            return (float(given),) * len(self.species)  # type: ignore[arg-type]
-        return tuple(float(given[name]) for name in self.species)
-
-    def by_pair(self, values: Mapping[str, float]) -> np.ndarray:
-        """(species, species) array of values by pairs as "A B"; NaN for pairs without one."""
-        table = np.full((len(self.species),) * 2, np.nan)
-        for pair, value in values.items():
-            i, j = (self.species.index(name) for name in pair.split())
-            table[i, j] = table[j, i] = value
-        return table
-
-    @property
-    def pairs(self) -> list[tuple[str, ...]]:
-        """All pairs of species, each once."""
-        return list(combinations_with_replacement(self.species, 2))
-
-    @property
-    def has_bonds(self) -> bool:
-        """Whether any molecule has several beads."""
-        return bool(self.species_along(2))
-
-    def species_along(self, size: int) -> list[tuple[str, ...]]:
-        """Species of all bonded pairs, or triples, each once, in the order in which they come."""
-        found = (name for kind in self.molecules for name in kind.species_along(size))
-        return list(dict.fromkeys(min(name, name[::-1]) for name in found))
 
     # --- what terms do to the space and to the flow
 
