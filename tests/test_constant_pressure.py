@@ -23,8 +23,8 @@ from dpd.particles.formats import read, write
 from dpd.pipeline.status import look_at
 from dpd.runs.run import Options, simulate
 from dpd.runs.warnings import pressure_warning
-from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
+from dpd.scene.yaml import merge
 from dpd.sources import file_of
 from dpd.stages import unused
 from dpd.start.common.files import read_start, starting_from, write_start

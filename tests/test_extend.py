@@ -25,8 +25,8 @@ from dpd.runs import auto as probing
 from dpd.runs.extend import extend, longer
 from dpd.runs.result import STATE, checkpoint_path, go_on_from, read_former
 from dpd.runs.run import Options, simulate
-from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
+from dpd.scene.yaml import merge
 from dpd.start.common.make import make_start, system_of
 
 CHAINS = {

@@ -11,10 +11,9 @@ from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.physics.integrator import SCHEMES, Integrator
 from dpd.pipeline.study import read_paper, read_study
-from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
 from dpd.scene.start import start_digest
-from dpd.scene.yaml import read_yaml
+from dpd.scene.yaml import merge, read_yaml
 from dpd.start.common.flights import FLIGHT
 from dpd.start.common.make import make_start
 

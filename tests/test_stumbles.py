@@ -14,8 +14,8 @@ import yaml
 from dpd.errors import UserError
 from dpd.pipeline.study import _check_seeds, read_config
 from dpd.report.captions import sweep_line
-from dpd.scene.changes import merge
 from dpd.scene.scene import Scene
+from dpd.scene.yaml import merge
 from tests.test_cli import SCENE, dpd, write
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 

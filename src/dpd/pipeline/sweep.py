@@ -10,8 +10,8 @@ from zlib import crc32
 from dpd.digest import value_digest
 from dpd.errors import UserError, suggestion
 from dpd.pipeline.points import check_axes, check_blocks, fixed, text_of
-from dpd.scene.changes import changed, merge
 from dpd.scene.scene import Scene
+from dpd.scene.yaml import changed, merge
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,10 @@ from dpd.digest import value_digest
 from dpd.errors import UserError, shown
 from dpd.own import blame, check_slope, file_of
 from dpd.page import BondForce, Change, Refusals
-from dpd.scene.changes import changed
 from dpd.scene.composition import Composition
 from dpd.scene.limits import AXES, CUTOFF, densities, limits, unknown_names
 from dpd.scene.schedule import Stage, enter
-from dpd.scene.yaml import read_yaml, value_of
+from dpd.scene.yaml import changed, read_yaml, value_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from dpd.errors import UserError, suggestion
 from dpd.page import Change
-from dpd.scene.changes import changed
+from dpd.scene.yaml import changed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

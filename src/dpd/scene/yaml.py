@@ -1,4 +1,4 @@
-"""YAML 1.2: numbers and words mean what they look like.
+"""YAML 1.2: numbers and words mean what they look like; and changes of what it holds.
 
 PyYAML reads YAML 1.1, where `no` is false, 010 is 8, 1:30 is 90 and 1e5 is text, and takes the last
 of two values of one key. Here `no` and 1:30 are text, 010 is 10 and 1e5 a number, as YAML 1.2 has
@@ -8,12 +8,16 @@ it (https://yaml.org/spec/1.2.2, Section 10.3), and a key stands once.
 from __future__ import annotations
 
 import re
+from copy import copy
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import yaml
 
 from dpd.errors import UserError, reason, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
 DEEPEST = 64  # levels of lists and mappings; a paper has about ten, and libyaml dies of thousands
@@ -130,3 +134,38 @@ def _depth(text):
         depth = max(0, depth + (1 if bracket in "[{" else -1))
         deepest = max(deepest, depth)
     return deepest + max((len(each) // 2 for each in re.findall(r"(?:[-?:] )+", text)), default=0)
+
+
+def changed(base: Any, settings: Mapping[str, Any], where: str = "scene") -> Any:
+    """``base`` with values put in by their keys, each of which is joined by dots; see `merge`."""
+    for key, value in settings.items():
+        for part in reversed(key.split(".")):
+            value = {part: value}
+        base = merge(base, value, where)
+    return base
+
+
+def merge(base: Any, change: Any, where: str = "scene", inside: str = "") -> Any:
+    """``base`` with ``change`` put in: dicts key by key, list items by number; neither is altered.
+
+    Raises
+    ------
+    UserError
+        If keys are to be put into a list without such items, or into something that has none.
+    """
+    if not isinstance(change, dict):
+        return change
+    if not isinstance(base, dict | list):
+        key = ".".join(filter(None, (inside, *map(str, list(change)[:1]))))
+        raise UserError(f"{where}: {key} cannot be set: its place holds {shown(base)}, no keys")
+    merged: Any = copy(base)
+    for name, value in change.items():
+        key = f"{inside}.{name}" if inside else str(name)
+        if isinstance(merged, list) and (not str(name).isdigit() or int(name) >= len(merged)):
+            problem = f"no item {name!r} in a list of {len(merged)}; they count from 0"
+            raise UserError(f"{where}: {key}: {problem}")
+        if isinstance(merged, list):
+            name = int(name)
+        before = merged[name] if isinstance(merged, list) else merged.get(name, {})
+        merged[name] = merge(before, value, where, key)
+    return merged
