@@ -115,26 +115,16 @@ def _as_compiled(law):
     return type(law)(*columns, np.ascontiguousarray(number, dtype=np.uint16))
 
 
-def number_of_batches(bonds: Bonds | None) -> int:
-    """None for a system without bonds."""
-    return 0 if bonds is None else len(bonds.batch) - 1
-
-
-def arm_buffers(dimension: int, size: int) -> Arms:
-    """Room for so many bonds or angles."""
-    return Arms(
-        np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((dimension, size)),
-        np.empty(size), np.empty((dimension, size)),
-    )  # fmt: skip
-
-
 def buffers_of(dimension: int, *bonded: Bonds | Angles | None, whole: bool = False) -> Arms | None:
     """Room for the largest batch of some bonds or angles, or for all; None where there are none."""
     there = [each for each in bonded if each is not None]
     if not there:
         return None
-    sizes = [len(each.members) if whole else int(np.diff(each.batch).max()) for each in there]
-    return arm_buffers(dimension, max(sizes))
+    size = max(len(each.members) if whole else int(np.diff(each.batch).max()) for each in there)
+    return Arms(
+        np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((dimension, size)),
+        np.empty(size), np.empty((dimension, size)),
+    )  # fmt: skip
 
 
 @inlined(given="slot")

@@ -76,13 +76,6 @@ def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Sha
     )
 
 
-def moments_and_beads(sampled: Sampled) -> tuple[np.ndarray, np.ndarray]:
-    """(samples, cells, q, q) and (samples, cells) arrays: the moments, and the numbers."""
-    samples, (cells, rows, q) = len(sampled.moments), sampled.of_beads.shape[1:]
-    found = sampled.moments.reshape(samples, cells, rows, q)
-    return found[:, :, :q], found[:, :, q, 0]
-
-
 @inlined()
 def add_up_beads(team, x, v, species, mass, across, sampled, edges):
     """Add up the moments of the velocities, all threads together."""

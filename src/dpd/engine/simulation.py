@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.bonded import angles_of, bonds_of, buffers_of, number_of_batches
+from dpd.engine.bonded import angles_of, bonds_of, buffers_of
 from dpd.engine.cells import cell_buffers, grid_of
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
 from dpd.engine.images import row_edges
 from dpd.engine.integrate import times_of
 from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
-from dpd.engine.sampling import across_of, moments_and_beads, sampled_buffers
+from dpd.engine.sampling import across_of, sampled_buffers
 from dpd.engine.search import line_buffers, list_buffers, pair_buffers
 from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
@@ -257,8 +257,10 @@ class Simulation(Snapshot):
     def _sums(self, at, sampled, measure):
         """Sums as they are given, of samples in the box as it is now."""
         samples, d = len(at), self.system.dimension
-        moments, beads = moments_and_beads(sampled)
-        sums = Sums(at, np.full(samples, self.volume if samples else 0.0), beads, moments)
+        cells, rows, q = sampled.of_beads.shape[1:]
+        found = sampled.moments.reshape(samples, cells, rows, q)
+        volume = np.full(samples, self.volume if samples else 0.0)
+        sums = Sums(at, volume, found[:, :, q, 0], found[:, :, :q])
         if not measure:
             return sums
         walls = sampled.walls
@@ -331,8 +333,12 @@ class Simulation(Snapshot):
     def _shared_buffers(self):
         """What the threads share in a call without samples; the image is yet to be added."""
         plan, dimension, beads = self._plan, self.system.dimension, self.state.identity.size
-        tasks = number_of_batches(plan.bonds) + len(plan.grid.blocks.piece) - 1
-        renews, at_walls = plan.scheme.renewal is not None, self._at_walls()
+        batches = 0 if plan.bonds is None else len(plan.bonds.batch) - 1
+        tasks = batches + len(plan.grid.blocks.piece) - 1
+        renews, walls, at_walls = plan.scheme.renewal is not None, self.system.walls, None
+        if walls is not None:
+            sums = np.zeros((len(walls.axis), DRAG + dimension))
+            at_walls = AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
         shared = Shared(
             cells=cell_buffers(plan.grid, beads, self._threads),
             slot=None if plan.bonds is None else np.empty(beads, np.uint32),
@@ -361,14 +367,6 @@ class Simulation(Snapshot):
                 sampled=sampled_buffers(samples, beads, self._plan.across, shared)
             )
         return shared._replace(image=np.array(self.state.image.T, np.int32, order="C"))
-
-    def _at_walls(self):
-        """Where is noted what happens at walls, if there are any."""
-        walls = self.system.walls
-        if walls is None:
-            return None
-        sums = np.zeros((len(walls.axis), DRAG + self.system.dimension))
-        return AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
 
     def _refuse_behind(self, at_walls):
         """Refuse a bead too far behind a wall.

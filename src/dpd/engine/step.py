@@ -437,15 +437,9 @@ def take_sample(team, plan, beads, sampled, k):
     """Take sums over all beads and pairs after a step, as the k-th sample."""
     barrier(team)  # all have come to the end of the step
     add_up_beads(
-        team,
-        beads.position,
-        beads.velocity,
-        beads.species,
-        plan.mass,
-        plan.across,
-        sampled,
+        team, beads.position, beads.velocity, beads.species, plan.mass, plan.across, sampled,
         plan.edges,
-    )
+    )  # fmt: skip
     barrier(team)
     if team.rank == 0:
         move_sums(sampled.moments, k, sampled.moments_of)

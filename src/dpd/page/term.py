@@ -158,7 +158,7 @@ class PairForce(Term):
 
     def modules(self, scene: Any) -> tuple[str, ...]:
         """What adds it to the repulsion."""
-        return ("dpd.physics.common.own_pairs",)
+        return ("dpd.physics.common.records",)
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """What its formulas see as ``self``, where that is not its settings.

@@ -27,11 +27,9 @@ class Angle(Section):
         return -self.stiffness * (theta - self.angle)
 
     def energy(self, theta: float) -> Any:
-        """Energy u."""
         return 0.5 * self.stiffness * (theta - self.angle) ** 2
 
     def curvature(self, theta: float) -> Any:
-        """Second derivative u''."""
         return self.stiffness
 
 
@@ -55,7 +53,6 @@ class HarmonicAngles(BondedForce, key="angle"):
         }
 
     def untried(self) -> str:
-        """Without angles is how schemes were measured."""
         return "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
 
     def refuses(self, scene: Any) -> Refusals:

@@ -84,7 +84,6 @@ class DrivingForce(Term, key="body_force"):
         return ("xyz".index(self.opposite),) if self.opposite else ()
 
     def untried(self) -> str:
-        """At rest is how schemes were measured."""
         return "schemes were measured in the bulk at rest; with a body force take gw-vv"
 
     def record(self, scene: Any) -> BodyForce:

@@ -19,23 +19,18 @@ class BondLaw(Section):
     length: float = setting("Rest length.", 0.0, unit="r_c", ge=0, le=1000)
 
     def force(self, r: float) -> Any:
-        """Force F."""
         return -self.stiffness * (r - self.length)
 
     def force_over_r(self, r: float) -> Any:
-        """Force over distance, F / r."""
         return -self.stiffness * (1.0 - self.length / r)
 
     def energy(self, r: float) -> Any:
-        """Energy u."""
         return 0.5 * self.stiffness * (r - self.length) ** 2
 
     def curvature(self, r: float) -> Any:
-        """Second derivative u''."""
         return self.stiffness
 
     def at_rest(self) -> float:
-        """The rest length."""
         return self.length
 
 
@@ -52,5 +47,4 @@ class HarmonicBonds(BondForce, key="bond"):
     law: OneOrTable[BondLaw, Pair] = setting("One law, or one for each pair of species.")
 
     def untried(self) -> str:
-        """With such bonds is how schemes were measured."""
         return ""

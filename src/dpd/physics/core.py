@@ -45,7 +45,6 @@ class RigidCore(Term, key="core"):
             )
 
     def untried(self) -> str:
-        """A core is not soft."""
         text = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
         return text if self.radius else ""
 

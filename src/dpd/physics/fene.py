@@ -33,18 +33,15 @@ class Fene(BondForce, key="fene"):
     length: PerPair[Positive] = setting("The length R that no bond reaches.", unit="r_c")
 
     def force(self: Any, r: float) -> float:
-        """Force F."""
         r = within(r, self.length)
         return -self.stiffness * r / (1.0 - (r / self.length) ** 2)
 
     def energy(self: Any, r: float) -> float:
-        """Energy u."""
         short, square = within(r, self.length), self.length**2
         energy = -0.5 * self.stiffness * square * math.log(1.0 - short * short / square)
         return energy + self.stiffness * short / (1.0 - short * short / square) * (r - short)
 
     def curvature(self: Any, r: float) -> float:
-        """Second derivative u''."""
         square = (within(r, self.length) / self.length) ** 2
         return self.stiffness * (1.0 + square) / (1.0 - square) ** 2
 

@@ -113,7 +113,6 @@ class Integrator(Term, key="integrator"):
         return self._guess or self
 
     def completed(self, scene: Any) -> Self:
-        """For auto with a first guess."""
         if not self.is_auto:
             return self
         from dpd.physics.common.automatic import TOLERANCE, choose
@@ -124,7 +123,6 @@ class Integrator(Term, key="integrator"):
         return found
 
     def notes(self, scene: Any) -> Iterator[str]:
-        """The first guess of auto."""
         if self.is_auto:
             yield (
                 f"integrator.scheme: auto begins with {self.named.scheme}, dt {scene.dt:g}, a "
@@ -137,7 +135,6 @@ class Integrator(Term, key="integrator"):
         return scheme_named(self.named.scheme).exchange is not None
 
     def modules(self, scene: Any) -> tuple[str, ...]:
-        """Of exchanges of momentum."""
         return ("dpd.physics.common.exchange",) if self.exchanges else ()
 
     def refuses(self, scene: Any) -> Refusals:

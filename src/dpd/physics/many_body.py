@@ -40,11 +40,9 @@ class ManyBodyForces(Term, key="many_body"):
     )
 
     def untried(self) -> str:
-        """Without it is how schemes were measured."""
         return "schemes were measured without many-body forces; take gw-vv and dt 0.01"
 
     def record(self, scene: Any) -> ManyBody:
-        """The law in as many dimensions as the scene has."""
         return many_body(self.repulsion, self.range, scene.dimension)
 
 
@@ -67,7 +65,6 @@ class ManyBody(NamedTuple):
         return 0.25 * self.repulsion * self.range * crowd * x * x
 
     def force(self, crowd: float, r: float) -> float:
-        """Force of a pair."""
         return self.repulsion * crowd * max(0.0, 1.0 - r / self.range)
 
     def curvature(self, crowd: float, r: float) -> float:

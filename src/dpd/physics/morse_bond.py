@@ -29,19 +29,15 @@ class MorseBonds(BondForce, key="morse_bond"):
     length: PerPair[Positive] = setting("Rest length l.", unit="r_c")
 
     def force(self: Any, r: float) -> float:
-        """Force F."""
         e = decay(self.alpha, self.length, r)
         return -2.0 * self.alpha * self.depth * (1.0 - e) * e
 
     def energy(self: Any, r: float) -> float:
-        """Energy u."""
         return self.depth * (1.0 - decay(self.alpha, self.length, r)) ** 2
 
     def curvature(self: Any, r: float) -> float:
-        """Second derivative u''."""
         e = decay(self.alpha, self.length, r)
         return 2.0 * self.alpha**2 * self.depth * (2.0 * e - 1.0) * e
 
     def at_rest(self: Any) -> float:
-        """The rest length."""
         return self.length

@@ -104,7 +104,6 @@ class TabulatedForces(PairForce, key="pair"):
         return {"table": of_pair, "end": np.array(ends)[of_pair], "coefficients": np.array(tables)}
 
     def force(self: Any, r: float, w: float) -> float:
-        """Of the table of a pair."""
         table, c, place = self.table, self.coefficients, r / self.end * CELLS
         cell = min(int(place), CELLS - 1)
         t, inside = place - cell, 1.0 if r < self.end else 0.0

@@ -81,7 +81,6 @@ class ConstantPressure(Term, key="pressure"):
     )  # fmt: skip
 
     def modules(self, scene: Any) -> tuple[str, ...]:
-        """What stretches the box."""
         return ("dpd.engine.barostat",)
 
     def completed(self, scene: Any) -> Self:
@@ -133,7 +132,6 @@ class ConstantPressure(Term, key="pressure"):
             )
 
     def stretched(self) -> str:
-        """As it is asked for."""
         return self.axes
 
     def record(self, scene: Any) -> Pressure | None:

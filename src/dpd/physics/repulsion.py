@@ -33,7 +33,6 @@ class SoftRepulsion(Term, key="repulsion"):
     )
 
     def repulsions(self, scene: Any) -> dict[str, float]:
-        """All that the scene names."""
         return self.pairs
 
     def unknown(self, scene: Any) -> Refusals:
@@ -58,9 +57,7 @@ class Soft(NamedTuple):
         return a * w
 
     def energy(self, a: float, r: float, w: float) -> float:
-        """Energy u."""
         return 0.5 * a * w * w
 
     def curvature(self, a: float, r: float, w: float) -> float:
-        """Second derivative u'' within the cutoff."""
         return a

@@ -46,15 +46,12 @@ class SteadyShear(Term, key="shear"):
     )
 
     def axes(self) -> tuple[int, int]:
-        """Numbers of the axes of the flow and of its gradient."""
         return "xyz".index(self.flow), "xyz".index(self.gradient)
 
     def across(self, scene: Any) -> tuple[int, ...]:
-        """The axis of its gradient."""
         return ("xyz".index(self.gradient),)
 
     def untried(self) -> str:
-        """A system at rest is what steps are tried on."""
         return "steps are tried at rest, which says nothing of shear; take gw-vv and dt 0.04"
 
     def conflicts(self) -> Refusals:
@@ -105,7 +102,6 @@ class SteadyShear(Term, key="shear"):
         return tuple(edges)
 
     def record(self, scene: Any) -> Shear:
-        """Its rate and its axes."""
         return Shear(self.rate, *self.axes())
 
 

@@ -58,7 +58,6 @@ class Thermostat(Term, key="thermostat"):
             yield from inside("gamma", check_species(self.gamma, scene.species, 4.5))
 
     def frictions(self) -> list[float]:
-        """All values of gamma."""
         return list(self.gamma.values()) if isinstance(self.gamma, dict) else [self.gamma]
 
     def brakes(self, scene: Any) -> bool:
@@ -70,11 +69,9 @@ class Thermostat(Term, key="thermostat"):
         return self.kind == "langevin"
 
     def modules(self, scene: Any) -> tuple[str, ...]:
-        """Of what acts on each bead."""
         return ("dpd.physics.common.langevin",) if self.kind == "langevin" else ()
 
     def untried(self) -> str:
-        """What schemes were measured with."""
         if self.kind == "langevin":
             return (
                 "schemes were measured with friction between pairs; for Langevin take gw-vv or "

@@ -78,7 +78,6 @@ class SoftWalls(Term, key="walls"):
     )  # fmt: skip
 
     def axes(self) -> tuple[int, ...]:
-        """Numbers of the axes with planes."""
         names = self.axis if isinstance(self.axis, list) else [self.axis]
         return tuple(sorted("xyz".index(name) for name in names))
 
@@ -153,19 +152,15 @@ class SoftWalls(Term, key="walls"):
         return self.reach(scene) + 1.0 if axis in self.axes() else 0.0
 
     def across(self, scene: Any) -> tuple[int, ...]:
-        """The axes with planes."""
         return self.axes()
 
     def brakes(self, scene: Any) -> bool:
-        """By its friction."""
         return self.gamma > 0
 
     def untried(self) -> str:
-        """At rest and in the bulk is what schemes were measured."""
         return "schemes were measured in the bulk at rest; with walls take gw-vv"
 
     def records(self, scene: Any) -> dict[str, Any]:
-        """The planes, and their friction."""
         return {"walls": self.record(scene), "wall_friction": float(self.gamma)}
 
     def record(self, scene: Any) -> Walls:
@@ -191,7 +186,6 @@ class WallFriction(NamedTuple):
     gaussian: bool  # Gaussian instead of uniform random numbers
 
     def random(self, zeta: float, w: float) -> float:
-        """Noise along an axis."""
         return self.amplitude * w * zeta
 
     def drag(self, velocity: float, w: float) -> float:
@@ -218,13 +212,10 @@ class Walls(NamedTuple):
         return a * max(0.0, 1.0 - z)
 
     def energy(self, a: float, z: float) -> float:
-        """Energy u."""
         return 0.5 * a * max(0.0, 1.0 - z) ** 2
 
     def curvature(self, a: float, z: float) -> float:
-        """Second derivative u''."""
         return a if z < 1.0 else 0.0
 
     def weight(self, z: float) -> float:
-        """The weight w of the friction."""
         return min(1.0, max(0.0, 1.0 - z))

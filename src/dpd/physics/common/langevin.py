@@ -22,7 +22,6 @@ class Langevin(NamedTuple):
     shares: np.ndarray | None = None
 
     def random(self, zeta: float) -> float:
-        """Noise along an axis."""
         return self.amplitude * zeta
 
     def drag(self, velocity: float) -> float:

@@ -1,17 +1,24 @@
-"""Records of numbers with the formulas of a page: what kernels get of pair forces and bonds."""
+"""Records of numbers with the formulas of a page: what kernels get of pair forces and bonds.
+
+The engine knows one conservative force between pairs, a record with ``force(a, r, w)``, ``energy``
+and ``curvature``, and takes for a the entry of its table ``repulsion`` for the two species. With
+pair forces of a user's own beside the repulsion one record adds up all of them, and that table
+holds the number of the pair of species, by which each force finds its own numbers.
+"""
 
 from __future__ import annotations
 
 import sys
 from collections import namedtuple
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dpd.digest import text_digest
 from dpd.laws import numbers_of
 from dpd.page import Section
-from dpd.physics.common.forces import force
+from dpd.physics.common.forces import curvature, energy, force, law_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -20,20 +27,31 @@ if TYPE_CHECKING:
 
 STEP = 1e-5  # r_c, of the difference that stands for a curvature which a page does not give
 PER_STEP = 0.5 / STEP
+METHODS = ("force", "energy", "curvature")
+SUMS = """
+def force_(self, a, r, w):
+    n, r, inside = int(a), min(r, 1.0), 1.0 if w > 0.0 else 0.0
+    return force(self.base, self.table[n], r, w) + inside * ({force})
+
+def energy_(self, a, r, w):
+    n, r, inside = int(a), min(r, 1.0), 1.0 if w > 0.0 else 0.0
+    return energy(self.base, self.table[n], r, w) + inside * ({energy})
+
+def curvature_(self, a, r, w):
+    n, r, inside = int(a), min(r, 1.0), 1.0 if w > 0.0 else 0.0
+    return curvature(self.base, self.table[n], r, w) + inside * ({curvature})
+"""
 
 
 def curvature_of_pair(self: Any, r: float, w: float) -> float:
-    """Of the energy between two beads."""
     return (force(self, r - STEP, w + STEP) - force(self, r + STEP, w - STEP)) * PER_STEP
 
 
 def curvature_of_bond(self: Any, r: float) -> float:
-    """Of the energy of a bond."""
     return (force(self, r - STEP) - force(self, r + STEP)) * PER_STEP
 
 
 def force_over_r(self: Any, r: float) -> float:
-    """Of a bond."""
     return force(self, r) / r
 
 
@@ -89,3 +107,35 @@ def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
         type(laws[0]), (*values, "number"), force_over_r=force_over_r, curvature=curvature_of_bond
     )
     return made(**values, number=number)
+
+
+def with_own(base: Any, pages: Sequence[PairForce], scene: Any) -> Any:
+    """The repulsion and some forces of one's own as one force between pairs."""
+    records = [pair_record(page, scene) for page in pages]
+    size = len(base.repulsion)
+    number = np.arange(size * size, dtype=np.float64).reshape(size, size)
+    table = np.ascontiguousarray(base.repulsion.ravel(), dtype=np.float64)
+    return _sum_class(base, records)(number, table, base, *records)
+
+
+def _sum_class(base, records):
+    """The class of the record of all, in a module that is called by what it sums up."""
+    parts = [f"{type(each).__module__}.{type(each).__name__}" for each in (base, *records)]
+    name = f"own_pairs_{text_digest(' '.join(parts))}"
+    module = sys.modules.setdefault(name, ModuleType(name))
+    if not hasattr(module, name):
+        own = [f"own{number}" for number in range(len(records))]
+
+        def total(method):
+            return " + ".join(f"{method}(law_of(self.{each}, n), r, w)" for each in own)
+
+        made: dict[str, Any] = {
+            "force": force, "energy": energy, "curvature": curvature, "law_of": law_of,
+        }  # fmt: skip
+        exec(SUMS.format(**{method: total(method) for method in METHODS}), made)
+        fields = namedtuple("Pairs", ["repulsion", "table", "base", *own])
+        methods = {key: made[f"{key}_"] for key in METHODS}
+        made_class = type(name, (fields,), {"__slots__": (), **methods})
+        made_class.__module__ = name
+        setattr(module, name, made_class)
+    return getattr(module, name)

@@ -16,7 +16,7 @@ from dpd.errors import UserError
 from dpd.own import told_of
 from dpd.page import Change, PairForce
 from dpd.particles.particles import box_at, whole_images
-from dpd.physics.common.records import bond_record
+from dpd.physics.common.records import bond_record, with_own
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import joined
@@ -66,8 +66,6 @@ def _records(scene, terms):
             )
     own = [term for term in terms.values() if isinstance(term, PairForce)]
     if own:
-        from dpd.physics.common.own_pairs import with_own
-
         found["pair"] = with_own(found["pair"], own, scene)
     return found
 
