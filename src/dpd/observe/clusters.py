@@ -1,16 +1,8 @@
 """Sizes of clusters, as the aggregation numbers of micelles."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from dpd.page import Change, Observable, Refusals, Species, setting
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from dpd.observe.common.snapshot import Snapshot
-    from dpd.scene.scene import Scene
 
 COMMON = ("sample",)
 
@@ -23,11 +15,12 @@ class Clusters(Observable, key="clusters"):
     instead, whether they are bonded or not. Of clusters with n_i molecules or beads the
     number-averaged size is the mean of n_i, the weight-averaged one the sum of n_i^2 over that of
     n_i: the size of the cluster in which one of them, taken by lot, is. Both are 0 where no cluster
-    is as large as `least`.
+    is as large as `least`. A sample takes as long as 25 steps of a melt; micelles live longer than
+    the 10 tau between two of them.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 4.0
+    interval = 10.0
     gives = {
         "clusters": (COMMON, "1", "number of clusters"),
         "cluster_mean": (COMMON, "1", "number-averaged size of clusters"),
@@ -51,11 +44,10 @@ class Clusters(Observable, key="clusters"):
     )  # fmt: skip
     largest: int = setting("Largest size whose density is kept.", 200, ge=1, le=10**5)
 
-    def axes(self, scene: Scene) -> Mapping[str, tuple[Any, str, str]]:
-        """Sizes from 1."""
+    def axes(self, scene: Any) -> Any:
         return {"cluster_size": (range(1, self.largest + 1), "1", "size of a cluster")}
 
-    def refuses(self, scene: Scene) -> Refusals:
+    def refuses(self, scene: Any) -> Refusals:
         """No species, and distances at which a bead meets images of others."""
         if not self.species_of(scene):
             yield "of", f"is missing; give species, as [{scene.species[0]}]"
@@ -64,13 +56,12 @@ class Clusters(Observable, key="clusters"):
         if self.within > half:
             yield "within", f"{self.within:g} is more than half the box; allowed: <= {half:g}"
 
-    def species_of(self, scene: Scene) -> list[str]:
+    def species_of(self, scene: Any) -> list[str]:
         """The species by which they touch."""
         chains = [kind.beads for kind in scene.molecules if len(kind.beads) > 1]
         return self.of or [name for name in scene.species if any(name in each for each in chains)]
 
-    def measure(self, now: Snapshot) -> dict[str, Any]:
-        """Numbers, averages, and densities by size."""
+    def measure(self, now: Any) -> Any:
         import numpy as np
 
         sizes = self.sizes(now)
@@ -78,14 +69,12 @@ class Clusters(Observable, key="clusters"):
         counted = sizes[sizes >= self.least]
         total = counted.sum()
         return {
-            "clusters": len(counted),
-            "cluster_mean": total / max(len(counted), 1),
+            "clusters": len(counted), "cluster_mean": total / max(len(counted), 1),
             "cluster_weighted": np.square(counted).sum() / max(total, 1),
-            "cluster_largest": counted.max(initial=0),
-            "cluster_density": density,
-        }
+            "cluster_largest": counted.max(initial=0), "cluster_density": density,
+        }  # fmt: skip
 
-    def sizes(self, now: Snapshot) -> Any:
+    def sizes(self, now: Any) -> Any:
         """(clusters,) int array: the molecules or beads in each cluster."""
         import numpy as np
         from scipy.sparse import coo_array

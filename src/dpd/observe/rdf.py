@@ -7,7 +7,9 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.observe.common.bins import middles
-from dpd.page import Change, Given, Observable, Refusals, once, setting
+from dpd.page import Change, Given, Observable, Refusals, interval_setting, once, setting
+
+EVERY = 12  # steps for each range^dimension: pairs within it take as long as half a step
 
 
 class RadialDistribution(Observable, key="rdf"):
@@ -38,11 +40,19 @@ class RadialDistribution(Observable, key="rdf"):
         ),
     }  # fmt: skip
 
+    every: int = interval_setting(
+        "Steps between samples. If not given, those of 0.8 tau, or 12 range^dimension if they are "
+        "more, which take a twentieth of the run's time."
+    )
     range: float = setting(
         "Largest distance, at most half the smallest edge.", 3.0, unit="r_c", gt=0
     )
     bin: float = setting("Bin width.", 0.02, unit="r_c", ge=0.0001, le=1)
     species: bool = setting("Whether each pair of species has a g(r) too, `rdf_of_pair`.", False)
+
+    def steps_between(self, scene: Any) -> int:
+        """Those of the interval, or more where there are many pairs."""
+        return max(super().steps_between(scene), round(EVERY * self.range**scene.dimension))
 
     def bins(self) -> np.ndarray:
         return np.linspace(0.0, self.range, max(1, round(self.range / self.bin)) + 1)
@@ -69,11 +79,8 @@ class RadialDistribution(Observable, key="rdf"):
             text = f"{farthest:g} is more than half the smallest edge; allowed: <= {half:g}"
             yield "range", text
         elif farthest > room:
-            yield (
-                "range",
-                f"{farthest:g} reaches further than images under shear allow; allowed: <= "
-                f"{room:.4g}",
-            )
+            text = f"{farthest:g} reaches further than images under shear allow"
+            yield "range", f"{text}; allowed: <= {room:.4g}"
 
     @once
     def pairs(self, scene: Any) -> dict[tuple[int, int], float]:
@@ -85,30 +92,25 @@ class RadialDistribution(Observable, key="rdf"):
         }
         return {pair: count for pair, count in found.items() if count}
 
-    @once
-    def shells(self, scene: Any) -> np.ndarray:
-        """(bins,) array of their volumes."""
-        ball = {2: np.pi, 3: 4.0 * np.pi / 3.0}[scene.dimension] * self.bins() ** scene.dimension
-        return np.diff(ball)
-
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import pair_histogram
 
-        smallest, shells = min(now.box), self.shells(now.scene)
+        smallest, edges, scene = min(now.box), self.bins(), now.scene
         if self.range > smallest / 2:
             raise UserError(
                 f"observe.rdf.range: {self.range:g} is more than half the smallest edge of the "
                 f"box, which has become {smallest:.4g} at step {now.step}; take a shorter range"
             )
-        position, kinds = now.state.position, now.state.species
-        if not self.species or kinds is None:  # None: there is one species alone
-            counts = pair_histogram(position, now.lattice, self.range, len(shells))[None]
+        shells = np.diff({2: np.pi, 3: 4.0 * np.pi / 3.0}[scene.dimension] * edges**scene.dimension)
+        kinds = now.state.species if self.species else None  # None: there is one species alone
+        counts = pair_histogram(now.state.position, now.lattice, self.range, len(shells), kinds)
+        if kinds is None:
+            counts = counts[None]
         else:
-            counts = pair_histogram(position, now.lattice, self.range, len(shells), kinds)
-            counts = np.array([counts[pair] for pair in self.pairs(now.scene)])
+            counts = np.array([counts[pair] for pair in self.pairs(scene)])
         all_pairs = now.beads * (now.beads - 1) / 2
         found = {"rdf": counts.sum(axis=0) * (now.volume / (all_pairs * shells))}
         if self.species:
-            pairs = np.array(list(self.pairs(now.scene).values()))[:, None]
+            pairs = np.array(list(self.pairs(scene).values()))[:, None]
             found["rdf_of_pair"] = counts * (now.volume / (pairs * shells))
         return found

@@ -20,6 +20,7 @@ class VelocityProfile(Layered, key="velocity_profile"):
     """
 
     stands = frozenset(Change)
+    along = "layer"
     gives = {
         "velocity_profile": (
             ("block", "axis", "layer"), "r_c / tau",
@@ -35,10 +36,6 @@ class VelocityProfile(Layered, key="velocity_profile"):
         ),
         "_mass": (("block", "layer"), "m", "mass of these beads"),
     }  # fmt: skip
-
-    def axes(self, scene: Any) -> Any:
-        middles = self.layers(scene).middles()
-        return {"layer": (middles, "r_c", "position along the axis of layers")}
 
     def measure(self, now: Any) -> Any:
         layers, velocity, species = self.layers(now.scene), now.state.velocity, now.state.species

@@ -41,16 +41,11 @@ class WallForces(Observable, key="walls"):
         return True
 
     def measure(self, now: Any) -> Any:
-        """Of some samples.
-
-        Beads do the opposite to walls of what walls do to them; the push is along the normal out of
-        the box already.
-        """
         from dpd.engine.external import DRAG, PUSH
 
-        area = np.repeat(
-            [now.system.volume / now.system.extent[axis] for axis in now.scene.ended], 2
-        )
+        extent = now.system.extent
+        area = np.repeat([now.system.volume / extent[axis] for axis in now.scene.ended], 2)
+        # What walls do to beads; the push is along the normal out of the box already.
         on_beads: Any = now.sums.walls
         return {
             "wall_pressure": on_beads[:, :, PUSH] / area,

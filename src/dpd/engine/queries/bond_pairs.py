@@ -13,24 +13,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
-ROOM = 16  # pairs found, at first
+ROOM = 1024  # pairs found, at first
 
 
 def refuse_longer(longest: float, box: Sequence[float], what: str) -> None:
-    """Refuse a bond longer than half the smallest edge: its nearest image is not its own.
-
-    Parameters
-    ----------
-    longest : float
-        Length of the longest bond.
-    box : tuple
-    what : str
-        What is looked for, for the message.
-
-    Raises
-    ------
-    UserError
-    """
+    """Refuse a bond longer than half the smallest edge: its nearest image is not its own."""
     if longest > 0.5 * min(box):
         raise UserError(
             f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): "
@@ -48,14 +35,9 @@ def share_a_bead(members, a, b):
 
 
 def all_found(search: Callable[..., int], *arguments: Any) -> np.ndarray:
-    """(2, n) uint32 array: pairs of bonds that a kernel finds, with room for all of them.
+    """(2, n) uint32 array: all pairs of bonds that a kernel finds.
 
-    Parameters
-    ----------
-    search : callable
-        Fills a (2, size) array as far as there is room, and returns how many pairs there are.
-    *arguments
-        Of it, after that array.
+    It fills a (2, size) array as far as there is room, and returns how many pairs there are.
     """
     found = np.empty((2, ROOM), np.uint32)
     while (total := search(found, *arguments)) > found.shape[1]:

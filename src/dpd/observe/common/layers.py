@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,12 +17,10 @@ CUTOFF = 1.0
 
 
 class Layered(Observable):
-    """What is measured in layers across an axis.
-
-    At constant pressure they are stretched with the box.
-    """
+    """What is measured in layers across an axis, whose places have the name `along`."""
 
     bins_of = "box"
+    along: ClassVar[str]
 
     bin: float = setting(
         "Largest width of a layer, at most the longest edge.", 0.2, unit="r_c", ge=0.001
@@ -34,28 +32,17 @@ class Layered(Observable):
 
     @once
     def layers(self, scene: Any) -> Layers:
-        """Across the axis."""
         return Layers(scene, scene.axis_of_profile(self.axis), self.bin)
+
+    def axes(self, scene: Any) -> Any:
+        return {self.along: (self.layers(scene).middles(), "r_c", "position along the axis")}
 
 
 class Layers:
     """Equal layers across an axis: of the box, or from behind one wall to behind the other.
 
-    At constant pressure they are stretched with the box.
-
-    Parameters
-    ----------
-    scene : Scene
-    axis : int
-    thickness : float
-        Largest thickness of a layer in r_c.
-
-    Attributes
-    ----------
-    count : int
-    axis : int
-    volume : float
-        Of a layer of the scene's box.
+    At constant pressure they are stretched with the box. ``volume`` is that of a layer of the
+    scene's box.
     """
 
     def __init__(self, scene: Scene, axis: int, thickness: float) -> None:
@@ -67,33 +54,30 @@ class Layers:
         self.axis, self.count = axis, math.ceil(self._length / thickness)
         self.volume = scene.volume * (self._length / scene.box[axis]) / self.count
 
-    def of(self, simulation: Snapshot) -> np.ndarray:
+    def of(self, now: Snapshot) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
-        layer = self.places(simulation).astype(np.int64)
+        layer = self.places(now).astype(np.int64)
         return np.minimum(layer, self.count - 1, out=layer)
 
-    def places(self, simulation: Snapshot) -> np.ndarray:
+    def places(self, now: Snapshot) -> np.ndarray:
         """(n,) array: where each bead is, in layers from the lower end of the first one."""
-        place = simulation.state.position[self.axis] - self._low
-        return place * (self.count / self._length_in(simulation))
+        place = now.state.position[self.axis] - self._low
+        return place * (self.count / self._length_in(now))
 
-    def bounds(self, simulation: Snapshot) -> tuple[float, float]:
+    def bounds(self, now: Snapshot) -> tuple[float, float]:
         """Where in the engine's box the first layer begins, and the last one ends, in r_c."""
-        return float(self._low), float(self._low + self._length_in(simulation))
+        return float(self._low), float(self._low + self._length_in(now))
 
-    def _length_in(self, simulation):
+    def crowding(self, now: Snapshot) -> float:
+        """Volume of the scene's box over that of the box now, which densities go with."""
+        return self._volume / now.volume
+
+    def middles(self, now: Snapshot | None = None) -> np.ndarray:
+        """(count,) array: of the layers of the scene's box, or of that now, from its lower end."""
+        length = self._length if now is None else self._length_in(now)
+        return (np.arange(self.count) + 0.5) * (length / self.count) - self._reach
+
+    def _length_in(self, now):
         """All layers together, in the box as it is now."""
-        edge = simulation.box[self.axis]
+        edge = now.box[self.axis]
         return self._length if edge == self._edge else edge  # stretched: no walls
-
-    def crowding(self, simulation: Snapshot) -> float:
-        """Volume of the system's box over that of the box now, which densities go with."""
-        return self._volume / simulation.volume
-
-    def middles(self) -> np.ndarray:
-        """(count,) array: those of the layers, from the lower end of the box or the lower wall."""
-        return (np.arange(self.count) + 0.5) * (self._length / self.count) - self._reach
-
-    def middles_in(self, now: Snapshot) -> np.ndarray:
-        """The same in the box as it is now."""
-        return (np.arange(self.count) + 0.5) * (self._length_in(now) / self.count) - self._reach
