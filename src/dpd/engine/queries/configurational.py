@@ -27,20 +27,9 @@ if TYPE_CHECKING:
 
 
 def force_and_curvature(system: System, state: State) -> np.ndarray:
-    """Sum of squared conservative forces, and the Laplacian of the potential.
+    """Sum of squared conservative forces, and the Laplacian of the potential, without a core.
 
     In equilibrium <sum F_i^2> = kT <sum nabla_i^2 U> (Rugh 1997; Butler et al. 1998).
-
-    Parameters
-    ----------
-    system : System
-        With a pair force that has a curvature everywhere: no core.
-    state : State
-
-    Returns
-    -------
-    (2,) array
-        In (kT / r_c)^2 and kT / r_c^2.
     """
     beads = sorted_beads(state.position, system.box, 1.0)
     total, d = np.zeros_like(beads.x), system.dimension

@@ -20,12 +20,9 @@ CUTOFF = 1.0
 
 
 def pair_histogram(
-    position: np.ndarray,
-    box: Sequence[float],
-    farthest: float,
-    bins: int,
+    position: np.ndarray, box: Sequence[float], farthest: float, bins: int,
     species: np.ndarray | None = None,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Count pairs by distance, and by their species if these are given.
 
     Parameters
@@ -35,10 +32,7 @@ def pair_histogram(
     box : tuple
         Edges in r_c.
     farthest : float
-        Largest distance, at most half the smallest edge.
-    bins : int
-        Equal bins from 0 to ``farthest``.
-    species : (n,) uint8 array, optional
+        Largest distance, at most half the smallest edge; bins are equal from 0 to there.
 
     Returns
     -------

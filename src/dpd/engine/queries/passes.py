@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dpd.engine.images import nearest_image
-from dpd.engine.queries.bond_pairs import (
+from dpd.engine.queries.crossings import (
     SMALLEST_CELL,
     all_found,
     note_pair,
@@ -31,13 +31,8 @@ END, MOVE, BOND, TURN, RADIUS = 0, 3, 6, 9, 12
 class Met(NamedTuple):
     """How two bonds lie at some time.
 
-    Attributes
-    ----------
-    triple : float
-        Their triple product, zero where they lie in one plane.
-    on_one, on_other : float
-        Nearest points of their lines, in units of the bonds: 0 and 1 are the ends. They count only
-        where the triple product is zero.
+    Their triple product, zero where they lie in one plane; and the nearest points of their lines,
+    in units of the bonds, 0 and 1 being the ends, which count only where it is zero.
     """
 
     triple: float
@@ -48,7 +43,7 @@ class Met(NamedTuple):
 def passed_bonds(
     before: np.ndarray, after: np.ndarray, members: np.ndarray, box: Sequence[float]
 ) -> np.ndarray:
-    """Pairs of bonds that went through each other while beads moved in straight lines.
+    """(2, passes) uint32 array: bonds that went through each other on straight lines of beads.
 
     Two bonds AB and CD lie in one plane where (C - A) . (AB x CD) = 0. They pass through
     each other if that changes its sign while the nearest points of the two lines lie inside
@@ -63,11 +58,6 @@ def passed_bonds(
         Identities of the two ends. Bonds that share a bead are not looked at.
     box : tuple
         Edges in r_c.
-
-    Returns
-    -------
-    (2, passes) uint32 array
-        Numbers of the bonds in each pair.
 
     Raises
     ------

@@ -36,19 +36,7 @@ if TYPE_CHECKING:
 
 
 class Sorted(NamedTuple):
-    """Positions sorted by cell.
-
-    Attributes
-    ----------
-    x : array with a row for each bead
-        In the order in which they were given.
-    ordered : array with a row for each bead
-        The same, sorted.
-    bead : (n,) uint32 array
-        The number of the bead in each slot.
-    search : Search
-        For pairs of them.
-    """
+    """Positions as they were given and sorted by cell, the bead in each slot, and a search."""
 
     x: np.ndarray
     ordered: np.ndarray

@@ -24,13 +24,9 @@ SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in 
 
 
 class Slices(NamedTuple):
-    """Equal slices across an axis.
+    """Equal slices across an axis, from a place in the box to another, in r_c.
 
-    Attributes
-    ----------
-    axis, number : int
-    low, high : float
-        Where the first one begins in the box, and where the last one ends, in r_c.
+    They cover the box along the axis, or, between walls, all places of beads.
     """
 
     axis: int
@@ -48,36 +44,20 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
     k along the bond from j to k; the middle bead feels the opposite of both. Forces of walls and
     body forces are left out.
 
-    Parameters
-    ----------
-    system : System
-        Without shear, and with the box as it is now.
-    state : State
-    slices : Slices
-        They cover the box along the axis, or, between walls, all places of beads.
-
     Returns
     -------
     (2, slices) array
         In kT: the `NORMAL` element of the virial, and the `TANGENTIAL` one, which is the mean over
         the other axes. Summed over slices they are those of the whole virial.
     """
-    beads, virial = sorted_beads(state.position, system.box, 1.0), _empty(slices)
+    beads, virial = sorted_beads(state.position, system.box, 1.0), np.zeros((2, 3, slices.number))
     species = None if state.species is None else state.species[beads.bead]
     _add_virial(
-        virial, beads, state.identity, species, system.forces.pair, system.many_body,
+        virial.reshape(2, -1), beads, state.identity, species, system.forces.pair, system.many_body,
         *terms_of(system, beads), slices,
     )  # fmt: skip
-    return _folded(virial) / np.array([[1], [system.dimension - 1]])
-
-
-def _empty(slices):
-    """Slices of the box and of an image on either side, where lines may end."""
-    return np.zeros((2, 3 * slices.number))
-
-
-def _folded(virial):
-    return virial.reshape(2, 3, -1).sum(axis=1)
+    virial[TANGENTIAL] /= system.dimension - 1
+    return virial.sum(axis=1)  # of the box, and of an image on either side, where lines may end
 
 
 @kernel()
@@ -187,9 +167,9 @@ def wall_virial_in_slices(system: System, state: State, slices: Slices) -> np.nd
     slices, to the bead. With it the mean normal pressure is the same in all slices, as in any fluid
     at rest; without, it rises over the range of the walls.
     """
-    virial = _empty(slices)
-    _add_walls(virial, rows_of(state.position), state.species, system.walls, slices)
-    return _folded(virial)[NORMAL]
+    virial, place = np.zeros((2, 3, slices.number)), rows_of(state.position)
+    _add_walls(virial.reshape(2, -1), place, state.species, system.walls, slices)
+    return virial[NORMAL].sum(axis=0)
 
 
 @kernel()

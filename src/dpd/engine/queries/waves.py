@@ -19,6 +19,9 @@ def density_waves(
 ) -> np.ndarray:
     """Real part and negative imaginary part of rho(q) = sum_j exp(-i q r_j), of each species.
 
+    Waves that differ in the last axis alone, and follow each other, share half of the work; of
+    those that differ in its sign one costs nothing.
+
     Parameters
     ----------
     position : (dimension, n) array
@@ -28,8 +31,7 @@ def density_waves(
     begins : (species + 1,) int64 array
         The first bead of each species; last, the number of beads.
     numbers : (waves, dimension) int64 array
-        Whole numbers m of q = 2 pi m / L. Those that differ in the last axis alone, and follow each
-        other, share half of the work; of those that differ in its sign one costs nothing.
+        Whole numbers m of q = 2 pi m / L.
 
     Returns
     -------
