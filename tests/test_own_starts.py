@@ -165,7 +165,7 @@ def test_settings_are_those_of_any_page(folder):
         ({"stp": 1}, "start: unknown key 'stp'; allowed: method, kT, seed, forces, relax, step;"),
         ({"method": "lin"}, "start.method: 'lin' is not known; allowed: file, polymerize, random, "
          "slabs, line; did you mean 'line'?"),
-        ({"method": "slabs"}, "start: unknown key 'step'"),
+        ({"method": "slabs"}, "start.step: has no effect with method 'slabs'; take 'method: line'"),
         ({"frame": 1}, "start.frame: has no effect with method 'line'; take 'method: file'"),
     ):  # fmt: skip
         with pytest.raises(UserError) as caught:
