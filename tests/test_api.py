@@ -158,7 +158,7 @@ def test_a_scene_shows_what_it_holds():
     """Beads, box, bonds, thermostat, scheme, steps, and what it does not quite get."""
     shown = repr(dpd.Scene(CHAINS | {"molecules": [{"architecture": "A 4", "density": 3.01}]}))
     for words in (
-        "6 x 6 x 6 r_c", "652, 3.019 per r_c^3", "163 of A 4", "bonds       489",
+        "6 x 6 x 6 r_c", "652, 3.019 per r_c^3, 489 bonds", "163 of A 4",
         "stiffness: 4", "gamma: 4.5", "gw-vv", "instead of 3.01",
         "20 to equilibrate, 300 to sample (0.4 + 6 tau)",
     ):  # fmt: skip
