@@ -23,7 +23,7 @@ from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
-from dpd.scene.start import start_digest, start_is_shared
+from dpd.start.common.description import start_digest, start_is_shared
 from dpd.stages import (
     calculation_sources, figure_sources, kernels_name, run_sources,
     stage_digest, start_sources,

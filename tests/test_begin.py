@@ -19,10 +19,10 @@ from dpd.pipeline.sweep import described_axes, unfold
 from dpd.runs.result import last_configuration
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
-from dpd.scene.start import start_digest
 from dpd.scene.yaml import merge
 from dpd.sources import file_of, reachable
 from dpd.stages import STAGES
+from dpd.start.common.description import start_digest
 from dpd.start.common.make import compile_start, make_start, species_of
 from dpd.start.common.matching import chains_of, order_of
 

@@ -22,7 +22,7 @@ from dpd.runs.result import last_configuration
 from dpd.scene.architecture import MOST_BEADS, length_of, tree_of
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
-from dpd.scene.start import start_description
+from dpd.start.common.description import start_description
 from dpd.start.common.make import make_start, system_of
 from dpd.start.common.matching import order_of
 from dpd.start.common.trees import Trees

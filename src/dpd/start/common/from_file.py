@@ -10,7 +10,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.particles.formats import read
 from dpd.particles.particles import UPRIGHT, shear_of, whole_images
-from dpd.scene.start import start_description
+from dpd.start.common.description import start_description
 from dpd.start.common.make import species_of, system_of, thermal_velocities
 from dpd.start.common.matching import SAME, order_of, same_box
 from dpd.start.file import LAST_FRAME, file_digest
