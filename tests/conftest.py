@@ -27,7 +27,7 @@ SCENE = {
     "repulsion": {"A A": 25},
     "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 20, "sample": 200},
-    "observe": ["thermo", {"rdf": {"range": 2}}],
+    "observe": ["thermo", {"rdf": {"range": 2, "every": 20}}],
 }
 
 

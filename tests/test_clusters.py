@@ -37,10 +37,8 @@ def measured(scene, position, **settings):
     state = State(
         np.array(position, float).T, None, None, np.arange(len(position), dtype=np.uint32), None, 0
     )
-    system = SimpleNamespace(shear=None)
-    simulation = SimpleNamespace(
-        state=state, system=system, box=scene.box, volume=float(np.prod(scene.box))
-    )
+    system = SimpleNamespace(shear=None, volume=float(np.prod(scene.box)))
+    simulation = SimpleNamespace(state=state, system=system, box=scene.box)
     page = scene.observe["clusters"] if not settings else Clusters(**settings)
     return page.measure(Snapshot(scene, simulation))
 

@@ -172,7 +172,7 @@ def test_a_state_beyond_all_numbers_has_no_solution():
     ("densities", "repulsions", "message"),
     [
         (0, 25, "density: 0 is out of range; allowed: at least one above 0"),
-        (-1, 25, "density: -1 is out of range; allowed: 0 and numbers above"),
+        (-1, 25, "density: -1 is out of range; allowed: 0 or more"),
         (3, -25, "repulsion: -25 is out of range"),
         (3, np.nan, "repulsion: nan is out of range"),
         ([[3]], [[25]], "densities: .1, 1. is not the shape of a list"),
