@@ -19,8 +19,7 @@ from dpd.particles.formats import read, write
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
 from dpd.runs.result import last_configuration
-from dpd.scene.architecture import MOST_BEADS, length_of, tree_of
-from dpd.scene.molecules import Molecule
+from dpd.scene.molecules import MOST_BEADS, Molecule, length_of, tree_of
 from dpd.scene.scene import Scene
 from dpd.start.common.description import start_description
 from dpd.start.common.make import make_start, system_of

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.scene.architecture import tree_of
-from dpd.scene.molecules import Joined, Molecule, joined
+from dpd.scene.molecules import Joined, Molecule, joined, tree_of
 from dpd.scene.reading import Settings
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from dpd.page import (
     Species,
     setting,
 )
-from dpd.scene.architecture import length_of
+from dpd.scene.molecules import length_of
 
 CUTOFF = 1.0
 MOST_BEADS = 10**8  # 31 GB of state
