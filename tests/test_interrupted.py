@@ -20,7 +20,7 @@ from tests.conftest import SCENE
 from tests.test_faults import POINT
 
 LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 10_000_000}}
-LARGE = SCENE | {"box": 45, "steps": {"equilibrate": 100_000, "sample": 10}}  # seconds in a kernel
+LARGE = SCENE | {"box": 45, "steps": {"equilibrate": 100_000, "sample": 20}}  # seconds in a kernel
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT / "src")}
 
 
