@@ -49,6 +49,7 @@ class Lock:
 
     def __init__(self, path: Path, left: dict[str, Any]) -> None:
         self.left, self._path, self._ended = left, path, threading.Event()
+        self._has_begun = False
         self._owner = {
             "pid": os.getpid(), "host": socket.gethostname(),
             "since": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC",
@@ -59,6 +60,7 @@ class Lock:
 
     def report(self, data: dict[str, Any]) -> None:
         """Tell others how far this run is; refuse to go on if one has taken it for dead."""
+        self._has_begun = True
         with suppress(OSError):  # a disk that is full, or away for a moment: the run goes on
             self._check()
             _write(self._path, self._owner | data)
@@ -76,13 +78,19 @@ class Lock:
             with suppress(OSError):
                 os.utime(self._path)
 
-    def end(self) -> None:
-        """Remove the file, unless it has become another's."""
+    def end(self, refused: bool) -> None:
+        """Remove the file, unless it has become another's.
+
+        A run that was refused leaves there what one that was killed before had said.
+        """
         self._ended.set()
         self._signs.join()
         with suppress(OSError, UserError):
             self._check()
-            self._path.unlink()
+            if refused and self.left and not self._has_begun:
+                _write(self._path, self.left)
+            else:
+                self._path.unlink()
 
 
 def lock_of(path: str | Path) -> Path:
@@ -129,10 +137,12 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
         raise UserError(
             f"{place}: cannot be written ({reason(problem)}); {remedy(problem, place.parent)}"
         ) from None
+    refused = True
     try:
         yield ours
+        refused = False
     finally:
-        ours.end()
+        ours.end(refused)
         TEMPORARY.discard(place)
         held.release()
 
