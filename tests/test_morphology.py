@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from dpd.analysis.morphology import Strengths, phase_of, strengths_of
 from dpd.engine.queries.waves import density_waves
 from dpd.observe.structure_factor import wave_numbers
-from paper_figures.cerius2_1998.phases import Strengths, phase_of, strengths_of
 
 LOOKS = 40
 

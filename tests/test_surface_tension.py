@@ -8,14 +8,14 @@ import xarray as xr
 
 import dpd
 from dpd.analysis.statistics import block_mean_and_error, mean_and_error
-from dpd.errors import UserError
-from dpd.scene.scene import Scene
-from paper_figures.groot_warren_1997.surface_tension import (
+from dpd.analysis.surface_tension import (
     bulks,
     slab_tension,
     tension_of_profile,
     tension_of_tensor,
 )
+from dpd.errors import UserError
+from dpd.scene.scene import Scene
 from tests.test_interfaces import profile
 
 SLABS = {

@@ -5,6 +5,7 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.surface_tension import slab_tension, tension_of_tensor
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from paper_figures.groot_warren_1997.shared import (
@@ -13,7 +14,6 @@ from paper_figures.groot_warren_1997.shared import (
     noise_of_stress,
     put_stress_noise,
 )
-from paper_figures.groot_warren_1997.surface_tension import slab_tension, tension_of_tensor
 from paper_figures.groot_warren_1997.tension_sweeps import one_run, sweep_tension
 
 # The variance that the slope of tanh(2 z / xi) stands for is pi^2 xi^2 / 48.

@@ -7,7 +7,8 @@ Quantities
     ``structure``: g(r), its peak, closest contact, bonds. ``diffusion``: displacements, exponents,
     D. ``relaxation``: end-to-end correlation, tau, power laws of chain length. ``interfaces`` and
     ``composition``: slabs, widths, coexisting phases and chi. ``pressure``: equations of state.
-    ``viscosity``: under shear, in driven flows, at rest.
+    ``viscosity``: under shear, in driven flows, at rest. ``surface_tension``: of slabs.
+    ``morphology``: lamellae and cylinders, by the structure factor.
 Papers
     ``collect``: the runs of a sweep on its axes. ``derive``: values of scenes that another sweep
     measures. ``published`` and ``verdicts``: printed numbers against ours.

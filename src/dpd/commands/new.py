@@ -76,9 +76,9 @@ def _new_paper(name, overwrite):
 
     check_paper_name(name)
     papers, figures = ROOT / "config" / "papers", ROOT / "paper_figures"
+    if name == "example":
+        raise UserError(f"--paper: {name!r} is what is copied; take another name")
     text = (papers / "example.yaml").read_text()
-    if name == "example" or not (figures / "example").is_dir():
-        raise UserError(f"--paper: {name!r}: the example is what is copied; take another name")
     text = text[text.index("title:") :].replace("/example/", f"/{name}/")
     written = {papers / f"{name}.yaml": text}
     for path in sorted((figures / "example").iterdir()):

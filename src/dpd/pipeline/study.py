@@ -230,10 +230,10 @@ def read_paper(
     _known("papers", name)
     where = f"config/papers/{name}.yaml"
     first, seed = read_study(study).first or (), file_and_seed("study", study)[1]
-    given = read_yaml(CONFIG / "papers" / f"{name}.yaml")
-    paper = as_studied(given, lineage(study), studies(), f"{where}: ")
+    names, given = lineage(study), read_yaml(CONFIG / "papers" / f"{name}.yaml")
+    paper = as_studied(given, names, studies(), f"{where}: ")
     read_section(PaperFile, paper, where)
-    _check_first(first, name, paper["sweeps"], f"{WHERE}: studies.{lineage(study)[0]}")
+    _check_first(first, name, paper["sweeps"], f"{WHERE}: studies.{names[0]}")
     for sweep, given in paper["sweeps"].items():
         check_kind(given, f"{where}: sweeps.{sweep}")
     _check_seeds(paper["sweeps"], f"{where}: sweeps")
