@@ -287,7 +287,8 @@ def draw_bodies(
                 linewidths=0, antialiased=False, rasterized=True,
             )
         )  # fmt: skip
-    axes.set_box_aspect(tuple(box), zoom=1.05)
+    axes.patch.set_visible(False)  # it would cover the labels of the panel before
+    axes.set_box_aspect(tuple(box), zoom=1.0)
     axes.set_proj_type("persp", focal_length=0.6)
     for name, edge in zip(AXES, box):
         axes.set(**{f"{name}lim": (0, edge)})
