@@ -18,7 +18,10 @@ import yaml
 from dpd.commands.main import main
 from dpd.digest import ROOT
 from dpd.engine.checkpoint import stored_in
-from dpd.files import read
+from dpd.files import read, write
+from dpd.pipeline.jobs import RATE
+from dpd.pipeline.paths import results_of
+from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.status import (
     AT_WORK,
     DONE,
@@ -29,6 +32,7 @@ from dpd.pipeline.status import (
     RunStatus,
     seconds_left,
 )
+from dpd.pipeline.study import read_paper
 from dpd.progress import Progress
 from dpd.runs.lock import alone, lock_of, worker_on
 from tests.conftest import SCENE
@@ -254,6 +258,25 @@ def test_time_left():
     assert seconds_left([done, half, rest]) == pytest.approx((500 + 1000) / 100)
     assert seconds_left([done, half, half, rest]) == pytest.approx((500 + 500 + 1000) / 100 / 2)
     assert seconds_left([done, rest]) is seconds_left([rest]) is None
+
+
+def test_what_a_study_will_cost(here):
+    """By the rates of its runs, or of another study's; assumed, and said to be, without any."""
+    papers = [read_paper(PAPER, "smoke", only=["springs", "relaxation"])]
+    rows = plan(papers, "smoke")
+    assert {row["rate"] for row in rows} == {RATE} and "not measured" in as_text(rows, 2)
+    for study, rates in {"quick": (2e6,), "smoke": (5e5, 1e6, 3e6)}.items():
+        for number, rate in enumerate(rates):
+            path = results_of(study).run(PAPER, "springs", f"point={number}")
+            write(path, {}, {"bead_steps_per_second": rate})
+    rows = {row["sweep"]: row for row in plan(papers, "smoke")}
+    assert rows["springs"]["rate"] == 1e6 and not rows["relaxation"]["measured"]
+    assert plan(papers, "paper")[0]["rate"] == 1.5e6  # of all studies
+    scenes = [point.scene for point in papers[0].sweeps["springs"].points]
+    work = sum(scene.beads * sum(scene.steps) for scene in scenes)
+    assert rows["springs"]["core_hours"] == pytest.approx(work / 1e6 / 3600)
+    assert all(row["memory"] > 100 and row["disk"] > 0 for row in rows.values())
+    assert "on 2 cores" in as_text(list(rows.values()), 2).splitlines()[3]
 
 
 DAMAGE = {

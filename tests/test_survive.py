@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from types import SimpleNamespace
 
 import netCDF4
@@ -22,8 +21,6 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import Stopped, UserError
 from dpd.files import check_room
 from dpd.observe import observables
-from dpd.pipeline.plan import as_text, measured_speed, plan
-from dpd.pipeline.study import Paper, read_paper
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -246,53 +243,3 @@ def test_a_run_killed_at_random_moments_ends_like_one_that_was_not(tmp_path):
         for name, variable in expected.variables.items():
             np.testing.assert_array_equal(found[name][...], variable[...], err_msg=name)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml", "whole.nc"]
-
-
-def test_a_plan_adds_up():
-    """Bead-steps are those of the scenes; hours follow from the rate; the sum from the rows."""
-    paper = read_paper("groot_warren_1997", "smoke")
-    chosen = {name: paper.sweeps[name] for name in ("springs", "relaxation")}
-    some = Paper(paper.name, paper.title, paper.reference, chosen, (), {})
-    rows = plan([some], measure_seconds=0.02)
-    assert [row["sweep"] for row in rows] == ["springs", "relaxation"]
-    for row in rows:
-        scenes = [point.scene for point in chosen[row["sweep"]].points]
-        assert row["bead_steps"] == sum(s.beads * sum(s.steps) for s in scenes)
-        assert row["core_hours"] == pytest.approx(row["bead_steps"] / row["rate"] / 3600)
-        assert 1e4 < row["rate"] < 1e9 and row["memory"] > 100 and row["disk"] > 0
-    text = as_text(rows, 2)
-    lines = text.splitlines()
-    assert len(lines) in (4, 5) and "on 2 cores" in lines[3]  # the fifth: others run beside it
-
-
-def test_a_plan_on_a_busy_machine_says_so(monkeypatch):
-    """Hours are those of processor time; what they become at the share that was had is said."""
-    paper = read_paper("groot_warren_1997", "smoke")
-    some = Paper(paper.name, paper.title, paper.reference, {"fluid": paper.sweeps["fluid"]}, (), {})
-    clock = time.process_time
-    monkeypatch.setattr("dpd.pipeline.plan.time.process_time", lambda: clock() / 3)
-    (row,) = plan([some], measure_seconds=0.1)
-    assert 0 < row["share"] < 0.4
-    assert "process got 0." in as_text([row], 2)
-    row |= {"core_hours": 6.0, "longest": 1.0, "share": 0.5}
-    assert "become 6.0." in as_text([row], 2)  # 3 hours on 2 cores, each of which is half there
-    assert "busy" not in as_text([row | {"share": 0.97}], 2)
-
-
-def test_a_plan_of_a_sweep_whose_middle_blows_up():
-    """Melts run at that friction, random positions do not: another point is measured."""
-    paper = read_paper("liu_2008", "paper", only=["friction"])
-    (row,) = plan([paper], measure_seconds=0.05)
-    assert np.isfinite(row["rate"]) and row["core_hours"] > 0
-    assert "Without" not in as_text([row], 2)
-    assert "Without friction:" in as_text([row | {"rate": np.nan, "core_hours": np.nan}], 2)
-
-
-def test_a_plan_counts_what_observables_cost():
-    """Looking for bonds that pass through each other at every step costs more than to move."""
-    point = read_paper("nikunen_2007", "smoke", only=["passes"]).sweeps["passes"].points[0]
-    speed = measured_speed(point.scene, 0.3)
-    assert speed.sampling < 0.7 * speed.equilibrating
-    equilibrate, sample = point.scene.steps
-    expected = equilibrate / speed.equilibrating + sample / speed.sampling
-    assert speed.seconds(point.scene) == pytest.approx(point.scene.beads * expected)

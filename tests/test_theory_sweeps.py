@@ -256,16 +256,18 @@ def test_commands_keep_both_kinds_apart(capsys):
     assert "the stages for it are: python -m dpd simulate" in capsys.readouterr().err
 
 
-def test_plan_and_status_know_the_sweep():
-    """A row of its own without beads; a job of its own; the page waits for its file."""
+def test_plan_and_report_know_the_sweep(tmp_path, monkeypatch):
+    """A row of its own without beads, with the time that it took; the page waits for its file."""
+    monkeypatch.chdir(tmp_path)
     theory = {"fluids": unfolded()}
     paper = Paper("mine", "", "", {}, (), {}, (), theory)
-    (row,) = plan([paper])
+    (row,) = plan([paper], "smoke")
     assert (row["runs"], row["beads"], row["bead_steps"]) == (4, 0, 0)
-    assert 0 < row["core_hours"] < 1
-    assert " - " in as_text([row], 2)
-    results = Results("nowhere")
-    assert "nowhere/mine/sweeps/fluids.nc" in page_sources(results, [paper])
+    assert " - " in as_text([row], 2) and np.isnan(row["core_hours"])
+    path = Results("results/smoke").sweep("mine", "fluids")
+    save(calculate(theory["fluids"], path), path)
+    assert 0 < plan([paper], "smoke")[0]["core_hours"] < 1
+    assert path in page_sources(Results("results/smoke"), [paper])
 
 
 @pytest.mark.thorough

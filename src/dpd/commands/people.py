@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def add_to(stages: Stages) -> None:
     """Declare these stages."""
-    plan = stages.add("plan", _plan, "say what a study costs before it runs, from measured rates")
+    plan = stages.add("plan", _plan, "say what a study costs, by the rates of runs that are there")
     plan.add_argument("--study", help="if not that of config/config.yaml")
     plan.add_argument("--papers", nargs="+", help="if not those of config/config.yaml")
     plan.add_argument("--cores", type=int, default=2, help="cores to share it (default 2)")
@@ -25,17 +25,13 @@ def add_to(stages: Stages) -> None:
 def _plan(options: Namespace) -> None:
     from dpd.pipeline.plan import as_text, plan
     from dpd.pipeline.study import read_config, read_paper
-    from dpd.progress import Progress
 
     given = {"study": options.study, "papers": options.papers}
     config = read_config({key: value for key, value in given.items() if value})
     papers = [read_paper(name, config["study"]) for name in config["papers"]]
     if options.cores < 1:
         raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
-    sweeps = sum(len(paper.sweeps) + len(paper.theory) for paper in papers)
-    with Progress(sweeps, "measuring rates") as progress:
-        rows = plan(papers, progress=progress)
-    print(as_text(rows, options.cores))
+    print(as_text(plan(papers, config["study"]), options.cores))
 
 
 def _bench(options: Namespace) -> None:

@@ -17,19 +17,10 @@ if TYPE_CHECKING:
 
 
 def compile_for(scenes: Iterable[Scene]) -> list[str]:
-    """Compile every variant of the kernels that some scenes need, into the disk cache.
+    """Compile every variant of the kernels that some scenes need; a line on each.
 
     All in one process: most of what a variant is made of is that of others, and what a process
     has compiled once it does not compile again.
-
-    Parameters
-    ----------
-    scenes : list of Scene
-
-    Returns
-    -------
-    list of str
-        One line per variant.
     """
     smallest: dict[tuple[str, ...], Scene] = {}
     for scene in [stage.scene for each in scenes for stage in each.stages]:
@@ -37,25 +28,14 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
         if scene.beads < smallest.setdefault(variant, scene).beads:
             smallest[variant] = scene
     for scene in smallest.values():
-        compile_observables(scene, Simulation(system_of(scene), compile_start(scene)))
-    return [", ".join(variant) for variant in smallest]
-
-
-def compile_observables(scene: Scene, simulation: Simulation) -> None:
-    """Compile what the observables of a scene need, beyond what the engine does.
-
-    Parameters
-    ----------
-    scene : Scene
-    simulation : Simulation
-        Of that scene. It stays where it is.
-    """
-    for observer in observables(scene, simulation.system, None, simulation.state):
-        if hasattr(observer, "record"):  # sums, which the loop adds up
-            continue
-        observer.sample(simulation)
-        if 2 * observer.every <= scene.steps.sample:  # some compare a sample with the one before
+        simulation = Simulation(system_of(scene), compile_start(scene))
+        for observer in observables(scene, simulation.system, None, simulation.state):
+            if hasattr(observer, "record"):  # sums, which the loop adds up
+                continue
             observer.sample(simulation)
+            if 2 * observer.every <= scene.steps.sample:  # some compare a sample with that before
+                observer.sample(simulation)
+    return [", ".join(variant) for variant in smallest]
 
 
 def with_kernels(scenes: Sequence[Scene], name: str) -> list[Scene]:

@@ -1,6 +1,6 @@
 """What of a study, or of runs of one's own, is at work, done, stopped, failed or waits.
 
-It is told by files: locks, checkpoints, results and logs. They are only read.
+It is read from locks, checkpoints, results and logs, and nothing is changed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,9 +26,8 @@ from dpd.runs.lock import worker_on
 from dpd.runs.result import checkpoint_path, is_made
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-    from dpd.pipeline.study import Paper
     from dpd.scene.scene import Scene
 
 AT_WORK, DONE, STOPPED, FAILS, WAITS = "at work", "done", "stopped", "failed", "waiting"
@@ -40,76 +39,42 @@ MOST = 20  # runs that are listed with what is wrong with them
 
 @dataclass(frozen=True)
 class RunStatus:
-    """One run as it is now.
+    """One run as it is now."""
 
-    Attributes
-    ----------
-    name : tuple of str
-        Paper, sweep and point; or the path of a run of one's own.
-    path : str
-        Of its result.
-    state : str
-        One of `STATES`.
-    why : str
-        Why it is in that state, or who is at work.
-    step, steps, beads : int or None
-        Done, and in all.
-    rate : float or None
-        Steps per second: of the last minute; of a run that is done, of the whole.
-    measured : dict
-        kT and pressure with their standard errors, over the samples so far.
-    """
-
-    name: tuple[str, ...]
-    path: str
-    state: str = WAITS
-    why: str = ""
+    name: tuple[str, ...]  # paper, sweep and point; or the path of a run of one's own
+    path: str  # of its result
+    state: str = WAITS  # of `STATES`
+    why: str = ""  # it is in that state, or who is at work
     step: int | None = None
-    steps: int | None = None
+    steps: int | None = None  # in all
     beads: int | None = None
-    rate: float | None = None
+    rate: float | None = None  # steps/s of the last minute; of a run that is done, of the whole
+    # kT and pressure with their standard errors, over the samples so far.
     measured: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -> list[RunStatus]:
-    """All runs of some papers in a study; of those of config/config.yaml if None.
-
-    Raises
-    ------
-    UserError
-        If the configuration is not right, or the folder of results cannot be read.
-    """
-    results = Results(folder)
-    found: list[RunStatus] = []
+    """All runs of some papers in a study; of those of config/config.yaml if None."""
+    results, found = Results(folder), []
     errors = errors_in(results.logs)
-    for name in papers or read_config()["papers"]:
-        found += _runs_of(read_paper(name, study), results, errors)
+    for paper in [read_paper(name, study) for name in papers or read_config()["papers"]]:
+        for sweep in paper.sweeps.values():
+            try:
+                known, waits = resolved(sweep, results.derived(paper.name, sweep.name)), ""
+            except UserError:
+                known, waits = sweep, "it takes values that other sweeps measure first"
+            for point in known.points:
+                name = (paper.name, sweep.name, point.name)
+                error = errors.get(results.log(paper.name, "runs", sweep.name, point.name), "")
+                run = look_at(name, results.run(*name), point.scene, error)
+                if waits and run.state in (DONE, WAITS):
+                    run = replace(run, state=WAITS, why=waits)
+                found.append(run)
     return found
 
 
-def _runs_of(paper: Paper, results: Results, errors: Mapping[str, str]) -> Iterator[RunStatus]:
-    for sweep in paper.sweeps.values():
-        try:
-            known, waits = resolved(sweep, results.derived(paper.name, sweep.name)), ""
-        except UserError:
-            known, waits = sweep, "it takes values that other sweeps measure first"
-        for point in known.points:
-            name = (paper.name, sweep.name, point.name)
-            error = errors.get(results.log(paper.name, "runs", sweep.name, point.name), "")
-            run = look_at(name, results.run(*name), point.scene, error)
-            if waits and run.state in (DONE, WAITS):
-                run = replace(run, state=WAITS, why=waits)
-            yield run
-
-
 def own_status(path: Path) -> list[RunStatus]:
-    """Runs of one's own: one by its path, or all that lie in a folder, done or begun.
-
-    Raises
-    ------
-    UserError
-        If there is no run, or what is there cannot be read.
-    """
+    """Runs of one's own: one by its path, or all that lie in a folder, done or begun."""
     runs = [look_at((str(each),), each) for each in (runs_in(path) if path.is_dir() else [path])]
     for run in runs:
         if run.state == WAITS:
@@ -120,17 +85,13 @@ def own_status(path: Path) -> list[RunStatus]:
 def runs_in(folder: Path) -> list[Path]:
     """Results of all runs that lie in a folder, done or begun."""
     try:
-        names = sorted(os.listdir(folder))
+        there = sorted(folder.iterdir())
     except OSError as problem:
         raise UserError(f"{folder}: cannot be read ({reason(problem)})") from None
-    begun = {
-        folder / f"{name.removesuffix(ending)}.nc"
-        for name in names
-        for ending in (".nc.lock", ".checkpoint")
-        if name.endswith(ending)
-    }
-    there = {folder / name for name in names if name.endswith(".nc")}
-    return sorted(begun | {path for path in there if look_at((), path).state == DONE})
+    begun = {path.with_suffix("") for path in there if path.name.endswith(".nc.lock")}
+    begun |= {path.with_suffix(".nc") for path in there if path.suffix == ".checkpoint"}
+    made = {path for path in there if path.suffix == ".nc" and look_at((), path).state == DONE}
+    return sorted(begun | made)
 
 
 def look_at(
@@ -144,24 +105,22 @@ def look_at(
         worker = worker_on(path)
     except UserError as problem:
         return replace(run, state=FAILS, why=str(problem))
+    checkpoint = checkpoint_path(path)
     if worker is not None and worker.alive:
         who = f"process {worker.process} on {worker.host}, begun {worker.since}"
         step, steps, rate = (worker.report.get(key) for key in ("step", "steps", "rate"))
-        stored = stored_in(checkpoint_path(path))
-        return replace(
-            run, state=AT_WORK, why=who, step=step, steps=steps or run.steps, rate=rate,
-            measured=_means(stored.arrays) if stored else {},
-        )  # fmt: skip
+        run = replace(run, state=AT_WORK, why=who, step=step, steps=steps or run.steps, rate=rate)
+        stored = stored_in(checkpoint)
+        return replace(run, measured=_means(stored.arrays)) if stored else run
     made = _made(run, scene)
     if made.state == DONE:
         return made
     if error:
         return replace(run, state=FAILS, why=error)
-    there = os.path.lexists(checkpoint_path(path))
-    if worker is None and not there:
+    if worker is None and not os.path.lexists(checkpoint):
         return made
     why = "it was stopped" if worker is None else f"process {worker.process} was killed"
-    stored = stored_in(checkpoint_path(path))
+    stored = stored_in(checkpoint)
     if stored is None or (scene is not None and stored.key["scene"] != scene.digest):
         return replace(run, state=STOPPED, why=f"{why}; it begins anew")
     step = int(stored.arrays["step"])
@@ -252,14 +211,10 @@ def seconds_left(runs: Sequence[RunStatus]) -> float | None:
 
     None where nothing is at work, or no rate is known.
     """
-    known = [run for run in runs if run.beads and run.steps]
-    rates = [run.rate * run.beads for run in known if run.rate and run.beads]
+    known = [(run, run.beads, run.steps) for run in runs if run.beads and run.steps]
+    rates = [run.rate * beads for run, beads, _ in known if run.rate]
     at_work = sum(run.state == AT_WORK for run in runs)
     if not rates or not at_work:
         return None
-    left: list[Any] = [
-        run.beads * (run.steps - (run.step or 0))
-        for run in known
-        if run.state != DONE and run.beads and run.steps
-    ]
+    left = [beads * (steps - (run.step or 0)) for run, beads, steps in known if run.state != DONE]
     return float(sum(left) / np.mean(rates) / at_work)
