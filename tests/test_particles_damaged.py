@@ -11,7 +11,7 @@ from dpd.errors import UserError
 from dpd.files import write as write_netcdf
 from dpd.particles.formats import read
 from dpd.particles.particles import checked
-from tests.test_particles import assert_same, data_file, write_each_kind
+from tests.test_particles import assert_same, write_each_kind
 
 
 @pytest.fixture(scope="module")
@@ -20,48 +20,6 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     write_each_kind(folder)
     return folder
-
-
-# What is replaced by what in a good file, and what is said.
-WRONG_DATA = {
-    "no header": (" atoms", " particles", "line 3: '3 particles' is neither"),
-    "no atoms": ("3 atoms", "0 atoms", "0 atoms; at least one"),
-    "no section": ("Atoms # bond", "Pair Coeffs", "line 35: 'Pair.*is there .* before"),
-    "nor that": ("Atoms # bond", "Angle Coeffs", "there is no section Atoms"),
-    "no bonds": ("Bonds\n\n1 1 12 7\n", "", "there is no section Bonds"),
-    "fewer atoms": ("3 atoms", "4 atoms", "section Atoms has 3 lines.*header says 4"),
-    "more types": ("2 atom types", "300 atom types", "300 atom types; allowed: 1 to 256"),
-    "type": ("12 1 2 ", "12 1 3 ", "atom 12 is of type 3.*allows 1 to 2"),
-    "style": ("# bond", "# sphere", "9 columns in section Atoms; style 'sphere' has 7, or 10"),
-    "columns": ("# bond", "# full", "9 columns in section Atoms.*'full'"),
-    "short line": ("7 1 1 -0.5 ", "7 1 1 ", "8 columns in section Atoms"),
-    "later short line": ("2.5 4.25 ", "2.5 ", "has 8 columns, and 9"),
-    "text": ("4.25", "4.2.5", "line 22: .* in section Atoms has '4.2.5' where a number"),
-    "not a number": ("4.25", "nan", "has 'nan' where a number"),
-    "infinite speed": ("12 4 5", "12 inf 5", "has 'inf' where a number"),
-    "fraction": ("12 1 2 ", "12.5 1 2 ", "has '12.5' where a whole number"),
-    "twice": ("12 1 2 2", "7 1 2 2", "atom 7 is there twice"),
-    "bond to nobody": ("12 7", "12 8", "in section Bonds ties an atom that is not there"),
-    "bond to itself": ("12 7\n", "12 12\n", "twice in the bond of atom 12, atom 12"),
-    "velocity of nobody": ("12 4 5", "13 4 5", "each of the atoms once"),
-    "velocity twice": ("12 4 5", "7 4 5", "each of the atoms once"),
-    "no box": ("-1 3.0 xlo", "3 -1.0 xlo", "an edge that is not a positive"),
-    "box in words": ("-1 3.0 xlo", "-1 wide xlo", "line 9: .*not 2 number.*before 'xlo xhi'"),
-    "tilted": ("0 0 0 xy", "0.5 1 0 xy", "tilt factors 0.125, 0.25, 0; allowed: one"),
-    "thin": ("-2.0 2.0 zlo", "-2.0 -0.5 zlo", "1.5 thick along z"),
-    "cut off in a number": ("2 25 4.5\n", "2 25 4", "the last line has no end"),
-}
-
-
-@pytest.mark.parametrize("case", WRONG_DATA)
-def test_a_data_file_that_is_wrong(tmp_path, case):
-    """One sentence with the file, the place and what to do."""
-    old, new, said = WRONG_DATA[case]
-    path, text = tmp_path / "small.data", data_file()
-    assert old in text
-    path.write_text(text.replace(old, new))
-    with pytest.raises(UserError, match=rf"small\.data: .*{said}"):
-        read(path)
 
 
 @pytest.mark.parametrize("name", ["melt.gsd", "melt.data", "melt.nc", "start.nc", "run.checkpoint"])

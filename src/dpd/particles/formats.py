@@ -36,7 +36,7 @@ def read(path: str | Path, frame: int = -1) -> Particles:
     if frame not in (0, -1):
         raise UserError(f"{path}: there is no frame {frame}: the file holds one configuration")
     if kind in DATA:
-        from dpd.particles.lammps_data import read_data
+        from dpd.particles.lammps import read_data
 
         return read_data(path)
     from dpd.particles.netcdf import read_checkpoint, read_netcdf
@@ -65,7 +65,7 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
         without = "there are no velocities: programs that read GSD take them to be 0"
         return () if particles.velocity is not None else (without,)
     if kind in DATA:
-        from dpd.particles.lammps_data import as_data
+        from dpd.particles.lammps import as_data
 
         text = as_data(particles)
         files.replace_whole(path, lambda draft: draft.write_text(text))
