@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.queries.waves import density_waves
+from dpd.engine.queries.beads import density_waves
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State

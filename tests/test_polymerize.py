@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.engine.queries.crossings import crossing_bonds
+from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene

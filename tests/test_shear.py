@@ -7,7 +7,7 @@ import xarray as xr
 import dpd
 from dpd.analysis.viscosity import heating, viscosities, viscosity
 from dpd.digest import PACKAGE
-from dpd.engine.queries.crossings import crossing_bonds
+from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import TURN, tilted
 from dpd.errors import UserError

@@ -6,7 +6,7 @@ import pytest
 from dpd.engine.bonded import angles_of, bonds_of
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
-from dpd.engine.queries.configurational import force_and_curvature
+from dpd.engine.queries.stress import force_and_curvature
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.molecules import Molecule

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.queries.configurational import force_and_curvature
+from dpd.engine.queries.stress import force_and_curvature
 from dpd.physics.repulsion import Soft
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from dpd.engine.queries.crossings import crossing_bonds
+from dpd.engine.queries.bonds import crossing_bonds
 from dpd.errors import UserError
 from dpd.start.common.growth import segments_intersect
 from tests.engine.exact import crossings_by_looking, meet

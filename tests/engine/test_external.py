@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.queries.configurational import force_and_curvature
+from dpd.engine.queries.stress import force_and_curvature
 from dpd.engine.simulation import BehindWall
 from dpd.physics.body_force import BodyForce
 from dpd.physics.walls import Walls

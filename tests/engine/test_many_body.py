@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import dpd
-from dpd.engine.queries.configurational import force_and_curvature
-from dpd.engine.queries.stress import Slices, virial_in_slices
+from dpd.engine.queries.stress import Slices, force_and_curvature, virial_in_slices
 from dpd.errors import UserError
 from dpd.physics.many_body import many_body
 from dpd.physics.pressure import Pressure

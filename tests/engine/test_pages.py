@@ -87,7 +87,7 @@ OWN_PAGE = """
 """
 USES_IT = """
     import numpy as np
-    from dpd.engine.queries.configurational import force_and_curvature
+    from dpd.engine.queries.stress import force_and_curvature
     from own_page import Steep
     from tests.systems import by_identity, make_simulation, make_system, random_beads
 

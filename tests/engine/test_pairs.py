@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
-from dpd.engine.queries.pairs import pair_histogram
-from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.queries.pairs import pair_histogram, sorted_beads
 from dpd.engine.search import first_place, next_pairs
 from dpd.jit import kernel
 from tests.systems import BOX_2D, BOX_3D, make_simulation, make_system, random_beads

@@ -7,7 +7,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from dpd.engine.loop import run
-from dpd.engine.queries.passes import passed_bonds
+from dpd.engine.queries.bonds import passed_bonds
 from dpd.engine.simulation import Simulation
 from dpd.observe import observables
 from dpd.scene.scene import Scene

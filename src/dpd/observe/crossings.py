@@ -31,7 +31,7 @@ class Crossings(Observable, key="crossings"):
         return {"pairs": np.full(MOST * len(scene.bonded), -1, np.int64)}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.crossings import crossing_bonds
+        from dpd.engine.queries.bonds import crossing_bonds
 
         members, former = now.scene.bonded, now.kept["pairs"]
         one, other = crossing_bonds(now.coordinates, members, now.lattice)

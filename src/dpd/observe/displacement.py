@@ -59,7 +59,7 @@ class Displacement(Observable, key="displacement"):
 
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
         """Squared displacements: mean of the innermost beads, and centre of mass."""
-        from dpd.engine.queries.lags import squared_displacements
+        from dpd.engine.queries.beads import squared_displacements
 
         found = squared_displacements(now, then)
         if found.shape[1] < 3:  # one for both, or one for each

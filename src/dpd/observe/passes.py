@@ -32,7 +32,7 @@ class Passes(Observable, key="passes"):
 
     def measure(self, now: Any) -> Any:
         """Count them; at the first sample there is none."""
-        from dpd.engine.queries.passes import passed_bonds
+        from dpd.engine.queries.bonds import passed_bonds
 
         # What passes does so in any box, so all are taken in the one that the run began with.
         box, last = now.system.box, now.kept["last"]

@@ -124,7 +124,7 @@ class StructureFactor(Observable, key="structure_factor"):
             )
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.waves import density_waves
+        from dpd.engine.queries.beads import density_waves
 
         scene, (shell, members) = now.scene, self.shells(now.scene)
         counts = np.bincount(scene.kinds, minlength=len(scene.species))

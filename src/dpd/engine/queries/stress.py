@@ -1,4 +1,4 @@
-"""Where in a box the virial of conservative forces lies: each pair's along the line of the pair."""
+"""Conservative forces: where in a box their virial lies, and the curvature of their potential."""
 
 from __future__ import annotations
 
@@ -6,15 +6,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.bonded import find_slots, gather, length, opening
+from dpd.engine.bonded import (
+    add_angles,
+    add_bonds,
+    angle_curvature,
+    bond_curvature,
+    find_slots,
+    gather,
+    length,
+    opening,
+)
+from dpd.engine.external import add_wall_curvature
 from dpd.engine.integrate import of_bead
 from dpd.engine.pair import CLOSEST, gather_crowds, of_pair
-from dpd.engine.queries.sorting import sorted_beads, terms_of
-from dpd.engine.rows import rows_of
+from dpd.engine.queries.pairs import sorted_beads, terms_of
+from dpd.engine.rows import push_apart, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.common.forces import force, force_over_r, law_of
+from dpd.physics.common.forces import curvature, force, force_over_r, law_of, slope
 
 if TYPE_CHECKING:
     from dpd.engine.state import State, System
@@ -24,10 +34,7 @@ SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in 
 
 
 class Slices(NamedTuple):
-    """Equal slices across an axis, from a place in the box to another, in r_c.
-
-    They cover the box along the axis, or, between walls, all places of beads.
-    """
+    """Equal slices across an axis, in r_c, that cover the box or, between walls, all beads."""
 
     axis: int
     number: int
@@ -42,13 +49,8 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
     beads at their nearest images, and each slice gets the share of the line that lies in it. So do
     bonds. In an angle i-j-k the force on bead i passes along the bond from j to i, and that on bead
     k along the bond from j to k; the middle bead feels the opposite of both. Forces of walls and
-    body forces are left out.
-
-    Returns
-    -------
-    (2, slices) array
-        In kT: the `NORMAL` element of the virial, and the `TANGENTIAL` one, which is the mean over
-        the other axes. Summed over slices they are those of the whole virial.
+    body forces are left out. Returned is a (2, slices) array in kT: the `NORMAL` element of the
+    virial, and the `TANGENTIAL` one, which is the mean over the other axes.
     """
     beads, virial = sorted_beads(state.position, system.box, 1.0), np.zeros((2, 3, slices.number))
     species = None if state.species is None else state.species[beads.bead]
@@ -85,17 +87,14 @@ def _add_virial(
         for p in range(n):
             begin = beads.ordered[pairs.i[p], slices.axis]
             end = begin - pairs.separation[slices.axis, p]
-            add_line(virial, begin, end, pairs.force_over_r[p], pairs.weight_over_r[p], slices)
+            spread(virial, begin, end, pairs.force_over_r[p], pairs.weight_over_r[p], slices)
     find_slots(slot, identity, Share(np.uint64(0), np.uint64(n_beads)))
-    add_bonds(virial, beads.x, slot, bonds, arms, edges, slices)
-    add_angles(virial, beads.x, slot, angles, arms, others, edges, slices)
+    spread_bonds(virial, beads.x, slot, bonds, arms, edges, slices)
+    spread_angles(virial, beads.x, slot, angles, arms, others, edges, slices)
 
 
-@inlined()
-def add_bonds(virial, x, slot, bonds, arms, edges, slices):
-    """Add what bonds do, if there are any."""
-    if bonds is None:
-        return
+@inlined(given="bonds")
+def spread_bonds(virial, x, slot, bonds, arms, edges, slices):
     n = np.uint64(len(bonds.members))
     gather(arms, n, x, slot, bonds.members, np.uint64(0), 0, 1, edges, None)
     for b in range(n):
@@ -103,25 +102,28 @@ def add_bonds(virial, x, slot, bonds, arms, edges, slices):
         over_r = force_over_r(law_of(bonds.law, b), r)
         normal = over_r * along * along
         begin = x[arms.i[b], slices.axis]
-        add_line(virial, begin, begin - along, normal, over_r * r * r - normal, slices)
+        spread(virial, begin, begin - along, normal, over_r * r * r - normal, slices)
 
 
 @inlined(given="angles")
-def add_angles(virial, x, slot, angles, arms, others, edges, slices):
-    """Add what angles do, along both bonds of each; `dpd.engine.bonded` has their forces."""
+def spread_angles(virial, x, slot, angles, arms, others, edges, slices):
     n = np.uint64(len(angles.members))
     gather(arms, n, x, slot, angles.members, np.uint64(0), 0, 1, edges, None)
     gather(others, n, x, slot, angles.members, np.uint64(0), 2, 1, edges, None)
     for a in range(n):
         at = opening(arms.apart, others.apart, a, edges)
         across = -force(law_of(angles.law, a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
-        add_arm(virial, x, arms, others, a, across, at.cosine, at.over_i, at.over_k, edges, slices)
-        add_arm(virial, x, others, arms, a, across, at.cosine, at.over_k, at.over_i, edges, slices)
+        spread_arm(
+            virial, x, arms, others, a, across, at.cosine, at.over_i, at.over_k, edges, slices
+        )
+        spread_arm(
+            virial, x, others, arms, a, across, at.cosine, at.over_k, at.over_i, edges, slices
+        )
 
 
 @inlined()
-def add_arm(virial, x, arm, other, a, across, cosine, over_arm, over_other, edges, slices):
-    """Add what an angle does along one of its bonds, from the outer bead to the middle one."""
+def spread_arm(virial, x, arm, other, a, across, cosine, over_arm, over_other, edges, slices):
+    """Spread what an angle does along one of its bonds, from the outer bead to the middle one."""
     normal, every = 0.0, 0.0
     for k in range(len(edges)):
         aside = other.apart[k, a] * over_other - cosine * arm.apart[k, a] * over_arm
@@ -131,11 +133,11 @@ def add_arm(virial, x, arm, other, a, across, cosine, over_arm, over_other, edge
             normal += arm.apart[k, a] * push
     begin = x[arm.i[a], slices.axis]
     end = begin - arm.apart[slices.axis, a]
-    add_line(virial, begin, end, normal, every - normal, slices)
+    spread(virial, begin, end, normal, every - normal, slices)
 
 
 @inlined()
-def add_line(virial, begin, end, normal, tangential, slices):
+def spread(virial, begin, end, normal, tangential, slices):
     """Spread a virial evenly over the slices that a line along the axis crosses.
 
     One end of it lies in the box, the other one up to an edge outside.
@@ -183,4 +185,78 @@ def _add_walls(virial, position, species, walls, slices):
                 push = force(walls, of_bead(walls.repulsion, species, s), z)
                 if push > 0.0:
                     begin = position[s, slices.axis]
-                    add_line(virial, begin, end, push * abs(begin - end), 0.0, slices)
+                    spread(virial, begin, end, push * abs(begin - end), 0.0, slices)
+
+
+def force_and_curvature(system: System, state: State) -> np.ndarray:
+    """Sum of squared conservative forces, and the Laplacian of the potential, without a core.
+
+    In equilibrium <sum F_i^2> = kT <sum nabla_i^2 U> (Rugh 1997; Butler et al. 1998).
+    """
+    beads = sorted_beads(state.position, system.box, 1.0)
+    total, d = np.zeros_like(beads.x), system.dimension
+    slopes = None if system.many_body is None else np.zeros_like(beads.x)
+    laplacian = _laplacian(
+        total, slopes, beads, state.identity, state.species, system.forces.pair, system.many_body,
+        *terms_of(system, beads), system.walls, np.zeros((2, d, d)), np.zeros(2),
+    )  # fmt: skip
+    if slopes is not None:  # of each bead's density, by its own place
+        laplacian += (slopes * slopes).sum()
+    return np.array([(total * total).sum(), laplacian])
+
+
+@kernel()
+def _laplacian(
+    total, slopes, beads, identity, species, pair, many_body, density, bonds, angles, slot, arms,
+    others, walls, virial, sums,
+):  # fmt: skip
+    """Add up all forces, by the number of the bead; return the Laplacian of the potential."""
+    search = beads.search
+    pairs, edges, n_beads = search.pairs, search.edges, np.uint64(len(beads.bead))
+    laplacian = 0.0
+    at = first_place()
+    while at.slot < n_beads:
+        at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
+        gather_crowds(pairs, n, density)
+        for p in range(n):
+            i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
+            r2 = CLOSEST
+            for k in range(len(edges)):
+                r2 += pairs.separation[k, p] * pairs.separation[k, p]
+            r = np.sqrt(r2)
+            w = max(0.0, 1.0 - r)
+            a = of_pair(pair.repulsion, species, i, j)
+            over_r = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) / r
+            bent = curvature(pair, a, r, w) + curvature(many_body, pairs.crowd[p], r)
+            # u'' + (d - 1) u' / r, for both beads of the pair
+            laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
+            push_apart(total, i, j, over_r, pairs.separation, p, edges)
+            laplacian += add_slopes(slopes, many_body, i, j, r, pairs.separation, p, edges)
+    find_slots(slot, identity, Share(np.uint64(0), n_beads))
+    add_bonded(total, beads.x, slot, bonds, angles, arms, others, virial, sums, edges)
+    laplacian += bond_curvature(beads.x, slot, bonds, arms, edges)
+    laplacian += angle_curvature(beads.x, slot, angles, arms, others, edges)
+    return laplacian + add_wall_curvature(total, beads.x, species, walls)
+
+
+@inlined()
+def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
+    """Add a pair's slopes of both densities by each bead's own place; return the squared others."""
+    if slopes is None:
+        return 0.0
+    steep = slope(many_body, r)
+    push_apart(slopes, i, j, steep / r, separation, p, edges)
+    return 2.0 * steep * steep
+
+
+@inlined(given="arms")
+def add_bonded(total, x, slot, bonds, angles, arms, others, virial, sums, edges):
+    add_bonds(
+        total, x, slot, bonds.law, bonds.members, 0, len(bonds.members), arms, virial, sums,
+        False, edges, None,
+    )  # fmt: skip
+    if angles is not None:
+        add_angles(
+            total, x, slot, angles.law, angles.members, 0, len(angles.members), arms, others,
+            virial, sums, False, edges, None,
+        )  # fmt: skip

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.engine.loop import advance_looking
-from dpd.engine.queries.crossings import crossing_bonds
+from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State

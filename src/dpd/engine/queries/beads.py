@@ -1,4 +1,4 @@
-"""Density waves: sums of exp(-i q r) over beads, as exact as the positions are."""
+"""Density waves, and displacements over many times: sums over beads, without pairs."""
 
 from __future__ import annotations
 
@@ -26,8 +26,6 @@ def density_waves(
     ----------
     position : (dimension, n) array
         Species after species.
-    box : tuple
-        Edges L in r_c.
     begins : (species + 1,) int64 array
         The first bead of each species; last, the number of beads.
     numbers : (waves, dimension) int64 array
@@ -104,3 +102,44 @@ def _put_head(head, number, n, cosine, sine):
             real = head[0, p] * c - head[1, p] * s
             head[1, p] = head[0, p] * s + head[1, p] * c
             head[0, p] = real
+
+
+def squared_displacements(now: np.ndarray, then: np.ndarray) -> np.ndarray:
+    """(earlier, points, n): |now - then|^2 of (dimension, points, n) and one more for each time."""
+    found = np.empty((len(then), *now.shape[1:]))
+    _squared_displacements(found, now, then)
+    return found
+
+
+# Loops one inside the other in this order vectorise: a tenth of the time of NumPy's temporaries.
+@kernel()
+def _squared_displacements(found, now, then):
+    points, n = found.shape[1:]
+    for i in range(len(then)):
+        for p in range(points):
+            for m in range(n):
+                apart = now[0, p, m] - then[i, 0, p, m]
+                found[i, p, m] = apart * apart
+            for axis in range(1, len(now)):
+                for m in range(n):
+                    apart = now[axis, p, m] - then[i, axis, p, m]
+                    found[i, p, m] += apart * apart
+
+
+@kernel()
+def add_lags(sums, means, found):
+    """Add what was found for each lag, and its mean over molecules.
+
+    To ``sums``, (lags, quantities, molecules), and ``means``, (lags, quantities), from the shortest
+    lag on; ``found``, (lags, quantities or 1, molecules), is from the longest on.
+    """
+    lags, quantities, molecules = sums.shape
+    for lag in range(lags):
+        for quantity in range(quantities):
+            q = min(quantity, found.shape[1] - 1)
+            total = 0.0
+            for m in range(molecules):
+                one = found[lags - 1 - lag, q, m]
+                sums[lag, quantity, m] += one
+                total += one
+            means[lag, quantity] += total / molecules

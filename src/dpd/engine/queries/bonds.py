@@ -1,41 +1,111 @@
-"""Bonds that pass through each other in three dimensions."""
+"""Bonds that cross in two dimensions, or pass through each other in three."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.engine.images import nearest_image
-from dpd.engine.queries.crossings import (
-    SMALLEST_CELL,
-    all_found,
-    note_pair,
-    refuse_longer,
-    share_a_bead,
-)
-from dpd.engine.queries.sorting import sorted_beads
+from dpd.engine.queries.pairs import SMALLEST_CELL, sorted_beads
+from dpd.engine.rows import rows_of
 from dpd.engine.search import first_place, next_pairs
-from dpd.engine.space import edges_of
+from dpd.engine.space import edges_of, nearest, wrapped
+from dpd.errors import UserError
 from dpd.jit import inlined, kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
+ROOM = 1024  # pairs found, at first
+SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at
 HALVINGS = 30  # of the time at which two bonds lie in one plane
 # Columns of what is known of a bond: where its first end is, relative to its middle half way, and
 # its second one, relative to that; how both change; and the farthest that an end gets.
 END, MOVE, BOND, TURN, RADIUS = 0, 3, 6, 9, 12
 
 
-class Met(NamedTuple):
-    """How two bonds lie at some time.
+def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[float]) -> np.ndarray:
+    """(2, crossings) uint32 array: numbers of the bonds in each pair that crosses.
 
-    Their triple product, zero where they lie in one plane; and the nearest points of their lines,
-    in units of the bonds, 0 and 1 being the ends, which count only where it is zero.
+    A bond is a closed segment between its beads' nearest images, so bonds that only touch
+    cross; two that share a bead never do. Positions, (2, n), are in the order of identities,
+    ``members``, (bonds, 2), those of the ends. A `UserError` refuses bonds longer than half the
+    smallest edge, whose nearest image is not their own.
     """
+    end = position[:, members[:, 0]]
+    bond = nearest(position[:, members[:, 1]] - end, box)
+    half = 0.5 * bond
+    middle, _ = wrapped(end + half, box)
+    longest = float(np.sqrt((bond**2).sum(axis=0).max(initial=0.0)))
+    refuse_longer(longest, box, "crossings")
+    reach = longest * (1.0 + SLACK) + SLACK
+    middles = sorted_beads(middle, box, max(reach, SMALLEST_CELL))
+    return all_found(_crossing, middles, rows_of(half), members, reach)
 
-    triple: float
+
+@kernel()
+def _crossing(found, middles, halves, members, reach):
+    """Two segments meet unless a line along one of them has the other on one side."""
+    search = middles.search
+    pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
+    at = first_place()
+    while at.slot < bonds:
+        at, n = next_pairs(at, bonds, middles.ordered, search, reach)
+        for p in range(n):
+            i, j = number[pairs.i[p]], number[pairs.j[p]]
+            x, y = pairs.separation[0, p], pairs.separation[1, p]
+            ix, iy, jx, jy = halves[i, 0], halves[i, 1], halves[j, 0], halves[j, 1]
+            turn = abs(ix * jy - iy * jx)
+            off_i, off_j = abs(ix * y - iy * x), abs(jx * y - jy * x)
+            if off_i > turn or off_j > turn:
+                continue
+            # On one line, or a bond of no length: apart along an axis, they are apart.
+            if turn == 0.0 and (abs(x) > abs(ix) + abs(jx) or abs(y) > abs(iy) + abs(jy)):
+                continue
+            if not share_a_bead(members, i, j):
+                total = note_pair(found, total, i, j)
+    return total
+
+
+def refuse_longer(longest: float, box: Sequence[float], what: str) -> None:
+    if longest > 0.5 * min(box):
+        raise UserError(
+            f"a bond of {longest:.3g} r_c is longer than half the box ({min(box):g} r_c): "
+            f"{what} cannot be told; take a larger box or stiffer bonds"
+        )
+
+
+@inlined()
+def share_a_bead(members, a, b):
+    """Whether two bonds have an end in common."""
+    first, second = members[a, 0], members[a, 1]
+    if first == members[b, 0] or first == members[b, 1]:
+        return True
+    return second == members[b, 0] or second == members[b, 1]
+
+
+def all_found(search: Callable[..., int], *arguments: Any) -> np.ndarray:
+    """(2, n) uint32: all pairs of a kernel that fills a (2, size) array, and returns how many."""
+    found = np.empty((2, ROOM), np.uint32)
+    while (total := search(found, *arguments)) > found.shape[1]:
+        found = np.empty((2, total), np.uint32)
+    return found[:, :total].copy()
+
+
+@inlined()
+def note_pair(found, total, a, b):
+    """Note a pair after ``total`` others, if there is room; return how many there are then."""
+    if total < found.shape[1]:
+        found[0, total], found[1, total] = min(a, b), max(a, b)
+    return total + 1
+
+
+class Met(NamedTuple):
+    """How two bonds lie at some time."""
+
+    triple: float  # product, zero where they lie in one plane
+    # the nearest points of their lines, in units of the bonds, which count only there
     on_one: float
     on_other: float
 
@@ -49,20 +119,8 @@ def passed_bonds(
     each other if that changes its sign while the nearest points of the two lines lie inside
     both bonds. A pass and a return in the same interval is none; nor is a pass of two bonds
     that lie in one plane twice in it, which happens where beads move half a bond or more.
-
-    Parameters
-    ----------
-    before, after : (3, n) arrays
-        Positions in the order of identities; each bead moves to the nearest image.
-    members : (bonds, 2) uint32 array
-        Identities of the two ends. Bonds that share a bead are not looked at.
-    box : tuple
-        Edges in r_c.
-
-    Raises
-    ------
-    UserError
-        If a bond is longer than half the smallest edge: its nearest image is not its own.
+    Positions, (3, n), are in the order of identities, each bead moves to the nearest image, and
+    bonds that share a bead are not looked at. Bonds are refused as in `crossing_bonds`.
     """
     if not len(members):
         return np.empty((2, 0), np.uint32)
@@ -126,7 +184,7 @@ def line_up(x, known, i, j, t):
 
 @inlined()
 def place(known, i, k, t):
-    """Where the first end of a bond is along an axis at time t."""
+    """Of the first end of a bond, along an axis, at time t."""
     return known[i, END + k] + t * known[i, MOVE + k]
 
 
