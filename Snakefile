@@ -23,11 +23,11 @@ from dpd.pipeline.study import read_config, read_paper, read_study
 from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
 from dpd.report.overhead import overhead
-from dpd.start.common.description import start_digest, start_is_shared
 from dpd.stages import (
     calculation_sources, figure_sources, kernels_name, run_sources,
     stage_digest, start_sources,
 )
+from dpd.start import start_digest, start_is_shared
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}

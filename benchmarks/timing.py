@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.engine.simulation import Simulation
-from dpd.start.common.description import start_digest
+from dpd.start import start_digest
 from dpd.start.common.make import make_start, system_of
 
 TURNS = 5

@@ -14,7 +14,7 @@ from dpd.files import read
 from dpd.jit import COMPILES
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources, start_sources
-from dpd.start.common.description import start_description, start_digest
+from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, system_of
 from tests.test_own_pages import command
 

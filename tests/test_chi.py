@@ -5,7 +5,7 @@ import pytest
 
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_digest
+from dpd.start import start_digest
 from dpd.theory.repulsion import RELATIONS, relation_at, unlike_repulsion
 from tests.test_cli import dpd, write
 

@@ -15,7 +15,7 @@ from dpd.files import read
 from dpd.pipeline.jobs import start_bead_steps
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_digest, start_is_shared
+from dpd.start import start_digest, start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
 from tests.test_own_pages import command

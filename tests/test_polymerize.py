@@ -8,8 +8,8 @@ from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
+from dpd.start import start_work
 from dpd.start.common import polymerization as module
-from dpd.start.common.description import start_work
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import make_start, make_start_and_record

@@ -13,9 +13,9 @@ from dpd.physics.integrator import SCHEMES, Integrator
 from dpd.pipeline.study import read_paper, read_study
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge, read_yaml
-from dpd.start.common.description import start_digest
-from dpd.start.common.flights import FLIGHT
+from dpd.start import start_digest
 from dpd.start.common.make import make_start
+from dpd.start.random import FLIGHT
 
 GOOD = {
     "dimension": 3,

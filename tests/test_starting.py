@@ -9,7 +9,7 @@ from dpd import files
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
-from dpd.start.common.description import start_is_shared
+from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start
 

@@ -13,7 +13,7 @@ from dpd.errors import UserError
 from dpd.physics.common.records import pair_record
 from dpd.physics.pair import CELLS, on_grid, read_table
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_digest
+from dpd.start import start_digest
 from dpd.start.common.make import make_start, system_of
 from tests.test_own_forces import PLAIN
 from tests.test_own_pages import command

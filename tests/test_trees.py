@@ -21,10 +21,9 @@ from dpd.physics.shear import Shear
 from dpd.runs.result import last_configuration
 from dpd.scene.molecules import MOST_BEADS, Molecule, length_of, tree_of
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_description
+from dpd.start import start_description
+from dpd.start.common.from_file import canonical, order_of
 from dpd.start.common.make import make_start, system_of
-from dpd.start.common.matching import order_of
-from dpd.start.common.trees import Trees
 
 
 def molecule(architecture, count=1):
@@ -459,7 +458,7 @@ def test_distributions_have_the_area_one():
 
 def test_the_same_trees_have_the_same_code():
     """In any numbering, by brute force over all of them; others have another one."""
-    trees, codes = Trees(), {}
+    numbers, codes = {}, {}
     for parents in [(0, 1, 2), (0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 0, 2)]:
         for species in [(0, 0, 0, 0), (0, 1, 0, 0), (1, 0, 0, 0)]:
             bonds = [(bead, parent) for bead, parent in enumerate(parents, start=1)]
@@ -469,7 +468,7 @@ def test_the_same_trees_have_the_same_code():
                 for to in permutations(range(4))
             )  # fmt: skip
             near = [[b for bond in bonds for b in bond if k in bond and b != k] for k in range(4)]
-            codes.setdefault(same, set()).add(trees.hung(near, species, 0).code)
+            codes.setdefault(same, set()).add(canonical(near, species, 0, numbers)[0])
     assert all(len(found) == 1 for found in codes.values())
     assert len({code for found in codes.values() for code in found}) == len(codes) > 5
 
@@ -528,7 +527,7 @@ def test_files_without_the_trees_of_the_scene(trees):
     with pytest.raises(UserError, match="bead 0 is of a molecule with a ring"):
         order_of(scene, ring, "x.nc")
     fewer = particles._replace(bonds=np.delete(particles.bonds, last, axis=0))
-    with pytest.raises(UserError, match=r"lacks 1 of the 2 molecules B \(A\) C"):
+    with pytest.raises(UserError, match=r"1 molecules B \(A\) C for the 2"):
         order_of(scene, fewer, "x.nc")
     data = SCENE | {"molecules": [*SCENE["molecules"][:3], {"architecture": "D", "count": 4}]}
     with pytest.raises(UserError, match="1 molecules more"):

@@ -86,7 +86,7 @@ def _compile(options: Namespace) -> None:
 def _start(options: Namespace) -> None:
     from dpd.files import check_room
     from dpd.progress import Progress
-    from dpd.start.common.description import start_work
+    from dpd.start import start_work
     from dpd.start.common.files import write_start
 
     scene = sweep_of(options, options.point).point(options.point).scene

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from dpd import files
 from dpd.errors import UserError, suggestion
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_digest, start_is_shared
+from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dpd.start.common.description import BYTES_PER_BEAD, start_digest, start_is_shared
+from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

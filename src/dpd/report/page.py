@@ -32,7 +32,7 @@ from dpd.report.judged import (
 from dpd.report.provenance import commit, library_versions
 from dpd.report.sampling import not_said, reached, shorter_points
 from dpd.stages import stage_digest
-from dpd.start.common.description import start_digest, start_is_shared
+from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -43,7 +43,7 @@ from dpd.runs.result import (
 from dpd.runs.warnings import warning_of
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.start.common.description import BYTES_PER_BEAD, start_work
+from dpd.start import BYTES_PER_BEAD, start_work
 from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:

@@ -1,1 +1,69 @@
-"""First configurations: described, placed or grown, and relaxed."""
+"""First configurations: what decides one, what it costs, and who makes it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from dpd.digest import value_digest
+from dpd.page import PairForce
+
+if TYPE_CHECKING:
+    from dpd.scene.scene import Scene
+
+BYTES_PER_BEAD = 312  # of memory in a run, measured; with DPD-VV and a list 750
+SMALL = 0.1  # of a run's steps: a start that takes no more is made by the run itself
+
+
+def start_description(scene: Scene) -> dict[str, Any]:
+    """The part of a scene that decides its first configuration, as plain data.
+
+    Runs whose descriptions agree share one start.
+    """
+    data, start = scene.data, scene.start
+    kept = {
+        "dimension": data["dimension"],
+        "box": list(scene.box),
+        "molecules": data["molecules"],
+        "method": start.method,
+        "kT": scene.kT if start.kT is None else start.kT,
+        "seed": data["seed"] if start.seed is None else start.seed,
+    }
+    if "mass" in data:
+        kept["mass"] = data["mass"]
+    if scene.ended:
+        kept["between"] = [list(scene.ended), *(scene.origin[axis] for axis in scene.ended)]
+    kept |= start.decides(scene)
+    module = type(start).__module__
+    if not module.startswith("dpd."):  # of a user's own, whose name ends with the file's digest
+        kept["page"] = module.rpartition("_")[2]
+    if start.relax:
+        kept["relax"] = data["start"]["relax"]
+    if start.acts:
+        own = {key: each for key, each in scene.start_terms.items() if isinstance(each, PairForce)}
+        if own:
+            kept["own"] = {key: term.content() for key, term in own.items()}
+        forces = {key: each.plain() for key, each in scene.start_terms.items() if key not in own}
+        gamma = data["thermostat"]["gamma"] if start.forces.gamma is None else start.forces.gamma
+        kept["forces"] = {"repulsion": scene.repulsions, "gamma": gamma} | forces
+        kept["thermostat"] = scene.kT
+    return kept
+
+
+def start_digest(scene: Scene) -> str:
+    """Digest of what decides the first configuration of a scene."""
+    return value_digest(start_description(scene))
+
+
+def start_work(scene: Scene) -> int:
+    """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
+    return (scene.beads if scene.start.work else 0) + scene.relaxing
+
+
+def start_is_shared(scene: Scene) -> bool:
+    """Whether a job of its own makes the first configuration, for all runs that begin with it.
+
+    So it is where it takes `work`, as where chains grow, or more than a tenth of the run's steps.
+    Less is not worth a job: the run makes its own. This looks at the one scene alone: that other
+    runs come and go leaves what was run as it is.
+    """
+    return bool(scene.start.work) or scene.relaxing > SMALL * sum(scene.steps)

@@ -16,7 +16,7 @@ from dpd.page import Term, names
 from dpd.particles.particles import SLID
 from dpd.scene.scene import Scene
 from dpd.stages import start_sources
-from dpd.start.common.description import start_description, start_digest
+from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, make_start_and_record
 
 if TYPE_CHECKING:

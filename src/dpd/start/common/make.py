@@ -21,7 +21,7 @@ from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import joined
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_description, start_work
+from dpd.start import start_description, start_work
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -114,7 +114,7 @@ def make_start(
     Parameters
     ----------
     progress : callable or None
-        Called with the work done so far, out of `dpd.start.common.description.start_work`.
+        Called with the work done so far, out of `dpd.start.start_work`.
     say : callable or None
         Called with a sentence for what a file had otherwise than the scene wants it.
     """

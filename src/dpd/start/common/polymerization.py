@@ -22,7 +22,7 @@ from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.scene.molecules import numbers_of
-from dpd.start.common.description import start_description
+from dpd.start import start_description
 from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import relaxed, start_system, thermal_velocities
 from dpd.start.polymerize import RECORD
