@@ -75,7 +75,7 @@ wildcard_constraints:
     paper="|".join(map(re.escape, PAPERS)),
     sweep="[a-z0-9_]+",
     measurement="[^/]+",
-    point="[^/]+",
+    batch="[0-9]+",
     figure="[a-z0-9_]+",
     kernels="[0-9a-f]+",
 
@@ -118,10 +118,12 @@ rule all:
 
 
 include: "rules/common.smk"
-include: "rules/cluster.smk"
 include: "rules/start.smk"
 include: "rules/simulate.smk"
 include: "rules/analyse.smk"
 include: "rules/figures.smk"
 include: "rules/report.smk"
 include: "rules/benchmark.smk"
+
+if not workflow.remote_exec:
+    remove_old_stamps()

@@ -1,17 +1,6 @@
 # What rules look up: the scene of a point, and a point for a start.
 
 
-def trajectories():
-    """Paper, sweep and point of all runs that write a trajectory."""
-    return [
-        (paper, sweep.name, point.name)
-        for paper, plan in PAPERS.items()
-        for sweep in plan.sweeps.values()
-        for point in sweep.points
-        if "trajectory" in point.scene.observe
-    ]
-
-
 def only_before(files):
     """A pattern for the wildcard {paper} that fits in the paths of some results alone.
 
@@ -22,10 +11,14 @@ def only_before(files):
     return rf"(?=(?:{'|'.join(map(re.escape, rests))})$)[^/]+"
 
 
-WITH_TRAJECTORY = trajectories()
 SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
 CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
 PRIORITY = jobs.priorities(PAPERS, FIRST)
+BATCHES = {
+    (name, sweep.name): jobs.batches(sweep, CONFIG["batch"])
+    for name, paper in PAPERS.items()
+    for sweep in paper.sweeps.values()
+}
 WAITING = {name: jobs.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
@@ -34,15 +27,33 @@ def sweep_of(wildcards):
     return PAPERS[wildcards.paper].sweeps[wildcards.sweep]
 
 
-def point_of(wildcards):
-    """The point that a job is about."""
-    return sweep_of(wildcards).point(wildcards.point)
+def batch_of(wildcards):
+    """The points whose runs share a job."""
+    return BATCHES[wildcards.paper, wildcards.sweep][int(wildcards.batch)]
 
 
-def kernels_of_run(wildcards):
-    """Compiled kernels of a run. It waits for them, but is not made again where they are newer."""
-    kernels = kernels_name(point_of(wildcards).scene)
-    return ancient(OUT.compiled(wildcards.paper, kernels))
+def results_of_runs(wildcards):
+    """Their results."""
+    paper, sweep = wildcards.paper, wildcards.sweep
+    return [OUT.run(paper, sweep, point.name) for point in batch_of(wildcards)]
+
+
+def remove_old_stamps():
+    """Remove the stamp of a job one of whose results is gone, or was made by another since."""
+    for (paper, sweep), batches in BATCHES.items():
+        for number, batch in enumerate(batches):
+            stamp = Path(OUT.batch(paper, sweep, str(number)))
+            runs = [Path(OUT.run(paper, sweep, point.name)) for point in batch]
+            if stamp.exists() and not all(
+                run.exists() and run.stat().st_mtime <= stamp.stat().st_mtime for run in runs
+            ):
+                stamp.unlink()
+
+
+def kernels_of_runs(wildcards):
+    """Compiled kernels of runs. They wait for them, but are not made again where they are newer."""
+    kernels = {kernels_name(point.scene) for point in batch_of(wildcards)}
+    return [ancient(OUT.compiled(wildcards.paper, name)) for name in sorted(kernels)]
 
 
 def kernels_of_start(wildcards):
@@ -53,9 +64,9 @@ def kernels_of_start(wildcards):
 
 
 def runs_of_sweep(wildcards):
-    """Runs of a sweep, in the order of its points."""
-    points = sweep_of(wildcards).points
-    return [OUT.run(wildcards.paper, wildcards.sweep, point.name) for point in points]
+    """Stamps of all runs of a sweep."""
+    paper, sweep = wildcards.paper, wildcards.sweep
+    return [OUT.batch(paper, sweep, str(number)) for number in range(len(BATCHES[paper, sweep]))]
 
 
 def sweep_digest(wildcards):
@@ -90,9 +101,10 @@ def results_folder(wildcards):
     return OUT.folder
 
 
-def planned_digest(wildcards):
-    """Digest of what is known of a run when it is planned."""
-    return sweep_of(wildcards).planned_digest(point_of(wildcards))
+def planned_digests_of_runs(wildcards):
+    """Digests of what is known of runs when they are planned."""
+    sweep = sweep_of(wildcards)
+    return value_digest([sweep.planned_digest(point) for point in batch_of(wildcards)])
 
 
 def planned_digests(wildcards):
@@ -101,14 +113,10 @@ def planned_digests(wildcards):
     return value_digest([(point.name, sweep.planned_digest(point)) for point in sweep.points])
 
 
-def sources_of_run(wildcards):
-    """Digest of the sources that a run depends on: not on what its scene does without."""
-    return run_sources(point_of(wildcards).scene)
-
-
-def priority_of(wildcards):
-    """Of a run: see `dpd.pipeline.jobs`."""
-    return PRIORITY[wildcards.paper, wildcards.sweep, wildcards.point]
+def priority_of_runs(wildcards):
+    """See `dpd.pipeline.jobs`."""
+    paper, sweep = wildcards.paper, wildcards.sweep
+    return max(PRIORITY[paper, sweep, point.name] for point in batch_of(wildcards))
 
 
 def priority_of_kernels(wildcards):
@@ -122,22 +130,22 @@ def priority_of_start(wildcards):
     return 1 + max(PRIORITY[paper, sweep, point.name] for sweep, point in waiting)
 
 
-def minutes_of_run(wildcards, attempt):
-    """What a run asks a cluster for; no more than config/config.yaml allows."""
-    return jobs.minutes(point_of(wildcards).scene.work, attempt, LONGEST)
+def minutes_of_runs(wildcards, attempt):
+    """What runs ask a cluster for; no more than config/config.yaml allows."""
+    work = sum(point.scene.work for point in batch_of(wildcards))
+    return jobs.minutes(work, attempt, LONGEST)
 
 
-def memory_of_run(wildcards, attempt):
+def memory_of_runs(wildcards, attempt):
     """The same, in MB."""
-    return jobs.megabytes(point_of(wildcards).scene.beads, attempt)
+    return jobs.megabytes(max(point.scene.beads for point in batch_of(wildcards)), attempt)
 
 
-def batch_of_run(wildcards):
-    """Short runs are submitted together; not those that wait for others, which may be among them."""
-    scene, batch = point_of(wildcards).scene, None
-    if not sweep_of(wildcards).derived:
-        batch = jobs.batch(scene.work)
-    return f"{batch}_runs" if batch else None
+def group_of_runs(wildcards):
+    """Short jobs are submitted together; not those that wait for others, which may be among them."""
+    work = sum(point.scene.work for point in batch_of(wildcards))
+    group = None if sweep_of(wildcards).derived else jobs.group(work)
+    return f"{group}_runs" if group else None
 
 
 def minutes_of_start(wildcards, attempt):
@@ -151,15 +159,15 @@ def memory_of_start(wildcards, attempt):
     return jobs.megabytes(first_with_start(wildcards)[1].scene.beads, attempt)
 
 
-def batch_of_start(wildcards):
+def group_of_start(wildcards):
     """Short starts are submitted together."""
-    batch = jobs.batch(jobs.start_bead_steps(first_with_start(wildcards)[1].scene))
-    return f"{batch}_starts" if batch else None
+    group = jobs.group(jobs.start_bead_steps(first_with_start(wildcards)[1].scene))
+    return f"{group}_starts" if group else None
 
 
-def start_of(wildcards):
-    """First configuration of a run; no file where the run makes its own."""
-    scene = point_of(wildcards).scene
+def start_of_runs(wildcards):
+    """First configuration of runs; no file where they make their own."""
+    scene = batch_of(wildcards)[0].scene
     return OUT.start(wildcards.paper, start_digest(scene)) if start_is_shared(scene) else []
 
 

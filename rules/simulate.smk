@@ -1,48 +1,35 @@
-# One run per point. The scene's digest and that of the sources are parameters, so that an
-# edited sweep reruns the points that changed and an edited kernel reruns all. Values that another
-# sweep measures are known only when that has run: a run that finds itself made already, with the
-# same values, stays as it is (`update` keeps Snakemake from deleting it).
+# Short runs of a sweep share a job, one after the other: Python starts, and kernels are read, once.
+# Its output is a stamp: the results lie beside it, one a point, and Snakemake must not delete them
+# before it makes some anew. A run that finds itself made already, of the same scene and sources, stays
+# as it is; so an edited sweep runs the points that changed, an edited kernel all. Values that another
+# sweep measures are known only when that has run.
 
 
 rule simulate:
     input:
-        kernels_of_run,
-        start=start_of,
+        kernels_of_runs,
+        start=start_of_runs,
         derived=derived_of,
     output:
-        result=update(OUT.run("{paper}", "{sweep}", "{point}")),
+        touch(OUT.batch("{paper}", "{sweep}", "{batch}")),
     log:
-        OUT.log("{paper}", "runs", "{sweep}", "{point}"),
+        OUT.log("{paper}", "runs", "{sweep}", "{batch}"),
     params:
         study=STUDY,
-        sources=sources_of_run,
-        scene=planned_digest,
+        sources=lambda wildcards: sorted({run_sources(p.scene) for p in batch_of(wildcards)}),
+        scenes=planned_digests_of_runs,
+        points=lambda wildcards: [point.name for point in batch_of(wildcards)],
+        runs=results_of_runs,
         start=option("start"),
         derived=option("derived"),
-    priority: priority_of
+    priority: priority_of_runs
     threads: 1
     resources:
-        runtime=minutes_of_run,
-        mem_mb=memory_of_run,
+        runtime=minutes_of_runs,
+        mem_mb=memory_of_runs,
     group:
-        batch_of_run
+        group_of_runs
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {wildcards.point:q} {params.start:q} {params.derived:q} --threads {threads}"
-        " -o {output.result:q} 2>&1 | tee -i {log:q}"
-
-
-# Runs whose scenes ask for a trajectory make that file too. Snakemake has no rule whose outputs depend
-# on wildcards: this one is for those runs alone, and comes first.
-if WITH_TRAJECTORY:
-
-    use rule simulate as simulate_with_trajectory with:
-        output:
-            result=update(OUT.run("{paper}", "{sweep}", "{point}")),
-            trajectory=update(OUT.trajectory("{paper}", "{sweep}", "{point}")),
-        wildcard_constraints:
-            paper=only_before(
-                [file(*run) for run in WITH_TRAJECTORY for file in (OUT.run, OUT.trajectory)]
-            ),
-
-    ruleorder: simulate_with_trajectory > simulate
+        " {params.points:q} {params.start:q} {params.derived:q} --threads {threads}"
+        " -o {params.runs:q} 2>&1 | tee -i {log:q}"

@@ -36,7 +36,7 @@ rule make_start:
         runtime=minutes_of_start,
         mem_mb=memory_of_start,
     group:
-        batch_of_start
+        group_of_start
     shell:
         "python -m dpd start {params.study:q} {wildcards.paper:q} {params.point:q} -o {output:q}"
         " 2>&1 | tee -i {log:q}"

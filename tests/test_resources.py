@@ -3,9 +3,10 @@
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.jobs import BATCHES, batch, megabytes, minutes, start_bead_steps
+from dpd.pipeline.jobs import GROUPS, RATE, batches, group, megabytes, minutes, start_bead_steps
 from dpd.pipeline.study import read_config, read_paper
 from dpd.scene.scene import Scene
+from dpd.start.common.description import start_digest, start_is_shared
 from tests.conftest import SCENE
 
 DAY = 1440
@@ -33,10 +34,24 @@ def test_memory_grows_with_beads_and_tries():
 
 def test_short_runs_share_a_submission():
     """By the minutes that they are expected to take; long ones have their own."""
-    assert [batch(bead_steps) for bead_steps in (0, 1e8, 1e9, 1e10)] == [
+    assert [group(bead_steps) for bead_steps in (0, 1e8, 1e9, 1e10)] == [
         "short", "short", "medium", None,
     ]  # fmt: skip
-    assert list(BATCHES) == ["short", "medium"]  # profiles/slurm/config.yaml names them
+    assert list(GROUPS) == ["short", "medium"]  # profiles/slurm/config.yaml names them
+
+
+def test_short_runs_share_a_job():
+    """Each run once, in order; a long run alone; only those with the same start."""
+    for name in ("equation_of_state_15", "chains", "tension"):
+        sweep = read_paper("groot_warren_1997", "quick", only=[name]).sweeps[name]
+        for seconds in (0, 20, 1e9):
+            shared = batches(sweep, seconds)
+            assert [point for each in shared for point in each] == list(sweep.points)
+            for each in shared:
+                took = sum(point.scene.work for point in each) / RATE
+                assert len(each) == 1 or took <= seconds
+                assert len({start_digest(p.scene) for p in each if start_is_shared(p.scene)}) < 2
+    assert len(batches(sweep, 0)) == len(sweep.points)
 
 
 def test_work_of_a_start():

@@ -219,10 +219,12 @@ def test_a_point_alone_is_that_of_the_whole_sweep(name):
     """A job reads no other point; a name that is none is refused as by the whole sweep."""
     whole = read_paper(PAPER, "quick", [name]).sweeps[name]
     for point in whole.points:
-        (alone,) = read_paper(PAPER, "quick", [name], point.name).sweeps[name].points
+        (alone,) = read_paper(PAPER, "quick", [name], [point.name]).sweeps[name].points
         assert (alone.name, alone.labels) == (point.name, point.labels)
         assert alone.scene.digest == point.scene.digest and alone.scene.where == point.scene.where
-    assert len(read_paper(PAPER, "quick", [name], "none").sweeps[name].points) == len(whole.points)
+    assert len(read_paper(PAPER, "quick", [name], ["none"]).sweeps[name].points) == len(
+        whole.points
+    )
 
 
 def test_a_scene_takes_a_value_that_is_calculated(tmp_path):

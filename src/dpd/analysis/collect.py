@@ -208,7 +208,7 @@ def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
 def _read(path, scene, any_version):
     """A run as a dataset, refused if it is not what the sweep asks for."""
     # Snakemake keeps no record of a file that was moved or copied, and would leave it as it is.
-    remedy = f"make it again: snakemake --cores 2 --forcerun '{Path(path).parents[1]}'/*/run.nc"
+    remedy = f"make it again: rm '{Path(path).parents[1]}'/*.made, and then snakemake"
     run = load(path, remedy)
     if not any_version:
         files.check_digest(path, run.attrs, "sources", run_sources(scene), remedy)

@@ -36,7 +36,7 @@ GROUPS = {
         "readme",
     ],
 }  # fmt: skip
-SEVERAL = {"papers": "+", "tables": "*"}  # arguments that are lists
+SEVERAL = {"papers": "+", "points": "+", "tables": "*"}  # arguments that are lists
 
 
 class Stages:
@@ -80,7 +80,10 @@ class Stages:
         for argument in names:
             parser.add_argument(argument, nargs=SEVERAL.get(argument))
         if output:
-            parser.add_argument("-o", "--output", required=True, type=Path, help=output)
+            several = "+" if "points" in names else None
+            parser.add_argument(
+                "-o", "--output", required=True, type=Path, help=output, nargs=several
+            )
         parser.set_defaults(stage=function, suffix=Path(output or "").suffix)
         return parser
 
@@ -151,7 +154,9 @@ def _check_place(options: Namespace) -> None:
     if options.suffix:
         from dpd.files import check_output
 
-        check_output(options.output, options.suffix)
+        outputs = options.output
+        for output in outputs if isinstance(outputs, list) else [outputs]:
+            check_output(output, options.suffix)
 
 
 def _not_installed(problem: ModuleNotFoundError) -> str:

@@ -14,7 +14,7 @@ from dpd.errors import UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
     from types import ModuleType
 
     from dpd.pipeline.sweep import Sweep
@@ -83,11 +83,11 @@ def add_data(parser: ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def sweep_of(options: Namespace, point: str | None = None) -> Sweep:
-    """The sweep that a stage is about, of those that are simulated; a named point alone."""
+def sweep_of(options: Namespace, points: Sequence[str] = ()) -> Sweep:
+    """The sweep that a stage is about, of those that are simulated; with named points alone."""
     from dpd.pipeline.study import read_paper
 
-    paper = read_paper(options.paper, options.study, [options.sweep], point)
+    paper = read_paper(options.paper, options.study, [options.sweep], points)
     if options.sweep in paper.theory:
         raise UserError(
             f"sweep {options.sweep}: it is calculated and has no runs; the stage for it is: "
@@ -109,11 +109,11 @@ def theory_of(options: Namespace) -> TheorySweep:
     return paper.theory[options.sweep]
 
 
-def resolved_sweep(options: Namespace, point: str | None = None) -> Sweep:
+def resolved_sweep(options: Namespace, points: Sequence[str] = ()) -> Sweep:
     """The same with what other sweeps have measured for it."""
     from dpd.pipeline.derived import resolved
 
-    return resolved(sweep_of(options, point), options.derived)
+    return resolved(sweep_of(options, points), options.derived)
 
 
 def data_of(options: Namespace, names: Collection[str]) -> dict[str, Path]:

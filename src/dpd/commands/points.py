@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from dpd.commands.options import (
     sweep_of,
     theory_of,
 )
-from dpd.errors import UserError
+from dpd.errors import FAILED, Stopped, UserError
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -40,11 +41,14 @@ def add_to(stages: Stages) -> None:
         "study", "paper", "sweep", "point", output="start.nc",
     )  # fmt: skip
     simulate = stages.add(
-        "simulate", _simulate, "run one point of a sweep",
-        "study", "paper", "sweep", "point", output="run.nc",
+        "simulate", _simulate, "run some points of a sweep, one after the other",
+        "study", "paper", "sweep", "points", output="run.nc",
     )  # fmt: skip
     simulate.add_argument(
-        "--start", type=Path, metavar="FILE", help="first configuration; without it, it is made"
+        "--start",
+        type=Path,
+        metavar="FILE",
+        help="their first configuration; without it, it is made",
     )
     add_derived(simulate)
     add_checkpoints(simulate)
@@ -89,7 +93,7 @@ def _start(options: Namespace) -> None:
     from dpd.start import start_work
     from dpd.start.common.files import write_start
 
-    scene = sweep_of(options, options.point).point(options.point).scene
+    scene = sweep_of(options, [options.point]).point(options.point).scene
     check_room(options.output, LITTLE)
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         write_start(scene, options.output, progress)
@@ -98,10 +102,26 @@ def _start(options: Namespace) -> None:
 def _simulate(options: Namespace) -> None:
     from dpd.runs.run import run
 
-    scene = resolved_sweep(options, options.point).point(options.point).scene
-    how = options_of(options, label=f"{options.sweep} {options.point}")
-    found = run(scene, options.output, options.start, how)
-    print(", ".join(f"{name} {value:.6g}" for name, value in found.items()))
+    if len(options.output) != len(options.points):
+        raise UserError("-o: name one run.nc for each point, in their order")
+    sweep = resolved_sweep(options, options.points)
+    points = [sweep.point(name) for name in options.points]
+    failed = 0
+    for point, output in zip(points, options.output):
+        name = f"{options.sweep} {point.name}"
+        try:
+            found = run(point.scene, output, options.start, options_of(options, label=name))
+            said = ", ".join(f"{quantity} {value:.6g}" for quantity, value in found.items())
+            print(f"{name}: {said}", flush=True)
+        except Stopped:
+            raise
+        except UserError as problem:  # the other points are worth running all the same
+            if len(points) == 1:
+                raise UserError(f"{name}: {problem}") from None
+            print(f"{FAILED}{name}: {problem}", file=sys.stderr, flush=True)
+            failed += 1
+    if failed:
+        raise UserError(f"{failed} of {len(points)} points failed")
 
 
 def _collect(options: Namespace) -> None:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 RATE = 3e6
 GENEROUS = 3  # times what is expected
 BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
+GROUPS = {"short": 2.0, "medium": 10.0}  # to the minutes that a job of it takes at most
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
-BATCHES = {"short": 1.0, "medium": 10.0}  # to the minutes that a run of it takes at most
 
 
 def waiting_for_starts(paper: Paper) -> dict[str, list[tuple[str, Point]]]:
@@ -146,13 +146,31 @@ def megabytes(beads: int, attempt: int) -> int:
     return attempt * (PROCESSES + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
 
 
-def batch(bead_steps: float) -> str | None:
-    """Name of the batch that takes such a job, of `BATCHES`; None for one that is long enough.
+def group(bead_steps: float) -> str | None:
+    """Name of the group of such a job, of `GROUPS`; None for one that is long enough.
 
-    Snakemake submits several jobs of one batch together, as many as the profile says.
+    On a cluster Snakemake submits several jobs of one group together, as many as the profile says.
     """
     expected = _expected_minutes(bead_steps)
-    return next((name for name, most in BATCHES.items() if expected < most), None)
+    return next((name for name, most in GROUPS.items() if expected < most), None)
+
+
+def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
+    """Points of a sweep, in their order, whose runs share a job.
+
+    As many as are expected to take some ``seconds`` together, and have the same start.
+    """
+    found: list[list[Point]] = []
+    taken, last = math.inf, ""
+    for point in sweep.points:
+        expected = 60 * _expected_minutes(point.scene.work)
+        start = start_digest(point.scene) if start_is_shared(point.scene) else ""
+        if taken + expected > seconds or start != last:
+            found.append([])
+            taken, last = 0.0, start
+        found[-1].append(point)
+        taken += expected
+    return found
 
 
 def _expected_minutes(bead_steps):

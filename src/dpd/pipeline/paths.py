@@ -83,10 +83,9 @@ class Results:
         """The result of a run."""
         return run_file(self.runs(paper, sweep), point)
 
-    def trajectory(self, paper: str, sweep: str, point: str) -> str:
-        """The trajectory of a run whose scene asks for one, see `Scene.files_beside`."""
-        run = self.run(paper, sweep, point)
-        return run.removesuffix(".nc") + ".gsd"
+    def batch(self, paper: str, sweep: str, number: str) -> str:
+        """A stamp that the runs that share a job are done."""
+        return f"{self.runs(paper, sweep)}/{number}.made"
 
     def sweep(self, paper: str, sweep: str) -> str:
         """The runs of a sweep on its axes."""

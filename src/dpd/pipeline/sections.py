@@ -59,6 +59,9 @@ class Config(Section):
         "Minutes that a job on a cluster may ask for; a run that needs more goes on in its next "
         "try.", 1440, ge=10,
     )  # fmt: skip
+    batch: float = setting(
+        "Seconds: runs that are expected to take less share a job, as many as that makes.", 60, ge=0
+    )
     papers: list[str] = setting("Names of files in config/papers.", min_length=1)
 
     def conflicts(self) -> Refusals:

@@ -56,8 +56,8 @@ class RunStatus:
 def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -> list[RunStatus]:
     """All runs of some papers in a study; of those of config/config.yaml if None."""
     results, found = Results(folder), []
-    errors = errors_in(results.logs)
     for paper in [read_paper(name, study) for name in papers or read_config()["papers"]]:
+        errors = errors_in(f"{results.logs}/{paper.name}/runs")
         for sweep in paper.sweeps.values():
             try:
                 known, waits = resolved(sweep, results.derived(paper.name, sweep.name)), ""
@@ -65,7 +65,7 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
                 known, waits = sweep, "it takes values that other sweeps measure first"
             for point in known.points:
                 name = (paper.name, sweep.name, point.name)
-                error = errors.get(results.log(paper.name, "runs", sweep.name, point.name), "")
+                error = errors.get(f"{sweep.name} {point.name}", "")
                 run = look_at(name, results.run(*name), point.scene, error)
                 if waits and run.state in (DONE, WAITS):
                     run = replace(run, state=WAITS, why=waits)
@@ -159,13 +159,13 @@ def _means(arrays: Mapping[str, np.ndarray]) -> dict[str, tuple[float, float]]:
 
 
 def errors_in(logs: str) -> dict[str, str]:
-    """Logs below a folder whose job failed in its last try, with its sentence."""
+    """Sweep and point of the runs that failed in their last try, by their logs, with a sentence."""
     found = {}
     for path in sorted(Path(logs).rglob("*.log")):
-        lines = path.read_text(errors="replace").splitlines()
-        last = next((line for line in reversed(lines) if line.startswith(FAILED)), "")
-        if last and not any(words in last for words in ASKED):
-            found[str(path)] = last.removeprefix(FAILED)
+        for line in path.read_text(errors="replace").splitlines():
+            name, _, said = line.removeprefix(FAILED).partition(": ")
+            if line.startswith(FAILED) and not any(words in line for words in ASKED):
+                found[name] = said
     return found
 
 

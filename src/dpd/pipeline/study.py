@@ -206,7 +206,7 @@ def read_study(name: str) -> Study:
 
 
 def read_paper(
-    name: str, study: str, only: Collection[str] | None = None, point: str | None = None
+    name: str, study: str, only: Collection[str] | None = None, points: Collection[str] = ()
 ) -> Paper:
     """A paper's sweeps and figures under a study.
 
@@ -215,8 +215,8 @@ def read_paper(
     name, study : str
     only : collection of str or None
         Unfold these sweeps alone.
-    point : str or None
-        Unfold this point alone of each of them, with its replicas, if they have it.
+    points : collection of str
+        Unfold no more of each of them than has these points, with their replicas.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def read_paper(
         key = f"{where}: sweeps.{sweep}"
         if only is not None and sweep not in only:
             continue
-        described = axes[sweep] if point is None else narrowed(axes[sweep], point)
+        described = narrowed(axes[sweep], points) if points else axes[sweep]
         if "theory" in given:
             theory[sweep] = unfold_theory(name, sweep, given, key, described, seed)
         else:

@@ -1,6 +1,6 @@
 """A sweep: from a scene and axes to points, one a run."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import astuple, dataclass
 from itertools import product
 from pathlib import Path
@@ -94,16 +94,18 @@ def described_axes(given: dict[str, Any], key: str) -> dict[str, dict[str, Any]]
     return described
 
 
-def narrowed(described: dict[str, dict[str, Any]], point: str) -> dict[str, dict[str, Any]]:
-    """The axes with the labels of a named point alone; with all if there is no such point."""
-    labels = dict(part.partition("=")[::2] for part in point.split(","))
+def narrowed(
+    described: dict[str, dict[str, Any]], points: Collection[str]
+) -> dict[str, dict[str, Any]]:
+    """The axes with the labels of named points alone; with all if there is no such point."""
+    named = {tuple(part.partition("=")[::2]) for point in points for part in point.split(",")}
     narrow = {}
     for axis, rule in described.items():
-        own = [value for value in rule["values"] if text_of(value) == labels.get(axis)]
+        own = [value for value in rule["values"] if (axis, text_of(value)) in named]
         if not own:
             return described
         values = rule["values"]
-        kept = {own[0]: values[own[0]]} if isinstance(values, dict) else own
+        kept = {label: values[label] for label in own} if isinstance(values, dict) else own
         narrow[axis] = rule | {"values": kept}
     return narrow
 

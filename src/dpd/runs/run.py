@@ -234,8 +234,6 @@ def _made(scene, output, start, options):
         return None if options.overwrite else result_there(scene, output, options.say)
     if not is_made(scene, output):
         return None
-    for place in (output, *scene.files_beside(output).values()):
-        os.utime(place)  # newer than what it is made from
     options.tell(f"{output}: is there already, of the same scene and the same sources")
     return scene
 
