@@ -11,9 +11,18 @@ from dpd.scene.scene import Scene
 from dpd.start import start_work
 from dpd.start.common import polymerization as module
 from dpd.start.common.files import read_start, write_start
-from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import make_start, make_start_and_record
-from dpd.start.common.polymerization import Growth
+from dpd.start.common.polymerization import (
+    CROSSED,
+    FAR,
+    FREE,
+    MADE,
+    TRIED,
+    Chains,
+    Growth,
+    Rule,
+    grow,
+)
 from dpd.start.polymerize import RECORD
 from tests.engine.exact import crossings_by_looking
 from tests.systems import assert_same_state, make_system
@@ -445,7 +454,7 @@ def two_chains(born, move=(0.0, 0.0)):
 def test_the_chains_by_hand_do_cross():
     """Bond 1 and bond 4, which the next tests rely on."""
     growth, position = two_chains(0)
-    assert crossings_by_looking(position, growth.bonds().members, BOX) == {(1, 4)}
+    assert crossings_by_looking(position, growth.bonds()[0], BOX) == {(1, 4)}
 
 
 @pytest.mark.parametrize("move", MOVES, ids=str)

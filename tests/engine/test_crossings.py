@@ -5,9 +5,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from dpd.engine.queries.bonds import crossing_bonds
+from dpd.engine.queries.bonds import crossing_bonds, segments_meet
 from dpd.errors import UserError
-from dpd.start.common.growth import segments_intersect
 from tests.engine.exact import crossings_by_looking, meet
 from tests.systems import chains
 
@@ -122,8 +121,9 @@ def two_segments(draw):
 @example([(0, 0), (0, 0), (0, 0), (0, 0)], (0, 0))
 def test_segments_meet(ends, offset):
     """Every product and difference is exact here, so touching is told from all but touching."""
-    moved = [float(x + o) / UNIT for end in ends for x, o in zip(end, offset)]
-    assert segments_intersect(*moved) == meet(*ends)
+    a, b, c, d = (np.add(end, offset) / UNIT for end in ends)
+    one, other = 0.5 * (b - a), 0.5 * (d - c)
+    assert segments_meet(*(c + other - a - one), *one, *other) == meet(*ends)
 
 
 @pytest.mark.thorough

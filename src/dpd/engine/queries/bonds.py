@@ -46,7 +46,6 @@ def crossing_bonds(position: np.ndarray, members: np.ndarray, box: Sequence[floa
 
 @kernel()
 def _crossing(found, middles, halves, members, reach):
-    """Two segments meet unless a line along one of them has the other on one side."""
     search = middles.search
     pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
     at = first_place()
@@ -56,16 +55,23 @@ def _crossing(found, middles, halves, members, reach):
             i, j = number[pairs.i[p]], number[pairs.j[p]]
             x, y = pairs.separation[0, p], pairs.separation[1, p]
             ix, iy, jx, jy = halves[i, 0], halves[i, 1], halves[j, 0], halves[j, 1]
-            turn = abs(ix * jy - iy * jx)
-            off_i, off_j = abs(ix * y - iy * x), abs(jx * y - jy * x)
-            if off_i > turn or off_j > turn:
-                continue
-            # On one line, or a bond of no length: apart along an axis, they are apart.
-            if turn == 0.0 and (abs(x) > abs(ix) + abs(jx) or abs(y) > abs(iy) + abs(jy)):
-                continue
-            if not share_a_bead(members, i, j):
+            if segments_meet(x, y, ix, iy, jx, jy) and not share_a_bead(members, i, j):
                 total = note_pair(found, total, i, j)
     return total
+
+
+@inlined()
+def segments_meet(x, y, ix, iy, jx, jy):
+    """Whether two closed segments have a point in common, by their halves and middles x, y apart.
+
+    They do unless a line along one of them has the other on one side: as Liu et al. 2008, Eqs. 6
+    to 9, have it.
+    """
+    turn = abs(ix * jy - iy * jx)
+    if abs(ix * y - iy * x) > turn or abs(jx * y - jy * x) > turn:
+        return False
+    # On one line, or a bond of no length: apart along an axis, they are apart.
+    return turn != 0.0 or (abs(x) <= abs(ix) + abs(jx) and abs(y) <= abs(iy) + abs(jy))
 
 
 def refuse_longer(longest: float, box: Sequence[float], what: str) -> None:

@@ -1,29 +1,31 @@
 """Polymerization: a melt of linear chains in two dimensions in which no two bonds cross.
 
-Free monomers move by the scene's own dynamics while active ends take them up (Liu et al.
-2008, Sec. II C). A fresh bond is long, and others can slip under it before it has shrunk:
-bonds are looked at after each interval of dynamics, and of two that cross the younger is
-undone with all that grew after it. In two dimensions free monomers get walled in, so
-there are spare monomers and spare chains; what is left of them is removed at the end.
+Free monomers move by the scene's own dynamics while active ends take them up: an end picks a free
+monomer within the reaction radius, and the new bond is refused if it would cross an existing one
+(Liu et al. 2008, Sec. II C). A fresh bond is long, and others can slip under it before it has
+shrunk: bonds are looked at after each interval of dynamics, and of two that cross the younger is
+undone with all that grew after it. In two dimensions free monomers get walled in, so there are
+spare monomers and spare chains; what is left of them is removed at the end.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from dpd.engine.images import nearest_image
 from dpd.engine.loop import advance_looking
-from dpd.engine.queries.bonds import crossing_bonds
+from dpd.engine.queries.bonds import crossing_bonds, segments_meet
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.jit import inlined, kernel
 from dpd.scene.molecules import numbers_of
 from dpd.start import start_description
-from dpd.start.common.growth import CROSSED, FAR, FREE, MADE, TRIED, Chains, Rule, grow
 from dpd.start.common.make import relaxed, start_system, thermal_velocities
 from dpd.start.polymerize import RECORD
 
@@ -38,88 +40,247 @@ SETTLE = 1.0  # tau: monomers before they react, and finished chains before spar
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 LOOK = 0.2  # tau between looks for crossings while the melt relaxes
+FREE = -1  # of a monomer that belongs to no chain
+TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts
 
 
-class Grown(NamedTuple):
-    """Bonds: their (n, 2) members, and the chain of each and its place there."""
-
-    members: np.ndarray
-    chain: np.ndarray
-    place: np.ndarray
+# --- one round of growth
 
 
-class Growth:
-    """Chains that are growing, and the monomers that they grow from.
+class Chains(NamedTuple):
+    """Chains while they grow; all arrays are changed."""
+
+    chain: np.ndarray  # (n,) int64: chain of each bead, or `FREE`
+    beads: np.ndarray  # (chains, longest) int64: identities along each chain
+    length: np.ndarray  # (chains,) int64: beads in each
+
+
+class Rule(NamedTuple):
+    """How a chain takes up a monomer: within a radius, at random or the nearest one first."""
+
+    radius: float
+    nearest: bool
+    species: np.ndarray  # (n,) uint8, of the beads
+    wanted: np.ndarray  # (chains, longest) int64: species along each chain
+
+
+class BondCells(NamedTuple):
+    """Bonds in the cells of their middles, as linked lists that end with -1."""
+
+    head: np.ndarray  # (columns, rows) int64: the bond that was put last into each cell
+    following: np.ndarray  # (n,) int64: the one before it
+    ends: np.ndarray  # (2, n) int64
+
+
+@inlined()
+def cell_at(x, y, edges, shape):
+    """Column and row of the cell of a point inside the box."""
+    a = min(int(x * (shape[0] / edges[0])), shape[0] - 1)
+    return a, min(int(y * (shape[1] / edges[1])), shape[1] - 1)
+
+
+@inlined()
+def around(along, cells):
+    """First and last offset to the neighbours of a cell, each cell once."""
+    if cells >= 3:
+        return -1, 2
+    return -along, cells - along
+
+
+@inlined()
+def middle_of_bond(first, second, position, edges, shape):
+    """The middle of a bond, the way to it from the first bead, and its cell."""
+    x, y = position[0, first], position[1, first]
+    hx = 0.5 * nearest_image(position[0, second] - x, edges[0])
+    hy = 0.5 * nearest_image(position[1, second] - y, edges[1])
+    x += hx
+    y += hy
+    a, c = cell_at(
+        x - edges[0] * np.floor(x / edges[0]), y - edges[1] * np.floor(y / edges[1]), edges, shape
+    )
+    return x, y, hx, hy, a, c
+
+
+@inlined()
+def insert_bond(b, first, second, position, edges, bonds):
+    """Put a bond into the cell of its middle."""
+    _, _, _, _, a, c = middle_of_bond(first, second, position, edges, bonds.head.shape)
+    bonds.ends[0, b], bonds.ends[1, b] = first, second
+    bonds.following[b] = bonds.head[a, c]
+    bonds.head[a, c] = b
+
+
+@inlined()
+def crosses_some(end, monomer, position, edges, bonds):
+    """Whether a bond between two beads would cross an existing one."""
+    shape = bonds.head.shape
+    x, y, hx, hy, a, c = middle_of_bond(end, monomer, position, edges, shape)
+    low_a, high_a = around(a, shape[0])
+    low_c, high_c = around(c, shape[1])
+    for i in range(low_a, high_a):
+        for j in range(low_c, high_c):
+            b = bonds.head[(a + i) % shape[0], (c + j) % shape[1]]
+            while b >= 0:
+                first, second = bonds.ends[0, b], bonds.ends[1, b]
+                if first != end and second != end:
+                    # The image of the bond that is near is the one whose middle is.
+                    u, v, ku, kv, _, _ = middle_of_bond(first, second, position, edges, shape)
+                    u, v = nearest_image(u - x, edges[0]), nearest_image(v - y, edges[1])
+                    if segments_meet(u, v, hx, hy, ku, kv):
+                        return True
+                b = bonds.following[b]
+    return False
+
+
+@kernel(allocates=True)
+def grow(position, edges, shape, rule, chains, active, rng):
+    """Let every active end try to take up one monomer.
 
     Parameters
     ----------
-    scene : Scene
-        Its molecules are what is wanted.
-    spare, initiators : float
-        Monomers beyond those needed over those needed; growing chains over chains wanted.
+    position : (2, n) array
+        In the order of identities, inside the box.
+    shape : tuple
+        Cells, whose edges are at least the radius, and at least half the sum of the radius and
+        the longest bond.
+    active : (ends,) int64 array
+        Chains with an active end, in the order in which they try.
+
+    Returns
+    -------
+    (4,) int64 array
+        Bonds tried, refused for crossing, refused for distance, made.
     """
+    n = position.shape[1]
+    chain, beads, length = chains
+    counts = np.zeros(4, np.int64)
+    head = np.full(shape, -1)
+    following = np.empty(n, np.int64)
+    for i in range(n):
+        if chain[i] == FREE:
+            a, c = cell_at(position[0, i], position[1, i], edges, shape)
+            following[i] = head[a, c]
+            head[a, c] = i
+    bonds = BondCells(np.full(shape, -1), np.empty(n, np.int64), np.empty((2, n), np.int64))
+    made = 0
+    for c in range(len(length)):
+        for k in range(length[c] - 1):
+            insert_bond(made, beads[c, k], beads[c, k + 1], position, edges, bonds)
+            made += 1
+    near = np.empty(n, np.int64)
+    order = np.empty(n)
+    for c in active:
+        end = beads[c, length[c] - 1]
+        x, y = position[0, end], position[1, end]
+        a, b = cell_at(x, y, edges, shape)
+        low_a, high_a = around(a, shape[0])
+        low_b, high_b = around(b, shape[1])
+        found = 0
+        for i in range(low_a, high_a):
+            for j in range(low_b, high_b):
+                monomer = head[(a + i) % shape[0], (b + j) % shape[1]]
+                while monomer >= 0:
+                    wanted = rule.species[monomer] == rule.wanted[c, length[c]]
+                    if chain[monomer] == FREE and wanted:
+                        dx = nearest_image(position[0, monomer] - x, edges[0])
+                        dy = nearest_image(position[1, monomer] - y, edges[1])
+                        counts[TRIED] += 1
+                        if dx * dx + dy * dy > rule.radius * rule.radius:
+                            counts[FAR] += 1
+                        else:
+                            near[found] = monomer
+                            order[found] = dx * dx + dy * dy if rule.nearest else rng.random()
+                            found += 1
+                    monomer = following[monomer]
+        while found > 0:
+            best = np.argmin(order[:found])
+            monomer = near[best]
+            found -= 1
+            near[best], order[best] = near[found], order[found]
+            if crosses_some(end, monomer, position, edges, bonds):
+                counts[CROSSED] += 1
+                continue
+            insert_bond(made, end, monomer, position, edges, bonds)
+            made += 1
+            beads[c, length[c]] = monomer
+            length[c] += 1
+            chain[monomer] = c
+            counts[MADE] += 1
+            break
+    return counts
+
+
+# --- all rounds
+
+
+class Growth:
+    """Chains that are growing, and the monomers that they grow from."""
 
     def __init__(
         self, scene: Scene, spare: float, initiators: float, rng: np.random.Generator
     ) -> None:
-        kinds = scene.molecules
+        kinds, number = scene.molecules, {name: k for k, name in enumerate(scene.species)}
         grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
-        longest = max(len(k.beads) for k in kinds)
+        rows = [[number[name] for name in k.beads] for k in kinds]
         self.asked = np.array([k.count for k in kinds])
         self.kind = np.repeat(np.arange(len(kinds)), grown)
-        self.full = np.array([len(k.beads) for k in kinds])[self.kind]
-        self.wanted = np.full((len(self.kind), longest), -1)
-        for number, k in enumerate(kinds):
-            row = [scene.species.index(name) for name in k.beads]
-            self.wanted[self.kind == number, : len(row)] = row
-        self._laws = _laws_of_pairs(scene)
-        needed = sum(
-            k.count * np.bincount(
-                [scene.species.index(name) for name in k.beads], minlength=len(scene.species)
-            )
-            for k in kinds
-        )  # fmt: skip
+        self.full = np.array([len(row) for row in rows])[self.kind]
+        self.wanted = np.full((len(self.kind), max(map(len, rows))), -1)
+        for k, row in enumerate(rows):
+            self.wanted[self.kind == k, : len(row)] = row
+        needed = np.bincount(scene.kinds, minlength=len(number))
         stock = np.ceil(needed * (1 + spare)).astype(int)
         self.species = np.repeat(np.arange(len(stock)), stock).astype(np.uint8)
-        self.target = int(needed.sum())  # type: ignore[union-attr]  # some molecule is there
+        self.target = scene.beads
         self.chain = np.full(len(self.species), FREE)
         self.beads = np.zeros_like(self.wanted)
-        self.born = np.zeros_like(self.wanted)
+        self.born = np.zeros_like(self.wanted)  # steps at which beads came to chains
         self.length = np.ones(len(self.kind), np.int64)
-        for c in range(len(self.kind)):
-            free = (self.chain == FREE) & (self.species == self.wanted[c, 0])
-            if not free.any():
+        for c, first in enumerate(self.wanted[:, 0]):
+            free = np.flatnonzero((self.chain == FREE) & (self.species == first))
+            if not len(free):
                 raise UserError(
                     f"{scene.where}: start.polymerize: no monomer of species "
-                    f"{scene.species[self.wanted[c, 0]]!r} is left for an initiator; raise "
-                    f"spare (now {spare:g}) or lower initiators (now {initiators:g})"
+                    f"{scene.species[first]!r} is left for an initiator; raise spare (now "
+                    f"{spare:g}) or lower initiators (now {initiators:g})"
                 )
-            first = rng.choice(np.flatnonzero(free))
-            self.beads[c, 0], self.chain[first] = first, c
+            self.beads[c, 0] = rng.choice(free)
+            self.chain[self.beads[c, 0]] = c
+        # The number of the law of bonds for each pair of species; those without are never bonded.
+        (bond,) = (term for term in scene.start_terms.values() if term.joins)
+        laws = numbers_of(bond.laws(scene), list(product(scene.species, repeat=2)))
+        self._laws = np.maximum(laws, 0).astype(np.uint16).reshape(len(number), -1)
 
-    def bonds(self) -> Grown:
-        """The bonds that there are now."""
+    def bonds(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(n, 2) uint32 members of the bonds that there are, the chain of each, its place there."""
         places = np.arange(self.beads.shape[1] - 1)
         chain, place = np.nonzero(places < self.length[:, None] - 1)
         members = np.stack([self.beads[chain, place], self.beads[chain, place + 1]], axis=1)
-        return Grown(members.astype(np.uint32), chain, place)
+        return members.astype(np.uint32), chain, place
 
-    def with_laws(self, bond: Any, members: np.ndarray) -> Any:
-        """The law of bonds, or the table with the law of each of these."""
-        if bond.number is None:
-            return bond
-        one, other = self.species[members].T
-        return bond._replace(number=self._laws[one, other])
+    def moved(self, state: State, system: System, steps: int, look: Callable[[], object]) -> State:
+        """The state after some steps with the bonds that there are now."""
+        members, bond = self.bonds()[0], system.bond
+        if bond.number is not None:  # of a table
+            one, other = self.species[members].T
+            bond = bond._replace(number=self._laws[one, other])
+        state = replace(state, force=None, reference=None)
+        simulation = Simulation(replace(system, members=members, bond=bond), state)
+        advance_looking(simulation, steps, look)
+        return simulation.state
 
     def grow(
-        self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest: bool, now: int,
-        rng: np.random.Generator,
+        self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest_first: bool,
+        now: int, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
-        """Let each active end try once; return the counts of `dpd.start.common.growth.grow`."""
+        """Let each active end try once; return the counts of `grow`."""
         active = rng.permutation(np.flatnonzero(self.length < self.full))
-        before = self.length.copy()
-        shape = _cells(position, self.bonds().members, box, radius)
-        rule = Rule(radius, nearest, self.species, self.wanted)
+        before, members = self.length.copy(), self.bonds()[0]
+        apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
+        longest = np.sqrt((apart**2).sum(axis=0).max(initial=0.0))
+        edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9), SMALLEST_CELL)
+        shape = tuple(max(1, int(length / edge)) for length in box)
+        rule = Rule(radius, nearest_first, self.species, self.wanted)
         chains = Chains(self.chain, self.beads, self.length)
         counts = grow(position, edges_of(box), shape, rule, chains, active, rng)
         taken = np.flatnonzero(self.length > before)
@@ -134,13 +295,13 @@ class Growth:
             pairs = crossing_bonds(position, members, box)
             if pairs.shape[1] == 0:
                 return undone
-            one, other = (int(b) for b in pairs[:, 0])
-            ages = [self.born[chain[b], place[b] + 1] for b in (one, other)]
-            youngest = one if ages[0] > ages[1] else other
-            c, keep = chain[youngest], place[youngest] + 1
-            self.chain[self.beads[c, keep : self.length[c]]] = FREE
-            undone += self.length[c] - keep
-            self.length[c] = keep
+            one, other = pairs[:, 0]
+            age = self.born[chain, place + 1]
+            youngest = one if age[one] > age[other] else other
+            c, length = chain[youngest], place[youngest] + 1
+            self.chain[self.beads[c, length : self.length[c]]] = FREE
+            undone += self.length[c] - length
+            self.length[c] = length
 
     def mixed(self, state: State, system: System, share: float, rng: np.random.Generator) -> State:
         """The state with a share of the free monomers put to random places."""
@@ -163,26 +324,10 @@ class Growth:
         )
 
 
-def _laws_of_pairs(scene):
-    """(species, species) array of the numbers of the laws of bonds."""
-    (bond,) = (term for term in scene.start_terms.values() if term.joins)
-    pairs = list(product(scene.species, repeat=2))
-    table = numbers_of(bond.laws(scene), pairs).reshape((len(scene.species),) * 2)
-    return np.maximum(table, 0).astype(np.uint16)  # pairs without a law are never bonded
-
-
 def _random_places(system, count, rng):
     """(2, count) array: places anywhere in the box, or between its walls."""
     edges, low = (np.array(each)[:, None] for each in (system.extent, system.origin))
     return rng.random((2, count)) * edges + low
-
-
-def _cells(position, members, box, radius):
-    """Cells for `grow`."""
-    apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
-    longest = np.sqrt((apart**2).sum(axis=0).max()) if len(members) else 0.0
-    edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9), SMALLEST_CELL)
-    return tuple(max(1, int(length / edge)) for length in box)
 
 
 def grown(
@@ -203,10 +348,10 @@ def grown(
     UserError
         If the chains stop growing before they are complete, or cross while they relax.
     """
-    description, settings = start_description(scene), page.polymerize
+    description = start_description(scene)
     seed, kT = description["seed"], description["kT"]
-    system = start_system(scene, settings.dt)
-    state, record = _polymerized(scene, settings, system, seed, kT, progress)
+    system = start_system(scene, page.polymerize.dt)
+    state, record = _polymerized(scene, page.polymerize, system, seed, kT, progress)
     if page.relax:
         crossings: list[int] = []
 
@@ -256,22 +401,19 @@ def _polymerized(scene, settings, system, seed, kT, progress):
         if progress is not None:
             progress(growth.bonded)
 
-    state = _moved(state, system, growth, settle, look)
+    state = growth.moved(state, system, settle, look)
     begun, best, last_gain = state.step, 0, state.step
-    record = {name: [] for name in RECORD}  # type: dict[str, list[float]]
-    sums = np.zeros(4, np.int64)
-    undone = 0
+    record: dict[str, list[float]] = {name: [] for name in RECORD}
+    sums, undone = np.zeros(4, np.int64), 0
     while True:
         state = growth.mixed(state, system, settings.interval / settings.mixing, rng)
         place = state.by_identity(state.position)
-        sums += growth.grow(
-            place, box, settings.radius, settings.partner == "nearest", state.step, rng
-        )
+        nearest_first = settings.partner == "nearest"
+        sums += growth.grow(place, box, settings.radius, nearest_first, state.step, rng)
         complete = len(growth.finished()) == growth.asked.sum()
-        state = _moved(state, system, growth, settle if complete else interval, look)
-        place = state.by_identity(state.position)
+        state = growth.moved(state, system, settle if complete else interval, look)
         try:
-            undone += growth.undo_crossed(place, box)
+            undone += growth.undo_crossed(state.by_identity(state.position), box)
         except UserError as problem:
             raise UserError(f"{scene.where}: start.polymerize: {problem}") from None
         now = (state.step - begun) * system.dt
@@ -284,23 +426,20 @@ def _polymerized(scene, settings, system, seed, kT, progress):
         if sums[MADE] - undone > best:
             best, last_gain = sums[MADE] - undone, state.step
         if (state.step - last_gain) * system.dt > STALL:
-            _stalled(scene, growth, now, settings, undone)
-    return _finished_alone(state, growth, scene), {name: np.array(v) for name, v in record.items()}
-
-
-def _moved(state, system, growth, steps, look):
-    """The state after some steps with the bonds that there are now."""
-    members = growth.bonds().members
-    grown = replace(system, members=members, bond=growth.with_laws(system.bond, members))
-    state = replace(state, force=None, reference=None)
-    simulation = Simulation(grown, state)
-    advance_looking(simulation, steps, look)
-    return simulation.state
+            raise UserError(_stalled(scene, growth, now, settings, undone))
+    # The finished chains alone, numbered in the scene's order.
+    taken = np.concatenate([growth.beads[c, : growth.full[c]] for c in growth.finished()])
+    position, velocity = (
+        state.by_identity(each)[:, taken] for each in (state.position, state.velocity)
+    )
+    species = growth.species[taken] if len(scene.species) > 1 else None
+    state = State(position, velocity, None, np.arange(len(taken), dtype=np.uint32), species, 0)
+    return state, {name: np.array(values) for name, values in record.items()}
 
 
 def _stalled(scene, growth, now, settings, undone):
     unfinished = int(growth.asked.sum()) - len(growth.finished())
-    raise UserError(
+    return (
         f"{scene.where}: start.polymerize: after {now:.0f} tau no chain grows any more: "
         f"{unfinished} of {growth.asked.sum()} are unfinished, {growth.bonded} of "
         f"{growth.target} beads bonded. Raise start.polymerize.spare (now "
@@ -308,14 +447,3 @@ def _stalled(scene, growth, now, settings, undone):
         f"{settings.radius:g}), or ask for shorter chains. Bonds that were crossed and undone: "
         f"{undone}; if that is many, take a larger core or stiffer bonds in start.forces"
     )
-
-
-def _finished_alone(state, growth, scene):
-    """The finished chains alone, numbered in the scene's order."""
-    chains = growth.finished()
-    keep = np.concatenate([growth.beads[c, : growth.full[c]] for c in chains])
-    position, velocity = (
-        state.by_identity(part)[:, keep] for part in (state.position, state.velocity)
-    )
-    species = growth.species[keep] if len(scene.species) > 1 else None
-    return State(position, velocity, None, np.arange(len(keep), dtype=np.uint32), species, 0)
