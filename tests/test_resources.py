@@ -6,7 +6,7 @@ from dpd.errors import UserError
 from dpd.pipeline.jobs import GROUPS, RATE, batches, group, megabytes, minutes, start_bead_steps
 from dpd.pipeline.study import read_config, read_paper
 from dpd.scene.scene import Scene
-from dpd.start.common.description import start_digest, start_is_shared
+from dpd.start import start_digest, start_is_shared
 from tests.conftest import SCENE
 
 DAY = 1440
