@@ -14,7 +14,7 @@ from benchmarks.timing import TURNS, in_turns, labelled, simulation_of, starts_o
 from dpd.engine.loop import run
 from dpd.engine.simulation import Unstable
 from dpd.errors import UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.page import Observable, names
 from dpd.physics.integrator import SCHEMES
 from dpd.runs.run import simulate

@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.lammps import Lammps, lammps_module
 from benchmarks.systems import WORKLOADS, workload
 from benchmarks.timing import labelled, simulation_of, starts_of
-from dpd.observe.common.blocks import BLOCKS
+from dpd.observe.common.accumulators import BLOCKS
 from dpd.observe.common.measured import Measured
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene

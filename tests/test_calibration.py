@@ -20,7 +20,7 @@ from dpd.analysis.statistics import (
 )
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from paper_figures.groot_warren_1997.coverage import coverage, coverage_of_pieces, slow_time

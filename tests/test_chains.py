@@ -5,8 +5,8 @@ import pytest
 
 from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
-from dpd.observe import observables
 from dpd.observe.chains import sizes, unwrapped
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of
 

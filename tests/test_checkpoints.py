@@ -15,7 +15,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.jit import kernel
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.pipeline.study import read_paper
 from dpd.runs.result import refuse_to_lose
 from dpd.scene.scene import Scene

@@ -16,7 +16,7 @@ from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
 from dpd.particles.formats import read, write

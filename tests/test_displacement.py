@@ -7,9 +7,8 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
-from dpd.observe import observables
-from dpd.observe.common.measured import Measured
-from dpd.observe.common.multitau import COARSER, KEPT
+from dpd.observe.common.accumulators import COARSER, KEPT
+from dpd.observe.common.measured import Measured, observables
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import Displacement, displacements, followed
 from dpd.scene.scene import Scene

@@ -8,8 +8,8 @@ import pytest
 
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Snapshot
-from dpd.observe import observables
-from dpd.observe.common.multitau import COARSER, FINE, KEPT, PARTS, MultipleTau
+from dpd.observe.common.accumulators import COARSER, FINE, KEPT, PARTS, MultipleTau
+from dpd.observe.common.measured import observables
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

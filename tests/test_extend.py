@@ -17,9 +17,8 @@ import yaml
 from dpd import files
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.observe import observables
-from dpd.observe.common.blocks import Blocks
-from dpd.observe.common.multitau import MultipleTau
+from dpd.observe.common.accumulators import MultipleTau, Series
+from dpd.observe.common.measured import observables
 from dpd.page import Observable, names
 from dpd.runs import auto as probing
 from dpd.runs.extend import extend, longer
@@ -239,10 +238,10 @@ def test_blocks_of_a_series(samples):
     """Means over 50 parts that follow each other, alike but for a quarter, of all samples; the
     largest of each."""
     series = np.random.default_rng(samples).normal(size=(samples, 2)) + np.arange(samples)[:, None]
-    blocks = Blocks({"mean": ("block", (2,)), "most": ("largest", ())})
+    blocks = Series({"mean": ("block", (2,)), "most": ("largest", ())}, samples)
     for taken, sample in enumerate(series):
         blocks.add(taken, {"mean": sample, "most": abs(sample[0])})
-    (means, largest), each = blocks.results(samples).values(), int(blocks.arrays["each"][0])
+    (means, largest), each = blocks.results(samples).values(), int(blocks.each[0])
     short = -(-samples // each)
     assert len(means) == min(50, samples)
     of = np.repeat(np.arange(short) * len(means) // short, each)[:samples]

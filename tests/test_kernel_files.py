@@ -123,7 +123,7 @@ compile_for([point.scene for point in points])
 RUN = f"""{FIRST}
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.start.common.make import make_start, random_start, system_of
 for point in points:
     scene, system = point.scene, system_of(point.scene)

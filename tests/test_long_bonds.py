@@ -9,8 +9,7 @@ from dpd.engine.space import nearest
 from dpd.errors import LostRun, UserError
 from dpd.files import read
 from dpd.laws import stretched_share
-from dpd.observe import observables
-from dpd.observe.common.stretch import stretched
+from dpd.observe.common.measured import observables, stretched
 from dpd.physics.bond import BondLaw
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene

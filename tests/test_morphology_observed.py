@@ -9,7 +9,7 @@ from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers
 from dpd.pipeline.plan import sizes_of

@@ -148,8 +148,8 @@ ROOMS = ("particles", "engine/queries", "physics", "physics/common")
 LATE = {str(path) for room in ROOMS for path in (PACKAGE / room).glob("*.py")} | {
     str(PACKAGE / name)
     for name in (
-        "engine/barostat.py", "observe/common/layers.py", "observe/common/stretch.py",
-        "observe/common/thermal.py", "runs/auto.py", "start/common/files.py",
+        "engine/barostat.py", "observe/common/layers.py", "observe/common/thermal.py",
+        "runs/auto.py", "start/common/files.py",
     )
 }  # fmt: skip
 
@@ -195,7 +195,6 @@ def test_who_imports_what_a_scene_may_lack():
         "observe/trace.py", "observe/diffusion.py",
     }  # fmt: skip
     users_of_terms = set(users(unused(frozenset()), reachable(STAGES["simulate"])))
-    users_of_terms -= {"observe/common/stretch.py"}  # which watches over bonds where there are some
     rooms = {user.split("/")[0] for user in users_of_terms}
     assert rooms <= {"engine", "particles", "physics", "start", "scene"}
 

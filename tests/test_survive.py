@@ -20,7 +20,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import Stopped, UserError
 from dpd.files import check_room
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

@@ -25,8 +25,8 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import unfolded as unfolded_at
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.observe import observables
 from dpd.observe.chains import sizes
+from dpd.observe.common.measured import observables
 from dpd.page import Observable, module_of
 from dpd.particles import trajectory_file
 from dpd.particles.formats import read as read_particles

@@ -11,8 +11,8 @@ from dpd.engine.simulation import Snapshot
 from dpd.engine.space import TURN, tilted, unfolded, wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.observe import observables
 from dpd.observe.chains import ends_square, sizes, unwrapped
+from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.end_to_end import along_chain
 from dpd.particles.formats import read, write

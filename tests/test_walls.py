@@ -10,7 +10,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.state import State, Sums
 from dpd.errors import UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.particles.formats import read, write
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene

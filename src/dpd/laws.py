@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
 # bead than to its own. It may so in this share of all bonds and steps, see
-# dpd.observe.common.stretch.
+# dpd.observe.common.measured.
 STRETCHED = 0.48
 MOST_STRETCHED = 1e-4
 SHORTEST, LONGEST = 1e-3, 1e3  # r_c, between which the least energy is looked for
@@ -92,7 +92,7 @@ def stretched_share(law: Any, kT: float, box: Sequence[float]) -> float:
 
     From their weight r^(d-1) exp(-u / kT), in any direction, without other forces: where beads
     repel each other bonds are a little longer, which a run looks after itself
-    (`dpd.observe.common.stretch`).
+    (`dpd.observe.common.measured`).
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.queries.stress import force_and_curvature
 from dpd.engine.simulation import Simulation
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.molecules import Molecule
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

@@ -7,7 +7,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.engine.reference import Reference

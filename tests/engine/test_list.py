@@ -7,7 +7,7 @@ import pytest
 
 from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.engine.reference import Reference

@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 from dpd.engine.loop import run
 from dpd.engine.queries.bonds import passed_bonds
 from dpd.engine.simulation import Simulation
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.systems import BOX_3D, by_identity, chains

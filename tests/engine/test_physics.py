@@ -11,7 +11,7 @@ from scipy import stats
 
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.systems import (

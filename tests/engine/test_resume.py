@@ -14,7 +14,7 @@ from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import advance_looking, run
 from dpd.engine.simulation import Simulation
 from dpd.files import remove_drafts
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.systems import assert_same_state, make_simulation

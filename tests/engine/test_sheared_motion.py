@@ -10,8 +10,7 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.space import nearest
 from dpd.jit import COMPILES
-from dpd.observe import observables
-from dpd.observe.common.measured import Measured
+from dpd.observe.common.measured import Measured, observables
 from dpd.observe.displacement import Displacement
 from dpd.physics.shear import Shear
 from dpd.scene.scene import Scene

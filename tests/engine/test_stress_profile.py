@@ -10,7 +10,7 @@ from dpd.engine.loop import run
 from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.engine.reference_stress import StressedReference

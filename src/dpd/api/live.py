@@ -27,9 +27,8 @@ from dpd.arguments import steps as number_of_steps
 from dpd.engine import simulation as engine
 from dpd.engine.loop import counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
-from dpd.observe import observables
+from dpd.observe.common.measured import EVERY, observables
 from dpd.observe.common.snapshot import snapshot_of
-from dpd.observe.common.stretch import EVERY
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.progress import Progress
 from dpd.runs.auto import settle

@@ -10,11 +10,10 @@ from dpd.page import Change, Observable, interval_setting, once
 class Displacement(Observable, key="displacement"):
     """Mean-square displacement of innermost beads and of centres of mass.
 
-    By multiple-tau correlation (`dpd.observe.common.multitau`), relative to the centre of mass of
-    all beads (`dpd.observe.displacement.displacements`). "Innermost" is the bead in the middle of
-    the longest way through a molecule, two of them for an even number. By default samples are 0.8
-    tau apart, which resolves how beads diffuse; their free flight before that takes an ``every`` of
-    0.1 tau or less.
+    By multiple-tau correlation, relative to the centre of mass of all beads (`displacements`).
+    "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
+    even number. By default samples are 0.8 tau apart, which resolves how beads diffuse; their free
+    flight before that takes an ``every`` of 0.1 tau or less.
     """
 
     stands = frozenset(Change) - {Change.PACE}

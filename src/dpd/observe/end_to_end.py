@@ -10,8 +10,8 @@ from dpd.page import Change, Observable, Refusals, interval_setting, once
 class EndToEnd(Observable, key="end_to_end"):
     """Autocorrelation of the end-to-end vector, <R(t) . R(0)> (Nikunen et al. 2007, Fig. 4b).
 
-    By multiple-tau correlation (`dpd.observe.common.multitau`), for each linear molecule of two
-    beads or more. Branched molecules have no such vector and are left out.
+    By multiple-tau correlation, for each linear molecule of two beads or more. Branched molecules
+    have no such vector and are left out.
     """
 
     stands = frozenset(Change) - {Change.PACE}

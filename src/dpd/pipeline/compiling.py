@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.stages import kernels_name
 from dpd.start.common.make import compile_start, system_of
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from dpd import files
 from dpd.errors import UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.pipeline.jobs import RATE
 from dpd.pipeline.paths import results_of
 from dpd.start.common.make import system_of

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from dpd import files
 from dpd.analysis.collect import RECORDED, collect
 from dpd.errors import UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.page import Observable, find, names
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report.markdown import markdown_table

@@ -17,7 +17,7 @@ import numpy as np
 from dpd import files
 from dpd.engine.checkpoint import arrays_of, checksum_of, file_of, put_back, stored_in
 from dpd.errors import Occupied, OtherPage, UserError
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.particles.netcdf import attributes_of, particles_of, variables_of
 from dpd.particles.particles import Particles, box_at, of_scene
 from dpd.scene.scene import Scene

@@ -27,7 +27,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
 from dpd.files import remove_drafts, unfinished
 from dpd.jit import COMPILING
-from dpd.observe import observables
+from dpd.observe.common.measured import observables
 from dpd.page import Change
 from dpd.progress import Progress
 from dpd.runs.lock import alone

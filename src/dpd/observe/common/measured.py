@@ -1,28 +1,31 @@
-"""All that is kept of what a page measures in a run, as it says in ``gives``."""
+"""All that is kept of what pages measure in a run, as they say in ``gives``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.errors import UserError, suggestion
-from dpd.observe.common.blocks import KINDS, Blocks, Rows
-from dpd.observe.common.multitau import MultipleTau
-from dpd.observe.common.snapshot import snapshot_of
+from dpd.errors import LostRun, UserError, suggestion
+from dpd.laws import MOST_STRETCHED, STRETCHED
+from dpd.observe.common.accumulators import MultipleTau, Series
+from dpd.observe.common.snapshot import Snapshot, snapshot_of
 from dpd.own import told_of
+from dpd.page import Observable
+from dpd.page import names as pages
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
-    from dpd.observe import Variables
-    from dpd.page import Observable
+    from dpd.engine.state import State, Sums, System
     from dpd.scene.scene import Scene
+
+    # Name to (dimensions, array, units, long_name).
+    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
 
 COMPARED = "compared"
 TIMES = {
@@ -30,14 +33,52 @@ TIMES = {
     "frame": "time since the end of equilibration, mean of the looks of a frame",
     "lag": "time apart",
 }
+EVERY = 200  # steps between looks at stretched bonds: less than half a per cent of the run time
+FEW = 10  # finds that say nothing: so short a run knows its means far less well
 
 
-class Sampled(NamedTuple):
-    """What a page sees that measures sums, of some samples."""
+def observables(
+    scene: Scene, system: System, path: str | Path | None = None, state: State | None = None
+) -> list[Any]:
+    """The `Measured` of what a scene asks for, and of the watch over its bonds.
 
-    scene: Scene
-    system: System
-    sums: Sums
+    Some write files of their own beside a result at ``path``, if there is one. A function of one's
+    own looks at the ``state`` to know the shape of what it gives, which is a number otherwise.
+    """
+    from dpd.engine.simulation import Snapshot as Configuration  # with Numba: to read takes none
+
+    beside = {} if path is None else scene.files_beside(path)
+    now = None if state is None else Snapshot(scene, Configuration(system, state))
+    asked: list[Any] = []
+    for name, page in scene.observe.items():
+        page = page if now is None else page.shaped(now)
+        kind = MeasuredSums if page.of_sums else Measured
+        asked.append(kind(page, scene, system, beside.get(name)))
+    if scene.page_files:
+        _refuse_names_taken_twice(asked)
+    if system.bond is not None:
+        asked.append(Measured(Stretch(every=min(EVERY, scene.steps.sample)), scene, system))
+    return asked
+
+
+def _refuse_names_taken_twice(asked):
+    """Refuse a page of one's own whose variables or coordinates have the names of others."""
+    found = {each.key: each.variables() for each in asked}
+    for own in found.keys() - pages(Observable):
+        others = {n: each for key in found.keys() - {own} for n, each in found[key].items()}
+        for name, variable in found[own].items():
+            if name.startswith("last_") or (
+                name in others and not _is_same(variable, others[name])
+            ):
+                raise UserError(
+                    f"observe.{own}: {name!r} is a variable of another observable, or of the last "
+                    "configuration; take another name"
+                )
+
+
+def _is_same(one, other):
+    """Whether both are the same coordinate, as that of species."""
+    return one[0] == other[0] and len(one[1]) > 0 and np.array_equal(one[1], other[1])
 
 
 @contextmanager
@@ -70,33 +111,26 @@ class Measured:
             self._kept = {name: np.atleast_1d(array) for name, array in page.keeps(scene).items()}
             self.file = None if path is None else page.opened(path)
             self.file_bytes = page.file_bytes(scene)
-        rows: dict[str, tuple[str, tuple[int, ...]]] = {}
-        blocks: dict[str, tuple[str, tuple[int, ...]]] = {}
-        self._shapes, self._quantities = {}, []
+        shapes, self._names = {}, dict[str, list[str]]()  # names of what is given, by kind
         for name, ((kind, *along), _, _) in self._gives.items():
-            if kind == "lag":
-                self._quantities.append(name)
+            self._names.setdefault(kind, []).append(name)
             if kind not in ("lag", "part"):
-                shape = self._shapes[name] = self._lengths(name, along)
-                (rows if kind in KINDS else blocks)[name] = kind, shape
-        self._kinds = {given[0][0] for given in self._gives.values()}
-        average = getattr(page, "average", 1)
-        self._rows = Rows(rows, self._samples, average, page.single)
-        self._blocks = Blocks(blocks)
+                shapes[name] = kind, self._lengths(name, along)
+        self._series = Series(shapes, self._samples, getattr(page, "average", 1), page.single)
+        self._shapes = {name: shape for name, (_, shape) in shapes.items()}
         self._lags = None
-        if self._quantities:
+        if "lag" in self._names:
             shape = self._shapes[COMPARED] = self._lengths(COMPARED, page.compared)
-            self._lags = MultipleTau(self._samples, shape, len(self._quantities))
-        self.arrays: dict[str, np.ndarray] = {"taken": np.zeros(1, np.int64)}
-        for each in (self._rows, self._blocks, self._lags):
-            self._add(each.arrays if each else {})
-        self._add(self._kept)
-
-    def _add(self, arrays):
-        if twice := self.arrays.keys() & arrays.keys():
-            text = f"{min(twice)!r} is the name of something else that it keeps; take another name"
-            raise UserError(f"observe.{self.key}: {text}")
-        self.arrays |= arrays
+            self._lags = MultipleTau(self._samples, shape, len(self._names["lag"]))
+        self.arrays: dict[str, np.ndarray] = {
+            "taken": np.zeros(1, np.int64), "each": self._series.each,
+        }  # fmt: skip
+        lags = self._lags.arrays if self._lags else {}
+        for arrays in (self._series.arrays, lags, self._kept):
+            if twice := self.arrays.keys() & arrays.keys():
+                text = f"{min(twice)!r} is the name of something else that it keeps"
+                raise UserError(f"observe.{self.key}: {text}; take another name")
+            self.arrays |= arrays
 
     def _lengths(self, name, dimensions):
         scene = self._scene
@@ -124,8 +158,7 @@ class Measured:
             values = {name: self._value(name, value) for name, value in found.items()}
             if self._lags:
                 self._lags.add(taken, values[COMPARED], page.compare)
-        self._rows.add(taken, values)
-        self._blocks.add(taken, values)
+        self._series.add(taken, values)
         self.arrays["taken"][0] = taken + 1
 
     def _named(self, found):
@@ -178,18 +211,17 @@ class Measured:
 
     def _results(self):
         taken, samples = int(self.arrays["taken"][0]), np.arange(1, self._samples + 1)
-        found, times = self._rows.results(taken) | self._blocks.results(taken), {}
-        if "sample" in self._kinds:
+        found, times = self._series.results(taken), {}
+        if "sample" in self._names:
             times["sample"] = self._tau(samples - self._page.from_first)
-        if "frame" in self._kinds:
-            looks = self._rows.looks(self._samples)
+        if "frame" in self._names:
+            looks = self._series.looks(self._samples)
             times["frame"] = self._tau(1 + np.cumsum(looks) - looks + 0.5 * (looks - 1))
         if self._lags:
             lag, means, counts, sums = self._lags.results(taken)
             times["lag"] = self._tau(lag)
-            found |= zip(self._quantities, np.moveaxis(means, 1, 0))
-            parts = [name for name, ((kind, *_), _, _) in self._gives.items() if kind == "part"]
-            found |= zip(parts, [counts, *np.moveaxis(sums, 2, 0)])
+            found |= zip(self._names["lag"], np.moveaxis(means, 1, 0))
+            found |= zip(self._names.get("part", ()), [counts, *np.moveaxis(sums, 2, 0)])
         return found, times
 
     def _tau(self, samples):
@@ -205,6 +237,14 @@ class Measured:
         return tuple(
             self._over(each)[0] if each in TIMES else each for each in (*first, *dimensions)
         )
+
+
+class Sampled(NamedTuple):
+    """What a page sees that measures sums, of some samples."""
+
+    scene: Scene
+    system: System
+    sums: Sums
 
 
 class MeasuredSums(Measured):
@@ -223,3 +263,47 @@ class MeasuredSums(Measured):
             found = self._page.measure(Sampled(self._scene, self._system, sums))
         for name, values in self._named(found).items():
             self.arrays[name][taken:end] = values
+
+
+class Stretch(Observable, key="stretch"):
+    """Ends a run in which bonds reach across half the box more than once in a while.
+
+    Bonds pull at their nearest image. One that grows longer than half an edge along an axis flips
+    to another image of its bead, and lengths, pressures and sizes of chains come out too small.
+    Before it does, and after it has, it is stretched: it reaches over 48 % of the edge. As long as
+    a share of less than `MOST_STRETCHED` of all bonds is found so, the mean square length of
+    harmonic bonds without a rest length is less than 3e-4 too small, and that of stiffer ones less.
+
+    It looks while the run samples. A hot or crowded start may stretch bonds before that, and leaves
+    nothing behind: a bond remembers no image, so it comes back to the length that it should have.
+    """
+
+    def keeps(self, scene: Any) -> Any:
+        return {"count": 0}
+
+    def measure(self, now: Any) -> Any:
+        """Look, and end the run if there are too many for all of its looks."""
+        bonds, looks = len(now.bond_vectors), now.scene.steps.sample // self.every
+        now.kept["count"] += stretched(now.bond_vectors.T, now.lattice)
+        count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * bonds * looks)
+        if count > allowed:
+            edges = " x ".join(f"{edge:g}" for edge in now.box)
+            raise LostRun(
+                f"bonds are too long for the box of {edges} r_c: by step {now.step}, {count} "
+                f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
+                "goes to another image, which makes every number wrong (allowed in the whole run: "
+                f"{round(allowed)}, {MOST_STRETCHED:g} of all bonds looked at). Take a "
+                "larger box, or stiffer or shorter bonds",
+                now.step,
+            )
+        return {}
+
+
+def stretched(bonds: np.ndarray, box: tuple[float, ...]) -> int:
+    """Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
+
+    (dimension, bonds) vectors, at nearest images; where images slide, axes are those of the box.
+    """
+    from dpd.engine.space import along_axes
+
+    return int((np.abs(along_axes(bonds, box)) > STRETCHED * np.array(box)[:, None]).sum())

@@ -1,13 +1,22 @@
-"""Correlation over many decades of time while a run goes on."""
+"""What is kept of samples: series, averages over blocks of the run, and over the time between."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection, Mapping
+
+    import numpy.typing as npt
+
+BLOCKS = 50  # that a run is divided into, or fewer if it has fewer samples
+SHORT, FEW = 400, 200  # short blocks at most, of which those are made; fewer of large samples
+LARGE = 20_000  # numbers in a sample
+# How a sample is joined to those before it in its row; others have a row for each, or only one.
+JOIN = {"block": np.add, "largest": np.maximum, "frame": np.add, "run": np.add}
 
 KEPT = 16  # samples kept at each level, and so the lags of the first
 COARSER = 4  # steps of a level in those of the level below
@@ -17,8 +26,102 @@ FARTHEST = 0.5  # of the run: lags reach so far at least
 AT_ONCE = 65_536  # numbers of earlier samples, which stay in the cache
 
 
+def _halve(array, join=np.add):
+    """Make one row of each two neighbours, which leaves the second half free."""
+    half = len(array) // 2
+    array[:half] = join(array[0::2], array[1::2])
+    array[half:] = 0
+
+
+class Series:
+    """Arrays with rows for samples, frames, or blocks of the run, or with a single one.
+
+    How long the run will be does not matter for blocks: what is kept is that of short ones, first
+    of a sample ``each``. Whenever all places are full, each two neighbours become one, and a block
+    holds twice as many samples from then on. What is given in the end are `BLOCKS` blocks of 4 to 8
+    of the short ones each, of which the last one may be half full.
+
+    Parameters
+    ----------
+    shapes : dict of str to (str, tuple of int)
+        By name: the kind (`dpd.page.Observable.gives`), and the shape of a sample.
+    samples : int
+        In the run.
+    average : int
+        Samples in a frame; the last frame may have fewer.
+    single : collection of str
+        Names of those in single precision.
+    """
+
+    def __init__(
+        self, shapes: Mapping[str, tuple[str, tuple[int, ...]]], samples: int, average: int = 1,
+        single: Collection[str] = (),
+    ) -> None:  # fmt: skip
+        self._kinds = {name: kind for name, (kind, _) in shapes.items()}
+        self._average, self._frames = average, -(-samples // average)
+        blocked = [shape for kind, shape in shapes.values() if kind in ("block", "largest")]
+        self._places = SHORT if sum(map(math.prod, blocked)) <= LARGE else FEW
+        rows = {"sample": samples, "frame": self._frames, "run": 1, "last": 1}
+        self.each = np.ones(1, np.int64)
+        self.arrays = {
+            name: np.full(
+                (rows.get(kind, self._places), *shape),
+                np.nan if kind == "sample" else 0,
+                np.float32 if name in single else np.float64,
+            )
+            for name, (kind, shape) in shapes.items()
+        }
+
+    def add(self, taken: int, values: Mapping[str, npt.ArrayLike]) -> None:
+        """Add a sample of each, after so many before it."""
+        if taken == self._places * self.each[0]:
+            for name, kind in self._kinds.items():
+                if kind in ("block", "largest"):
+                    _halve(self.arrays[name], JOIN[kind])
+            self.each *= 2
+        block = taken // int(self.each[0])
+        rows = {"sample": taken, "frame": taken // self._average, "run": 0, "last": 0}
+        for name, array in self.arrays.items():
+            kind, value = self._kinds[name], np.asarray(values[name], array.dtype)
+            row = rows.get(kind, block)
+            array[row] = JOIN[kind](array[row], value) if kind in JOIN else value
+
+    def results(self, taken: int) -> dict[str, np.ndarray]:
+        """By name, of so many samples; NaN, in a single block, without any."""
+        return {name: self._result(name, kind, taken) for name, kind in self._kinds.items()}
+
+    def _result(self, name, kind, taken):
+        array = self.arrays[name]
+        if kind == "sample":
+            return array.copy()
+        if kind == "frame":
+            return _over(array, self.looks(taken))
+        if kind in ("run", "last"):
+            return _over(array, taken if kind == "run" else min(taken, 1))[0]
+        if not taken:
+            return np.full_like(array[:1], np.nan)
+        each = int(self.each[0])
+        short = -(-taken // each)
+        block = np.arange(short) * min(BLOCKS, short) // short
+        first = np.flatnonzero(np.diff(block, prepend=-1))
+        found = JOIN[kind].reduceat(array[:short], first, axis=0)
+        looks = np.diff(np.append(first * each, taken))
+        return found if kind == "largest" else _over(found, looks)
+
+    def looks(self, taken: int) -> np.ndarray:
+        """(frames,) array: how many of so many samples are in each frame."""
+        return np.clip(taken - self._average * np.arange(self._frames), 0, self._average)
+
+
+def _over(sums, looks):
+    """Means of so many samples in each row, to the precision of their sums."""
+    looks = np.reshape(looks, (-1, *[1] * (sums.ndim - 1))).astype(sums.dtype)
+    with np.errstate(invalid="ignore"):
+        return sums / looks
+
+
 class MultipleTau:
-    """Averages of a function of two samples over the time between them.
+    """Averages of a function of two samples over the time between them, while a run goes on.
 
     A level holds the last `KEPT` samples, each level at steps `COARSER` times as long: every
     lag is exact, none is averaged over samples (Frenkel and Smit, Understanding Molecular
@@ -26,8 +129,7 @@ class MultipleTau:
 
     A level begins with its second sample, when the level below still holds its first; so it does
     not matter how long the run was planned to be, which only gives the room. Parts of the run are
-    made of short ones, of which two neighbours become one whenever all places are full. ``arrays``
-    are all that a checkpoint has to hold.
+    made of short ones, as blocks of `Series` are.
 
     Parameters
     ----------
@@ -56,9 +158,7 @@ class MultipleTau:
         arrays, sample = self.arrays, np.ascontiguousarray(sample)
         if taken == FINE * arrays["part_each"][0]:
             for name in ("part_sums", "part_counts"):
-                array = arrays[name]
-                array[:, : FINE // 2] = array[:, 0::2] + array[:, 1::2]
-                array[:, FINE // 2 :] = 0
+                _halve(arrays[name].swapaxes(0, 1))
             arrays["part_each"] *= 2
         for level in range(len(arrays["earlier"])):
             if taken % COARSER**level or (level and not taken):  # nor any level above
