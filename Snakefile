@@ -20,9 +20,8 @@ from dpd.errors import UserError
 from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.study import read_config, read_paper, read_study
-from dpd.report.failures import say_at_exit
 from dpd.report.figure_file import figure_path
-from dpd.report.overhead import overhead
+from dpd.report.workflow import overhead, say_at_exit
 from dpd.stages import (
     calculation_sources, figure_sources, kernels_name, run_sources,
     stage_digest, start_sources,

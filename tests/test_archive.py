@@ -22,9 +22,8 @@ from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.pipeline.theory import unfold_theory
 from dpd.report import archive
 from dpd.report.archive import hours_of, keep_whole, manifest_of, restore
-from dpd.report.page import write_page
-from dpd.report.paper_page import paper_page
-from dpd.report.sampling import not_said, reached, shorter_points
+from dpd.report.documents import paper_page
+from dpd.report.page import not_said, reached, shorter_points, write_page
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from tests.test_report import VERDICTS, put_figure, verdict_table
@@ -423,15 +422,15 @@ SAID = {"sweeps": [SWEEP], "where": "Sec. II"}
 )
 def test_points_with_less_sampling_than_the_paper(said, shorter):
     """Less time, at the paper's step if it has one of its own; or a smaller system."""
-    assert [point.point for point in shorter_points(paper(SAID | said))] == shorter
+    assert [point["point"] for point in shorter_points(paper(SAID | said))] == shorter
 
 
 def test_replicas_count_together():
     """Two runs have twice the time."""
     said = SAID | {"steps": 4 * STEPS, "at_least": True, "molecules": 1000}
     point = shorter_points(paper(said, replicas=2))[0]
-    assert (point.time, point.paper_time, point.share) == ("80", "≥ 160", "0.5")
-    assert point.system == "768 of 1000 molecules"
+    assert (point["time"], point["paper_time"], point["share"]) == ("80", "≥ 160", "0.5")
+    assert point["system"] == "768 of 1000 molecules"
 
 
 def test_whether_less_sampling_is_enough(results):
@@ -444,9 +443,9 @@ def test_whether_less_sampling_is_enough(results):
     table.loc[1, "rounding"] = 0.005  # error 0.01 throughout, rounding 0.05 of the others
     rows = ["alpha", "beta", "gamma", "delta"]
     (found,) = reached(paper(SAID | {"steps": 10 * STEPS}), table, rows)
-    assert (found.figures, found.decided, found.open) == ("Figure 2", "2 of 3", ["gamma"])
-    assert found.shares == "1.1 (0.2 to 2)"
-    assert reached(paper(SAID | {"steps": STEPS}), table, rows) == []
+    assert (found["figures"], found["decided"], found["open"]) == ("Figure 2", "2 of 3", ["gamma"])
+    assert found["shares"] == "1.1 (0.2 to 2)"
+    assert not list(reached(paper(SAID | {"steps": STEPS}), table, rows))
 
 
 def put_sweep(results):

@@ -13,10 +13,9 @@ from docutils.core import publish_parts
 from jinja2 import Environment
 
 from dpd.digest import ROOT
-from dpd.report.captions import caption, label, span, sweep_line
+from dpd.report.captions import caption, sweep_line
 from dpd.report.figure_file import load_module
-from dpd.report.notation import typeset
-from dpd.report.text import with_error
+from dpd.report.text import label, span, typeset, with_error
 from dpd.scene.scene import Scene
 
 NUMBERS = [
@@ -109,14 +108,14 @@ def swept(scene, replicas=1, **axes):
 def test_a_sweep_at_constant_pressure():
     """The pressures that are held, and the axis if it is one alone."""
     blends = BLENDS | {"pressure": {"target": 23.7}}
-    assert "; constant pressure 23.7 kT/r_c^3" in str(sweep_line(swept(blends)))
+    assert "; constant pressure 23.7 kT/r_c^3" in sweep_line(swept(blends))
     along = BLENDS | {"pressure": {"target": 23.7, "axes": "z"}}
-    assert "kT/r_c^3, stretched along z" in str(sweep_line(swept(along)))
+    assert "kT/r_c^3, stretched along z" in sweep_line(swept(along))
 
 
 def test_a_line_for_a_sweep():
     """System, forces, dynamics and samples; a swept radius as a range, once."""
-    line = str(sweep_line(swept(CHAINS, replicas=3, radius=[0.0, 0.15, 0.2])))
+    line = sweep_line(swept(CHAINS, replicas=3, radius=[0.0, 0.15, 0.2]))
     for phrase in (
         "200 beads, chains, N = 10, box 10 x 10 r_c^2, rho = 2",
         "a_AA = 25 kT/r_c",
@@ -132,10 +131,10 @@ def test_a_line_for_a_sweep():
 def test_a_line_names_axes_that_do_not_show():
     """Two species; an axis of names; a scheme whose lambda is not chosen."""
     line = sweep_line(swept(BLENDS, set=["one", "other"]))
-    assert "3840 beads, monomers of A and B, box 8 x 8 x 20 r_c^3, rho = 3" in line.system
-    assert line.forces == "a_AA = a_BB = 25, a_AB = 37 kT/r_c"
-    assert "lambda" not in line.dynamics and line.sampling.endswith("one replica")
-    assert line.swept == "swept: set one, other"
+    assert "3840 beads, monomers of A and B, box 8 x 8 x 20 r_c^3, rho = 3" in line
+    assert "; a_AA = a_BB = 25, a_AB = 37 kT/r_c; " in line
+    assert "lambda" not in line and "one replica; " in line
+    assert line.endswith("swept: set one, other.")
 
 
 def test_names_of_several_letters_stand_apart():
@@ -148,8 +147,8 @@ def test_names_of_several_letters_stand_apart():
         "thermostat": {"gamma": dict.fromkeys(pairs, 4.5) | {"Na+ Na+": 9}},
     }
     line = sweep_line(swept(scene, set=["one"]))
-    assert "= 25, a_(Na+ tail) = a_(W1 tail) = 40 kT" in line.forces
-    assert "masses m_(Na+) = 1, m_(W1) = 2, m_(tail) = 1" in line.forces
+    assert "= 25, a_(Na+ tail) = a_(W1 tail) = 40 kT" in line
+    assert "masses m_(Na+) = 1, m_(W1) = 2, m_(tail) = 1" in line
     assert str(typeset("a_(Na+ W1) = 25")) == "<i>a</i><sub>Na+ W1</sub> = 25"
     assert str(typeset("gamma_(W1 W1)")) == "γ<sub>W1 W1</sub>"
 
@@ -157,8 +156,8 @@ def test_names_of_several_letters_stand_apart():
 def test_a_line_on_a_run_without_friction_or_equilibration():
     """What is not there is called so."""
     line = sweep_line(swept(BLENDS | {"thermostat": {"gamma": 0}}))
-    assert line.dynamics.startswith("no thermostat, scheme dpd-vv")
-    assert line.sampling == "400 steps without equilibration, one replica"
+    assert "; no thermostat, scheme dpd-vv" in line
+    assert line.endswith("400 steps without equilibration, one replica; swept: none 0.")
 
 
 def test_a_line_on_a_flow_between_walls():
@@ -166,10 +165,10 @@ def test_a_line_on_a_flow_between_walls():
     walls = {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 4.5}
     flow = {"axis": "x", "strength": 0.02}
     line = sweep_line(swept(BLENDS | {"walls": walls, "body_force": flow}))
-    assert "walls along z, a_w = 25 and 40 kT/r_c, friction gamma = 4.5" in line.forces
-    assert line.forces.endswith("body force of 0.02 kT/r_c along x")
+    assert "walls along z, a_w = 25 and 40 kT/r_c, friction gamma = 4.5" in line
+    assert "; body force of 0.02 kT/r_c along x; " in line
     line = sweep_line(swept(BLENDS | {"body_force": flow | {"opposite": "z"}}))
-    assert line.forces.endswith("along x, turned round across z")
+    assert "along x, turned round across z; " in line
 
 
 def figure_file(**more):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dpd.report.failures import MOST, failures
+from dpd.report.workflow import MOST, failures
 from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
 

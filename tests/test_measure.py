@@ -25,8 +25,8 @@ from dpd.pipeline.paths import Results
 from dpd.pipeline.sections import Measurement
 from dpd.pipeline.study import read_paper
 from dpd.report.figures import joined_verdicts, load_module, make_figure
-from dpd.report.notation import typeset
 from dpd.report.page import write_page
+from dpd.report.text import typeset
 from tests.test_pipeline import copy_repository, planned
 
 FIGURES = ("lammps", "scaling", "features", "tension")

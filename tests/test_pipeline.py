@@ -22,7 +22,7 @@ from dpd.analysis.verdicts import COLUMNS
 from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.study import read_config, read_paper
-from dpd.report.notation import typeset
+from dpd.report.text import typeset
 from dpd.start import start_digest, start_is_shared
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited

@@ -10,7 +10,7 @@ import xarray as xr
 from PIL import Image
 
 from dpd.errors import UserError
-from dpd.report import archive, redraw
+from dpd.report import archive
 
 STUDY, FIGURE = "paper", "nikunen_2007/fig05_exponents"
 KEPT = archive.ARCHIVE / STUDY
@@ -47,7 +47,7 @@ def test_what_git_has_is_what_its_numbers_give(one):
     table["verdict"], table["value"] = "replicated", 1.0
     table.to_csv(one / "verdicts.csv", index=False)
     Image.new("RGB", (1, 1)).save(one / f"{FIGURE}.png")
-    changed = redraw.redraw(STUDY)
+    changed = archive.redraw(STUDY)
     names = [f"{FIGURE}.png", "verdicts.csv"]
     assert changed == [one / name for name in (*names, "manifest.yaml")]
     said = archive.manifest_of(STUDY)["files"]
@@ -57,7 +57,7 @@ def test_what_git_has_is_what_its_numbers_give(one):
     pd.testing.assert_frame_equal(rows_of(one), rows_of(KEPT), rtol=1e-9)
     assert pixels(one).shape == pixels(KEPT).shape
     assert (np.abs(pixels(one).astype(int) - pixels(KEPT)) < 50).mean() > 0.99
-    assert redraw.redraw(STUDY) == []
+    assert archive.redraw(STUDY) == []
 
 
 def test_numbers_of_an_older_figure_are_refused(one):
@@ -68,7 +68,7 @@ def test_numbers_of_an_older_figure_are_refused(one):
     older.to_netcdf(path)
     before = {path: path.read_bytes() for path in one.rglob("*") if path.is_file()}
     with pytest.raises(UserError, match=r"fig05_exponents.py: line \d+: .*tau"):
-        redraw.redraw(STUDY)
+        archive.redraw(STUDY)
     assert {path: path.read_bytes() for path in one.rglob("*") if path.is_file()} == before
 
 
@@ -76,4 +76,4 @@ def test_an_archive_without_figures(one):
     """As that of a short study."""
     (one / "manifest.yaml").unlink()
     with pytest.raises(UserError, match=r"manifest.yaml: missing; no figures are archived"):
-        redraw.redraw(STUDY)
+        archive.redraw(STUDY)

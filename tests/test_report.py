@@ -16,11 +16,10 @@ from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
 from dpd.pipeline.study import Figure, Paper
-from dpd.report import overhead, style
+from dpd.report import style, workflow
 from dpd.report.compare import compared, table_of
-from dpd.report.judged import counts, judged_rows
-from dpd.report.page import write_page
-from dpd.report.provenance import commit
+from dpd.report.page import counts, judged_rows, write_page
+from dpd.report.workflow import commit
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
     "alpha": ("fig02_shapes", "simulated", "replicated", 0.1),
@@ -150,10 +149,10 @@ def test_counts_of_papers():
     """Of each paper that has rows of a kind, then of all."""
     table = verdict_table("p", "f", {name: rest for name, (_, *rest) in VERDICTS.items()})
     found = counts(judged_rows(table), "simulated", ["o", "p"])
-    assert [(count.paper, count.total) for count in found] == [("p", 3), ("", 3)]
-    assert found[0].verdicts == {"replicated": 1, "deviates": 1, "not reached at this scale": 1}
+    assert [(count["paper"], count["total"]) for count in found] == [("p", 3), ("", 3)]
+    assert found[0]["verdicts"] == {"replicated": 1, "deviates": 1, "not reached at this scale": 1}
     (check, total) = counts(judged_rows(table), "check", ["o", "p"])
-    assert check.total == total.total == 1 and total.verdicts["deviates"] == 1
+    assert check["total"] == total["total"] == 1 and total["verdicts"]["deviates"] == 1
 
 
 def test_a_row_in_full(text):
@@ -210,37 +209,37 @@ def test_contrast(text, scheme):
 
 def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
     """Runs, starts and measurements since it began, of all papers, and nothing older."""
-    monkeypatch.setattr(overhead.time, "time", lambda: 1110.0)
+    monkeypatch.setattr(workflow.time, "time", lambda: 1110.0)
     for number, name in enumerate(("a/runs/s/p/run.nc", "a/starts/0.nc", "b/runs/s/p/run.nc")):
         files.write(tmp_path / name, {}, {"seconds": 50.0 + number})
         os.utime(tmp_path / name, (1105.0, 1105.0))
-    said = overhead.overhead(tmp_path, 1000.0, 2)
+    said = workflow.overhead(tmp_path, 1000.0, 2)
     assert said.startswith("simulation 153 s (runs and starts: 3), wall clock 110 s on 2 cores")
     assert ": 44% more" in said
     os.utime(tmp_path / "b/runs/s/p/run.nc", (999.0, 999.0))
-    assert overhead.overhead(tmp_path, 1000.0, 2).startswith(
+    assert workflow.overhead(tmp_path, 1000.0, 2).startswith(
         "simulation 101 s (runs and starts: 2)"
     )
-    assert ": 116% more" in overhead.overhead(tmp_path, 1000.0, 4)  # no faster than one run
-    assert overhead.overhead(tmp_path, 1106.0, 2) == ""
+    assert ": 116% more" in workflow.overhead(tmp_path, 1000.0, 4)  # no faster than one run
+    assert workflow.overhead(tmp_path, 1106.0, 2) == ""
     # Nothing runs beside a measurement: it takes all cores.
     files.write(tmp_path / "b/measurements/m.nc", {}, {"seconds": 40.0})
-    said = overhead.overhead(tmp_path, 1000.0, 2)
+    said = workflow.overhead(tmp_path, 1000.0, 2)
     assert "measurements 40 s on all cores" in said and ": 21% more" in said
 
 
 def test_work_of_an_earlier_workflow_is_no_gain(tmp_path, monkeypatch):
     """Results that were taken over after a resume never make the overhead negative."""
-    monkeypatch.setattr(overhead.time, "time", lambda: 1010.0)
+    monkeypatch.setattr(workflow.time, "time", lambda: 1010.0)
     names = [tmp_path / f"a/runs/s/{number}/run.nc" for number in range(3)]
     for name in names:
         files.write(name, {}, {"seconds": 500.0})
         os.utime(name, (1005.0, 1005.0))
-    assert overhead.overhead(tmp_path, 1000.0, 2) == ""  # none can be of its making
+    assert workflow.overhead(tmp_path, 1000.0, 2) == ""  # none can be of its making
     for name in names:
         files.write(name, {}, {"seconds": 7.0})
         os.utime(name, (1009.0, 1009.0))
-    assert overhead.overhead(tmp_path, 1000.0, 2) == (
+    assert workflow.overhead(tmp_path, 1000.0, 2) == (
         "simulation 21 s (runs and starts: 3), wall clock 10 s on 2 cores: some of that was done "
         "before this workflow began"
     )

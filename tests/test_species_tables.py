@@ -184,10 +184,10 @@ def test_masses_of_a_state():
 
 def test_a_caption_names_frictions_and_masses():
     line = sweep_line(swept(BLEND, set=["one"]))
-    assert "gamma_AA = 4.5, gamma_AB = 9, gamma_BB = 2, uniform noise" in line.dynamics
-    assert "masses m_A = 1, m_B = 4" in line.forces
+    assert "gamma_AA = 4.5, gamma_AB = 9, gamma_BB = 2, uniform noise" in line
+    assert "masses m_A = 1, m_B = 4" in line
     bath = sweep_line(swept(BLEND | LANGEVIN, set=["one"]))
-    assert "Langevin thermostat, gamma_A = 4.5, gamma_B = 9" in bath.dynamics
+    assert "Langevin thermostat, gamma_A = 4.5, gamma_B = 9" in bath
 
 
 def test_displacements_are_those_of_centres_of_mass():

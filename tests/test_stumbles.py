@@ -75,7 +75,7 @@ def test_captions_have_the_density_that_was_run():
                 for key, value in (("beads", 1), ("steps", 2), ("seed", 3))
             }
         )
-        lines[name] = str(sweep_line(sweep))
+        lines[name] = sweep_line(sweep)
     assert "(density 2.997 of whole molecules in place of 3)" in lines["missed"]
     assert "whole molecules" not in lines["met"]
 

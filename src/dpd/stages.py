@@ -29,7 +29,7 @@ STAGES = {
     "calculate": ("dpd.pipeline.calculate",),
     "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),
     "figure": ("dpd.report.figures",),
-    "report": ("dpd.report.page", "dpd.report.overhead"),
+    "report": ("dpd.report.page", "dpd.report.workflow"),
     "measure": ("benchmarks.measure",),
 }
 # A run uses statistics only to sum up its series, which are in its file, and to warn in words.

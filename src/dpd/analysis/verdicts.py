@@ -21,6 +21,7 @@ COLUMNS = [
 ]  # fmt: skip
 REPLICATED, DEVIATES, NOT_REACHED = "replicated", "deviates", "not reached at this scale"
 SIMULATED, CLOSED_FORM, CHECK = "simulated", "closed form", "check"
+VERDICTS = (REPLICATED, DEVIATES, NOT_REACHED)
 KINDS = {
     SIMULATED: "a number or claim that the paper prints, held against simulation",
     CLOSED_FORM: "a number that the paper prints, held against a formula; nothing is simulated",

@@ -107,8 +107,8 @@ def _compare(options: Namespace) -> None:
 
 def _report(options: Namespace) -> None:
     from dpd.pipeline.study import read_paper, read_study
-    from dpd.report.overhead import overhead
     from dpd.report.page import write_page
+    from dpd.report.workflow import overhead
 
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study).description
@@ -151,7 +151,7 @@ def _restore(options: Namespace) -> None:
 
 
 def _redraw(options: Namespace) -> None:
-    from dpd.report.redraw import redraw
+    from dpd.report.archive import redraw
 
     for path in redraw(options.study):
         print(f"changed: {path}")

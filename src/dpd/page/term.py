@@ -32,6 +32,9 @@ class Term(Page):
         Beads along bonds that a law of it joins; 0 if it is none of bonds.
     keeps_apart : bool
         Whether it keeps beads apart that attract each other otherwise: repulsions may be negative.
+    caption : str or None
+        What captions say of it, with its settings in braces; what stands in brackets is left out
+        where they are as by default. If not given, its settings by name; None for nothing.
     """
 
     folder = PACKAGE / "physics"
@@ -45,6 +48,7 @@ class Term(Page):
     own_in_start: ClassVar[bool] = False
     joins: ClassVar[int] = 0
     keeps_apart: ClassVar[bool] = False
+    caption: ClassVar[str | None] = ""
 
     def changes(self, scene: Any) -> frozenset[Change]:
         """What it does to the world in a scene."""
@@ -207,13 +211,10 @@ class BondForce(BondedForce):
 
     Attributes
     ----------
-    caption : str
-        The law in captions, with its settings in braces; if not given, its settings by name.
     example : str
         Of its section, for who needs bonds and has none.
     """
 
-    caption: ClassVar[str] = ""
     example: ClassVar[str] = ""
 
     def force(self, r: float) -> float:

@@ -41,6 +41,7 @@ class HarmonicAngles(BondedForce, key="angle"):
     feel none.
     """
 
+    caption = "angles of stiffness k = {stiffness} kT/rad^2, at rest at {angle} degrees"
     bare = "law"
     joins = 3
     law: OneOrTable[Angle, Triple] = setting("One law, or one for each three species.")

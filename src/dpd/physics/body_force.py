@@ -20,6 +20,7 @@ BALANCED = 1e-9  # share of all forces that their sum may be, by rounding
 class DrivingForce(Term, key="body_force"):
     """A constant force on every bead, which drives a flow."""
 
+    caption = "body force of {strength} kT/r_c along {axis}[, turned round across {opposite}]"
     mainly = Change.FLOWS
     axis: Axis = setting("The axis that it acts along.", of="axis")
     strength: PerSpecies[Annotated[float, Field(ge=-1000, le=1000)]] = setting(

@@ -31,6 +31,7 @@ class Chi(Term, key="chi"):
     the range in which that was measured.
     """
 
+    caption = None
     bare = "pairs"
     in_kernels = False
     pairs: PairTable[Annotated[float, Field(ge=0, le=1000)]] = setting("The parameter chi.")

@@ -25,6 +25,7 @@ CUTOFF = 1.0
 class RigidCore(Term, key="core"):
     """Rigid core; within twice the radius the force is constant (Liu et al. 2008, Eq. 5)."""
 
+    caption = "rigid core r_s = {radius} r_c, F_max = {force} kT/r_c[, its edge {smooth} r_c wide]"
     in_start = True
     own_in_start = True
     radius: float = setting("Core radius r_s; 0 for none.", unit="r_c", ge=0, lt=0.5)

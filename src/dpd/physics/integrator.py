@@ -71,6 +71,7 @@ def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
 class Integrator(Term, key="integrator"):
     """How beads move."""
 
+    caption = None
     scheme: Literal[
         "auto", "euler", "euler-acceleration", "gw-vv", "verlet-no-acceleration", "dpd-vv",
         "shardlow", "lowe-andersen", "aboba",

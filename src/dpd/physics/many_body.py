@@ -29,6 +29,7 @@ class ManyBodyForces(Term, key="many_body"):
     2003): -40 and 25 one of density 6.07 and surface tension 7.6. Take a dt of 0.01 or less.
     """
 
+    caption = "many-body forces of B = {repulsion}, r_d = {range} r_c"
     in_start = True
     keeps_apart = True
     repulsion: Positive = setting(

@@ -54,6 +54,7 @@ class ConstantPressure(Term, key="pressure"):
     come to between a tenth and ten times that.
     """
 
+    caption = "constant pressure {target} kT/r_c^{dimension}[, stretched along {axes}]"
     makes = frozenset({Change.STRETCHES})
     cannot = {
         Change.SLIDES: "cannot be held in a box whose images slide",

@@ -27,6 +27,7 @@ class SoftRepulsion(Term, key="repulsion"):
     With `many_body` it may be below 0, an attraction.
     """
 
+    caption = None
     bare = "pairs"
     pairs: PairTable[Annotated[float, Field(ge=-1e6, le=1e6)]] = setting(
         "Largest repulsion a_ij.", unit="kT / r_c"

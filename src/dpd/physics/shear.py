@@ -31,6 +31,7 @@ class SteadyShear(Term, key="shear"):
     kept about this flow.
     """
 
+    caption = "shear at a rate of {rate} / tau along {flow}, across {gradient}"
     mainly = Change.SLIDES
     makes = frozenset({Change.SLIDES})
     cannot = {

@@ -29,6 +29,7 @@ _Table = Annotated[
 class Thermostat(Term, key="thermostat"):
     """The thermostat; sigma^2 = 2 gamma kT."""
 
+    caption = None
     kind: Literal["dpd", "langevin"] = setting(
         "Friction and noise between pairs (dpd), or on each bead on its own (langevin), which does "
         "not conserve momentum.", "dpd",

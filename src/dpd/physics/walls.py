@@ -55,6 +55,7 @@ class SoftWalls(Term, key="walls"):
     plane is pushed away with the force repulsion times (1 - z), also behind the plane, where z < 0.
     """
 
+    caption = "walls along {axis}, a_w = {repulsion} kT/r_c[, friction gamma = {gamma}]"
     in_start = True
     mainly = Change.ENDS
     cannot = {

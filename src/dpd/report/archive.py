@@ -1,6 +1,5 @@
-"""What git keeps of studies: a table of verdicts, and figures with their numbers of the long one.
-
-README.md and the pages of the papers are made from these tables.
+"""What git keeps of studies: tables of verdicts, which README.md and the pages of papers are made
+from, and of the long study its figures with their numbers.
 """
 
 from __future__ import annotations
@@ -17,18 +16,20 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import yaml
+from matplotlib import pyplot as plt
 from PIL import Image
 
 from dpd import files
-from dpd.analysis.collect import reading
+from dpd.analysis.collect import load, reading
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import SEEDED, read_config, read_paper, read_study
 from dpd.pipeline.theory import TheorySweep
-from dpd.report.figures import joined, verdict_table
-from dpd.report.provenance import commit, library_versions, processor
+from dpd.report.figure_file import load_module
+from dpd.report.figures import drawing, joined, judged, verdict_table
+from dpd.report.workflow import commit, library_versions, processor
 from dpd.stages import run_sources
 
 if TYPE_CHECKING:
@@ -59,10 +60,7 @@ HEAD = """\
 def keep(study: str, runs_from: float = math.inf) -> list[Path]:
     """Keep of a study what git is to have of it, and name what was written: the table first.
 
-    Raises
-    ------
-    UserError
-        If there is no such study, and as `keep_table` and `keep_whole` do.
+    Raises `UserError` if there is no such study, and as `keep_table` and `keep_whole` do.
     """
     read_study(study)  # a name that is none would lead elsewhere
     if study != LONG_STUDY:
@@ -75,12 +73,7 @@ def keep_table(study: str, results: Results) -> list[Path]:
     """Keep the verdicts of all papers, and draw anew the pictures beside files of figures.
 
     A new picture is as wide as the old one. Of a study with another seed than 1 the table alone is
-    kept.
-
-    Raises
-    ------
-    UserError
-        If there is no such table, or it was made by an older version.
+    kept. Raises `UserError` if there is no such table, or it was made by an older version.
     """
     source, target = results.verdicts(), ARCHIVE / study / VERDICTS
     table = read_table(source)
@@ -101,10 +94,7 @@ def keep_table(study: str, results: Results) -> list[Path]:
 def pictures(paper: str) -> list[Path]:
     """Pictures of a paper's figures that git keeps, in the order of their names.
 
-    Raises
-    ------
-    UserError
-        If a picture has no figure file beside it.
+    Raises `UserError` if a picture has no figure file beside it.
     """
     found = sorted((FIGURES / paper).glob("*.png"))
     for path in found:
@@ -135,10 +125,7 @@ def read_archive(study: str) -> pd.DataFrame:
 def read_table(path: str | Path) -> pd.DataFrame:
     """A verdict table from a file.
 
-    Raises
-    ------
-    UserError
-        If there is no such table, or it was made by an older version.
+    Raises `UserError` if there is no such table, or it was made by an older version.
     """
     with reading(path, "table of verdicts"):
         table = pd.read_csv(path)
@@ -172,25 +159,9 @@ def keep_whole(
 ) -> list[Path]:
     """Keep all of a study that a reader needs, also of one that was stopped before its end.
 
-    Parameters
-    ----------
-    study : str
-    results : dpd.pipeline.paths.Results
-        Of the study.
-    papers : list of dpd.pipeline.study.Paper
-    runs_from : float
-        Hours. Runs that took as long or longer are kept too, for `restore`.
-
-    Returns
-    -------
-    list of path
-        What was written.
-
-    Raises
-    ------
-    UserError
-        If there is no figure and no run to keep, or the archive would be larger than `LIMIT`. Then
-        nothing changes.
+    ``runs_from``: hours; runs that took as long or longer are kept too, for `restore`. Result: what
+    was written. Raises `UserError` if there is no figure and no run to keep, or the archive would
+    be larger than `LIMIT`; then nothing changes.
     """
     target = ARCHIVE / study
     former = {"parts": {}, "figures": {}, "sweeps": {}, "calculated": {}} | manifest_of(study)
@@ -343,6 +314,34 @@ def _theory_record(paper, sweep, results):
 RECORDS = {"sweeps": _sweep_record, "calculated": _theory_record}
 
 
+def redraw(study: str) -> list[Path]:
+    """Draw and judge again what an archive keeps the numbers of, and name what has changed.
+
+    After an edit of a figure file or of a published number. What those files calculate from sweeps
+    stays as it was.
+
+    Raises `UserError` if there is no such study, its archive keeps no figures, or a figure file
+    does not understand the numbers; then nothing changes.
+    """
+    read_study(study)  # a name that is none would lead elsewhere
+    target, manifest = ARCHIVE / study, manifest_of(study)
+    if not manifest:
+        raise UserError(f"{target / MANIFEST}: missing; no figures are archived")
+    contents, tables = {}, []
+    for name in manifest["figures"]:
+        paper, figure = name.split("/")
+        module, data = load_module(paper, figure), load(target / f"{name}.nc")
+        drawn, whole = drawing(module, data), BytesIO()
+        drawn.savefig(whole, format="png")
+        plt.close(drawn)
+        with Image.open(whole) as picture:
+            contents[f"{name}.png"] = small_png(picture)
+        tables.append(judged(module, paper, figure, data))
+    contents[VERDICTS] = joined(tables).to_csv(index=False).encode()
+    contents[MANIFEST] = manifest_text(manifest, contents).encode()
+    return write_changed(target, contents)
+
+
 # Long runs, so that a study that took days can go on on another machine.
 
 
@@ -379,16 +378,9 @@ def _long_runs(target, papers, results, hours):
 def restore(study: str) -> list[Path]:
     """Put the runs that the archive of a study has where Snakemake looks for them.
 
-    Returns
-    -------
-    list of path
-        What was written. A run that is there already is left as it is.
-
-    Raises
-    ------
-    UserError
-        If there is no such study, its archive has no runs, or one was made by other sources or from
-        another scene. Then nothing is written.
+    Result: what was written; a run that is there already is left as it is. Raises `UserError` if
+    there is no such study, its archive has no runs, or one was made by other sources or from
+    another scene; then nothing is written.
     """
     read_study(study)
     papers = [read_paper(name, study) for name in read_config()["papers"]]

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING
+from itertools import chain, combinations_with_replacement
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
 
-from dpd.laws import numbers_of
 from dpd.page import is_table
-from dpd.report.notation import typeset
+from dpd.report.text import NUMBERED, label, span, typeset
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from types import ModuleType
 
-    import numpy.typing as npt
     import xarray as xr
 
 ERRORS = (
@@ -34,73 +31,27 @@ UNITS = (
     "Units: length r_c, energy kT, time r_c sqrt(m/kT). Settings and noise seed of each run: "
     "variables `scene` and `seed` of `sweeps/NAME.nc`, NAME being that of the sweep."
 )
-NUMBERED = re.compile(r"fig0*(\d+)_")
 PREDICTING = ("gw-vv", "verlet-no-acceleration")  # the schemes that have a lambda to choose
-NARROW_SPACE = "\N{NARROW NO-BREAK SPACE}"
-
-
-@dataclass(frozen=True)
-class SweepLine:
-    """What a caption says of a sweep: phrases in plain notation, empty if there is nothing to say.
-
-    Attributes
-    ----------
-    system : str
-        Beads, molecules, box, density.
-    forces : str
-        Repulsion, core, bonds, angles, masses, walls, body force.
-    dynamics : str
-        Thermostat, scheme, time step.
-    sampling : str
-        Steps, equilibration, replicas.
-    swept : str
-        Axes whose values the others do not show.
-    """
-
-    system: str
-    forces: str
-    dynamics: str
-    sampling: str
-    swept: str
-
-    def __str__(self):
-        phrases = (self.system, self.forces, self.dynamics, self.sampling, self.swept)
-        return "; ".join(phrase for phrase in phrases if phrase) + "."
-
-
-def label(figure: str) -> str:
-    """What a figure is called: ``Figure 4``, the paper's number, or its own name."""
-    numbered = NUMBERED.match(figure)
-    return f"Figure {numbered[1]}" if numbered else f"Own figure: {figure.replace('_', ' ')}"
+IF_GIVEN = re.compile(r"\[(.*?)\]")  # what a page's caption leaves out where all is as by default
+SETTING = re.compile(r"\{(\w+)\}")
 
 
 def caption(
     figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
 ) -> Markup:
-    """The caption of a figure.
+    """The caption of a figure, a fragment of HTML: paragraphs, warnings, and its table, if any.
 
-    Parameters
-    ----------
-    figure : str
-        Its name; ``fig04_...`` is Figure 4 of the paper, other names are figures of our own.
-    module : module
-        The file of the figure.
-    sources : dict of str to xarray.Dataset
-        Sweeps and measurements that it was made from.
-    numbers : xarray.Dataset
-        What is plotted.
-
-    Returns
-    -------
-    markupsafe.Markup
-        A fragment of HTML: paragraphs, warnings, and the figure's table, if it has one.
+    ``sources``: sweeps and measurements that it was made from. ``numbers``: what is plotted.
     """
     whose = f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure"
-    head = Markup("<strong>{}. {}</strong> {}").format(
-        whose, typeset(module.TITLE), typeset(module.PAPER_SHOWS)
-    )
-    parts = [head]
-    parts += [_source_line(name, source) for name, source in sources.items()]
+    parts = [
+        Markup("<strong>{}. {}</strong> {}").format(
+            whose, typeset(module.TITLE), typeset(module.PAPER_SHOWS)
+        )
+    ]
+    for name, source in sources.items():
+        said = source.attrs.get("description") or sweep_line(source)
+        parts.append(Markup("<em>{}</em>: {}").format(name, typeset(said)))
     if any("scene" in source for source in sources.values()):
         parts.append(typeset(UNITS))
     parts.append(typeset(getattr(module, "ERRORS", ERRORS)))
@@ -120,18 +71,9 @@ def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
     A figure that shows just that, kT over the time step, says so with ``SHOWS_TEMPERATURE``.
     """
     for name, source in sources.items():
-        texts = (
-            [str(text) for text in source["warning"].values.ravel()] if "warning" in source else []
-        )
-        said = [text for text in texts if text]
-        if said:
+        texts = list(map(str, source["warning"].values.ravel())) if "warning" in source else []
+        if said := [text for text in texts if text]:
             yield f"{len(said)} of {len(texts)} runs of {name} warn; the first: {said[0]}."
-
-
-def _source_line(name, source):
-    """One paragraph on a sweep or a measurement."""
-    said = source.attrs.get("description") or str(sweep_line(source))
-    return Markup("<em>{}</em>: {}").format(name, typeset(said))
 
 
 def _table(frame, title):
@@ -154,28 +96,18 @@ def _table(frame, title):
     ).format(typeset(title), head, rows)
 
 
-def sweep_line(sweep: xr.Dataset) -> SweepLine:
-    """What a caption says of a collected sweep.
+def sweep_line(sweep: xr.Dataset) -> str:
+    """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes.
 
     A quantity that differs among the runs is given as a range with the number of its values.
-
-    Parameters
-    ----------
-    sweep : xarray.Dataset
-        As `dpd.analysis.collect.collect` makes it.
-
-    Returns
-    -------
-    SweepLine
     """
     texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
     scenes = [Scene.of_result(text, "sweep") for text in texts]
-    line = SweepLine(
-        _system(scenes), _forces(scenes), _dynamics(scenes), _sampling(scenes, sweep), ""
-    )
+    said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, sweep))
+    line = "; ".join(phrase for phrase in said if phrase)
     axes = [sweep[name] for name in sweep.kT.dims if name != "replica"]
-    swept = ", ".join(_axis(axis) for axis in axes if not _shows(str(line), span(axis.values)))
-    return replace(line, swept=f"swept: {swept}" if swept else "")
+    swept = ", ".join(_axis(axis) for axis in axes if not _shows(line, span(axis.values)))
+    return f"{line}; swept: {swept}." if swept else f"{line}."
 
 
 def _shows(text, values):
@@ -188,31 +120,6 @@ def _axis(axis):
     units = axis.attrs.get("units", "1")
     name = axis.attrs.get("long_name", axis.name.replace("_", " "))
     return f"{name} {span(axis.values)}" + (f" {units}" if units != "1" else "")
-
-
-def span(values: npt.ArrayLike, counted: bool = True) -> str:
-    """Values as text: all names, one or two numbers, or the range of more.
-
-    Parameters
-    ----------
-    values : array_like of number or str
-    counted : bool
-        Whether a range says how many values it has.
-    """
-    values = list(dict.fromkeys(np.ravel(values).tolist()))
-    if any(isinstance(value, str) for value in values):
-        return ", ".join(str(value).replace("_", " ") for value in values)
-    numbers = [_number(value) for value in sorted(values)]
-    if len(numbers) < 3:
-        return " and ".join(numbers)
-    return f"{numbers[0]} to {numbers[-1]}" + (f" ({len(numbers)} values)" if counted else "")
-
-
-def _number(value):
-    """Whole numbers in groups of three digits, others to four digits."""
-    if value == int(value) and abs(value) < 1e9:
-        return f"{int(value):,}".replace(",", NARROW_SPACE) if abs(value) >= 1e4 else f"{value:g}"
-    return f"{value:.4g}"
 
 
 def _system(scenes):
@@ -257,21 +164,55 @@ def _box(scenes):
 
 
 def _forces(scenes):
-    """Repulsion, core, many-body forces, bonds, angles, masses, walls, body force, pressure."""
-    terms = (
-        _repulsion, _core, _many_body, _bond, _angle, _masses, _walls, _body_force, _pressure,
-    )  # fmt: skip
-    parts = (part(scenes) for part in terms)
-    return "; ".join(part for part in parts if part)
+    """Repulsion, masses, and what else acts, each page by its own caption."""
+    species = scenes[0].species
+    yield f"{_by_pairs('a', species, [scene.repulsion for scene in scenes])} kT/r_c"
+    if any(scene.masses is not None for scene in scenes):
+        tables = [[1] * len(species) if s.masses is None else s.masses for s in scenes]
+        yield f"masses {_by_species('m', species, tables)}"
+    pages: dict[type, list] = {}
+    for scene in scenes:
+        for page in scene.terms.values():
+            if page.caption is not None:
+                pages.setdefault(type(page), []).append(page)
+    for kind, found in pages.items():
+        yield _of_page(kind, found, len(scenes[0].box))
 
 
-def _repulsion(scenes):
-    """a_AA = a_BB = 25, a_AB = 37: pairs of species with the same values together."""
-    return f"{_by_pairs('a', scenes[0].species, [scene.repulsion for scene in scenes])} kT/r_c"
+def _of_page(kind, pages, dimension):
+    """The caption of a page with the settings that it has in some scenes."""
+    plain = [page.plain() for page in pages]
+    laws = list(chain.from_iterable(p.values() if is_table(p) else [p] for p in plain))
+    laws = [law for law in laws if isinstance(law, dict)]
+    given = {
+        name: list(chain.from_iterable(_all(law[name]) for law in laws if name in law))
+        for law in laws for name in law
+    }  # fmt: skip
+    numbers = [name for name, values in given.items() if all(map(_is_number, values))]
+    plain_text = ", ".join(f"{name} {{{name}}}" for name in numbers)
+    text = kind.caption or f"{kind.key.replace('_', ' ')}: {plain_text}".removesuffix(": ")
+
+    def if_given(found):
+        names = SETTING.findall(found[1])
+        other = (set(given.get(n, ())) - {kind.model_fields[n].default} for n in names)
+        return found[1] if any(other) else ""
+
+    return IF_GIVEN.sub(if_given, text).format(
+        dimension=dimension, **{name: span(values) for name, values in given.items()}
+    )
+
+
+def _is_number(value):
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _all(given):
+    """Values of a setting, of all species or axes where it has several."""
+    return list(given.values()) if isinstance(given, dict) else np.ravel(given).tolist()
 
 
 def _by_pairs(symbol, species, tables):
-    """A quantity of pairs of species."""
+    """a_AA = a_BB = 25, a_AB = 37: pairs of species with the same values together."""
     alike = {}
     for i, j in combinations_with_replacement(range(len(species)), 2):
         pair = _of_species(symbol, species[i], species[j])
@@ -286,105 +227,10 @@ def _of_species(symbol, *names):
 
 
 def _by_species(symbol, species, tables):
-    """A quantity of species."""
+    """m_A = 1, m_B = 2."""
     values = (span([table[i] for table in tables]) for i in range(len(species)))
     named = (_of_species(symbol, name) for name in species)
     return ", ".join(f"{name} = {value}" for name, value in zip(named, values))
-
-
-def _masses(scenes):
-    """m_A = 1, m_B = 2; nothing if no scene names masses."""
-    if all(scene.masses is None for scene in scenes):
-        return ""
-    species = scenes[0].species
-    tables = [[1] * len(species) if scene.masses is None else scene.masses for scene in scenes]
-    return f"masses {_by_species('m', species, tables)}"
-
-
-def _core(scenes):
-    cores = [scene.data.get("core", {"radius": 0, "force": 0, "smooth": 0}) for scene in scenes]
-    if not any(core["radius"] for core in cores):
-        return ""
-    radius = span([core["radius"] for core in cores])
-    force = span([core["force"] for core in cores if core["radius"]])
-    said = f"rigid core r_s = {radius} r_c, F_max = {force} kT/r_c"
-    if any(core["smooth"] for core in cores):
-        said += f", its edge {span([core['smooth'] for core in cores])} r_c wide"
-    return said
-
-
-def _many_body(scenes):
-    """many-body forces of B = 25, r_d = 0.75 r_c."""
-    laws = [scene.terms["many_body"] for scene in scenes if "many_body" in scene.terms]
-    if not laws:
-        return ""
-    repulsion, range = (span([getattr(law, key) for law in laws]) for key in ("repulsion", "range"))
-    return f"many-body forces of B = {repulsion}, r_d = {range} r_c"
-
-
-def _bond(scenes):
-    """Bonds of a kind with their numbers, kind after kind."""
-    found: dict[str, list] = {}
-    pages = {}
-    for scene in scenes:
-        if (page := scene.bond_force) is not None:
-            pages[page.key] = page
-            found.setdefault(page.key, []).extend(map(numbers_of, page.laws(scene).values()))
-    said = []
-    for key, laws in found.items():
-        numbers = {name: span([law[name] for law in laws]) for name in laws[0]}
-        plain = f"{key} bonds: " + ", ".join(f"{name} {{{name}}}" for name in numbers)
-        said.append((pages[key].caption or plain).format(**numbers))
-    return "; ".join(said)
-
-
-def _angle(scenes):
-    pages = [scene.terms["angle"].plain() for scene in scenes if "angle" in scene.terms]
-    laws = [law for page in pages for law in (page.values() if is_table(page) else [page])]
-    if not laws:
-        return ""
-    stiffness, angle = (span([law[key] for law in laws]) for key in ("stiffness", "angle"))
-    return f"angles of stiffness k = {stiffness} kT/rad^2, at rest at {angle} degrees"
-
-
-def _walls(scenes):
-    """walls along z of repulsion a_w = 25: species with the same values together."""
-    walls = [scene.terms["walls"] for scene in scenes if "walls" in scene.terms]
-    if not walls:
-        return ""
-    axes = span([" and ".join("xyz"[axis] for axis in each.axes()) for each in walls])
-    repulsion = span([value for each in walls for value in _all(each.repulsion)])
-    gamma = span([each.gamma for each in walls], counted=False)
-    rough = "smooth" if gamma == "0" else f"friction gamma = {gamma}"
-    return f"walls along {axes}, a_w = {repulsion} kT/r_c, {rough}"
-
-
-def _all(given):
-    """Values of all species."""
-    return given.values() if isinstance(given, dict) else [given]
-
-
-def _body_force(scenes):
-    """body force of 0.02 along x, turned round across z."""
-    bodies = [scene.terms["body_force"] for scene in scenes if "body_force" in scene.terms]
-    if not bodies:
-        return ""
-    strength = span([value for each in bodies for value in _all(each.strength)])
-    axes = span([each.axis for each in bodies])
-    across = [each.opposite for each in bodies if each.opposite]
-    turned = f", turned round across {span(across)}" if across else ""
-    return f"body force of {strength} kT/r_c along {axes}{turned}"
-
-
-def _pressure(scenes):
-    """constant pressure 23.7 kT/r_c^3, along z alone."""
-    held = [scene.data["pressure"] for scene in scenes if "pressure" in scene.data]
-    if not held:
-        return ""
-    alone = span(sorted({law["axes"] for law in held}))
-    along = "" if alone == "all" else f", stretched along {alone}"
-    target = span([law["target"] for law in held])
-    return f"constant pressure {target} kT/r_c^{scenes[0].dimension}{along}"
 
 
 def _dynamics(scenes):
@@ -405,7 +251,7 @@ def _thermostat(scenes):
     frictions = [scene.friction for scene in scenes]
     if any(np.ndim(friction) for friction in frictions):
         names, size = scenes[0].species, len(scenes[0].species)
-        several = _by_species if bath else _by_pairs
+        several: Any = _by_species if bath else _by_pairs
         tables = [np.broadcast_to(friction, [size] * (1 if bath else 2)) for friction in frictions]
         return f"{bath}{several('gamma', names, tables)}, {noise} noise"
     gamma = span([each["gamma"] for each in thermostats], counted=False)

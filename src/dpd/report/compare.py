@@ -39,15 +39,8 @@ MEANING = (
 def table_of(name: str | Path) -> pd.DataFrame:
     """The verdicts of a study: of its figures as far as they are drawn, or of one table.
 
-    Parameters
-    ----------
-    name : path
-        A verdict table, a folder of results or of an archive, or the name of a study.
-
-    Raises
-    ------
-    UserError
-        If there are no verdicts.
+    ``name``: of a verdict table, a folder of results or of an archive, or a study. Raises
+    `UserError` if there are no verdicts.
     """
     places = (Path(name), Path(results_of(str(name)).folder), ARCHIVE / str(name))
     for place in places:
@@ -69,18 +62,14 @@ def _read(path):
 
 
 def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
-    """Rows that two verdict tables share.
+    """Rows that two verdict tables share, with columns of both, those of the second with ``_b``.
 
-    Returns
-    -------
-    pandas.DataFrame
-        Columns of both, those of the second with ``_b``. ``z`` is the difference over the combined
-        error without its systematic part, half a 95 % interval over 1.96, and ``likely_z`` the
-        mean square that the degrees of freedom let expect; ``ratio`` is the larger such error over
-        the smaller; they are NaN where a row has none. ``likely_2`` and ``likely_3`` are
-        how likely the degrees of freedom make the ratio larger than that. ``flip`` is whether the
-        verdicts differ, of rows with both values, ``likely_flip`` how likely that is with these
-        errors; ``missing`` is whether one study alone has the value.
+    ``z`` is the difference over the combined error without its systematic part, half a 95 %
+    interval over 1.96, and ``likely_z`` the mean square that the degrees of freedom let expect;
+    ``ratio`` is the larger such error over the smaller; they are NaN where a row has none.
+    ``likely_2`` and ``likely_3`` are how likely the degrees of freedom make the ratio larger than
+    that. ``flip`` is whether the verdicts differ, of rows with both values, ``likely_flip`` how
+    likely that is with these errors; ``missing`` is whether one study alone has the value.
     """
     both = one.merge(other, on=KEY, suffixes=("", "_b"), validate="one_to_one")
     there = np.isfinite(both[["value", "value_b"]].to_numpy(dtype=float)).sum(axis=1)

@@ -1,27 +1,70 @@
-"""All pages of the repository that are written by a program, wholly or in part."""
+"""All pages of the repository that are written by a program, wholly or in part.
+
+Names, dimensions, units and meanings of what results hold come from the observables and from
+`dpd.analysis.collect` themselves: a tiny system is set up, and no step of it is run.
+"""
 
 from __future__ import annotations
 
+import json
 import re
-from functools import partial
+from contextlib import suppress
+from functools import cache, partial
+from html import escape
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
+import numpy as np
+import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from dpd import files
+from dpd.analysis.collect import RECORDED, collect
 from dpd.analysis.published import Entry
+from dpd.analysis.verdicts import CHECK, CLOSED_FORM, DEVIATES, REPLICATED, SIMULATED, VERDICTS
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
+from dpd.observe.common.measured import observables
+from dpd.page import Observable, find, names
+from dpd.pipeline.paths import LONG_STUDY
 from dpd.pipeline.sections import Config, PaperFile
-from dpd.pipeline.study import check_repository
-from dpd.report.archive import FIGURES, read_archive
-from dpd.report.keys import rows_of, scene_rows, text_of
-from dpd.report.markdown import counts, key_table
-from dpd.report.paper_page import paper_page, papers_with_pages
-from dpd.report.variables import run_table, sweep_table, verdict_table
+from dpd.pipeline.study import check_repository, read_paper, read_study
+from dpd.pipeline.sweep import Axis, Point, Sweep
+from dpd.pipeline.theory import calculations_of
+from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
+from dpd.report.figure_file import load_module
+from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
+from dpd.report.text import label, published_text, typeset, with_error
+from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
+from dpd.stages import calculations_file, run_sources
+from dpd.start.common.make import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import pandas as pd
 
 BLOCK = re.compile(r"(<!-- begin: (.+?) -->\n).*?(<!-- end -->)", re.S)
+FLUID = {
+    "dimension": 3,
+    "box": 6,
+    "molecules": [{"architecture": "A 2 B 2", "count": 162}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.01},
+    "steps": {"equilibrate": 0, "sample": 1000},
+}
+PLANE = FLUID | {"dimension": 2, "box": 18}
+WALLED = FLUID | {"walls": {"axis": "y", "repulsion": 25}}
+# Some observables have more in such scenes.
+MORE = (
+    ({"shear": {"rate": 0.1}}, "under shear"),
+    ({"walls": WALLED["walls"]}, "between walls"),
+    ({"pressure": {"target": 1}}, "at constant pressure"),
+)
 
 
 def pages() -> dict[Path, str]:
@@ -30,7 +73,8 @@ def pages() -> dict[Path, str]:
     readme, config = ROOT / "README.md", ROOT / "config"
     made = {readme: filled(readme.read_text())}
     made |= {config / "README.md": papers_page(), config / "SCENES.md": scenes_page()}
-    return made | {FIGURES / name / "README.md": paper_page(name) for name in papers_with_pages()}
+    papers = sorted({paper for study in studies() for paper in read_archive(study).paper})
+    return made | {FIGURES / name / "README.md": paper_page(name) for name in papers}
 
 
 def write_pages() -> list[Path]:
@@ -48,7 +92,7 @@ def papers_page() -> str:
     keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, "")}
     keys["published"] = rows_of(Entry, "NAME.")
     text = {"config": text_of(Config), "paper": text_of(PaperFile)}
-    return _page("papers", keys, text=text, sweep=sweep_table(), verdicts=verdict_table())
+    return _page("papers", keys, text=text, sweep=sweep_table())
 
 
 def scenes_page() -> str:
@@ -58,25 +102,21 @@ def scenes_page() -> str:
     )
 
 
-def _page(name, keys, **values):
+def _page(template, keys, **values):
     """A page from its template; keys are rows of tables by name."""
     tables = {name: key_table(rows) for name, rows in keys.items()}
-    loader = FileSystemLoader(Path(__file__).parent)
     environment = Environment(
-        loader=loader, undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False
-    )
-    return environment.get_template(f"{name}.md.j2").render(keys=tables, **values)
+        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined,
+        keep_trailing_newline=True, autoescape=False, trim_blocks=True,
+    )  # fmt: skip
+    return environment.get_template(f"{template}.md.j2").render(keys=tables, **values)
 
 
 def filled(text: str) -> str:
     """A text with its marked blocks made anew, from the verdicts of a study that git keeps.
 
-    A block begins with ``<!-- begin: STUDY counts -->`` and ends with ``<!-- end -->``.
-
-    Raises
-    ------
-    UserError
-        If a block asks for what there is not.
+    A block begins with ``<!-- begin: STUDY counts -->`` and ends with ``<!-- end -->``. Raises
+    `UserError` if a block asks for what there is not.
     """
 
     def made(block):
@@ -89,3 +129,196 @@ def filled(text: str) -> str:
     if text.count("<!-- begin:") != len(BLOCK.findall(text)):
         raise UserError("README.md: a block that begins has no <!-- end -->, or no line of its own")
     return BLOCK.sub(made, text)
+
+
+# The page of a paper, paper_figures/PAPER/README.md: verdicts, findings and pictures.
+
+
+def paper_page(name: str) -> str:
+    """The page of a paper as Markdown.
+
+    Raises `UserError` if the paper has no findings, or CITATION.cff does not know its title.
+    """
+    tables = {study: read_archive(study) for study in studies()}
+    tables = {study: table[table.paper == name] for study, table in tables.items()}
+    tables = {study: table for study, table in tables.items() if len(table)}
+    paper = read_paper(name, next(iter(tables)), only=[])
+    modules = {figure: load_module(name, figure) for figure in paper.figures}
+    findings = FIGURES / name / "findings.md"
+    if not findings.is_file():
+        raise UserError(
+            f"{findings}: there is no such file; write what the runs have shown, and why what "
+            "deviates does"
+        )
+    known = calculations_of(name) if calculations_file(name).is_file() else {}
+    rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
+    return _page(
+        "paper", {"calculations": rows}, name=name, title=paper.title, reference=paper.reference,
+        doi=_doi(paper.title), findings=typeset(findings.read_text()), first=next(iter(known), ""),
+        studies=[_study(name, study, table, modules) for study, table in tables.items()],
+        pictures=[
+            {
+                "figure": kept.stem,
+                "label": label(kept.stem),
+                "plain": (module := load_module(name, kept.stem)).TITLE,
+                "title": typeset(module.TITLE),
+                "shows": typeset(module.PAPER_SHOWS),
+            }
+            for kept in pictures(name)
+        ],
+    )  # fmt: skip
+
+
+def _study(name, study, table, modules):
+    """What a study finds; no counts of figures that its archive lacks, stopped before its end."""
+    lacking = manifest_of(study).get("figures_missing", ())
+    missing = [figure for figure in modules if f"{name}/{figure}" in lacking]
+    titles = {figure: m.TITLE for figure, m in modules.items() if figure not in missing}
+    return {
+        "name": study,
+        "description": read_study(study).description,
+        "counts": counts(table),
+        "deviations": deviations(table),
+        "figures": figure_counts(table, titles),
+        "folder": f"results/archive/{study}/{name}" if study == LONG_STUDY else "",
+        "missing": ", ".join(label(figure) for figure in missing),
+    }
+
+
+@cache
+def _references():
+    entries = yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]
+    return {entry["title"]: entry.get("doi") for entry in entries}
+
+
+def _doi(title):
+    """A link to the paper, to be put behind its reference; nothing if it has none."""
+    if title not in _references():
+        raise UserError(
+            f"CITATION.cff: references: none has the title {title!r} of a paper in config/papers"
+        )
+    doi = _references()[title]
+    return f", [doi:{doi}](https://doi.org/{doi})" if doi else ""
+
+
+# Tables of verdicts.
+
+
+def counts(table: pd.DataFrame, link: Callable[[str], str] = str) -> str:
+    """For each paper how many published numbers have which verdict; ``link``: what it is called."""
+    rows = []
+    for paper, own in table.groupby("paper", sort=True):
+        simulated = own[own.kind == SIMULATED]
+        shares = (_share(own[own.kind == kind]) for kind in (CLOSED_FORM, CHECK))
+        rows.append([link(str(paper)), len(simulated), *_numbers(simulated), *shares])
+    held = "held against simulation", *VERDICTS, "closed forms that hold", "own checks that hold"
+    return markdown_table(["paper", *held], rows)
+
+
+def _numbers(rows):
+    """How many rows have each verdict."""
+    return [int((rows.verdict == verdict).sum()) for verdict in VERDICTS]
+
+
+def _share(rows):
+    """How many of some rows hold."""
+    return f"{(rows.verdict == REPLICATED).sum()} of {len(rows)}" if len(rows) else "none"
+
+
+def deviations(table: pd.DataFrame) -> str:
+    """Every row of a verdict table that deviates, with its published value and ours."""
+    rows = [
+        [
+            label(row["figure"]),
+            typeset(row["quantity"]) + ("" if row["kind"] == SIMULATED else f" ({row['kind']})"),
+            typeset(published_text(row)),
+            typeset(with_error(row["value"], row["error"])),
+            f"{row['deviation_sigma']:.1f}" if np.isfinite(row["deviation_sigma"]) else "",
+        ]
+        for row in table[table.verdict == DEVIATES].to_dict("records")
+    ]
+    head = ["figure", "quantity", "published", "this work", "standard errors"]
+    return markdown_table(head, rows) if rows else "Nothing deviates."
+
+
+def figure_counts(table: pd.DataFrame, titles: Mapping[str, str]) -> str:
+    """For each figure of a paper what it shows, and how many of its numbers have which verdict.
+
+    ``titles``: figure to the first sentence of its caption, in order. Own checks count as well.
+    """
+    rows = [
+        [f"[{label(name)}]({name}.py)", typeset(title), *_numbers(table[table.figure == name])]
+        for name, title in titles.items()
+    ]
+    return markdown_table(["figure", "what it shows", *VERDICTS], rows)
+
+
+# Variables of run.nc and of sweep files.
+
+
+def run_table() -> str:
+    """Markdown: the variables of run.nc, observable by observable."""
+    rows = [
+        [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
+        for observable in names(Observable)
+        for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
+    ]
+    return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
+
+
+def sweep_table() -> str:
+    """Markdown: the variables that a sweep file has beside those of its runs."""
+    rows = [
+        [f"`{name}`", variable.attrs["units"], escape(variable.attrs["long_name"])]
+        for name, variable in _collected().items()
+    ]
+    return markdown_table(["variable", "units", "meaning"], rows)
+
+
+def _scene(observable, more=(), **settings):
+    """The first of some scenes that an observable can look at."""
+    asked = dict(more) | {"observe": [{observable: settings}]}
+    for base in (FLUID, PLANE):
+        with suppress(UserError):
+            return Scene(base | asked, "example")
+    return Scene(WALLED | asked, "example")
+
+
+def _all_variables(observable):
+    """Variables of an observable, with those that it has in some scenes, or with a setting."""
+    found = _variables(_scene(observable))
+    some = [(lambda key=key: _scene(observable, key), where) for key, where in MORE]
+    for key, field in find(Observable, observable).model_fields.items():
+        if field.default is False:
+            with_key = f"with `{key}: true`"
+            some.append((lambda key=key: _scene(observable, **{key: True}), with_key))
+    for scene, where in some:
+        with suppress(UserError):  # it cannot look at such a scene
+            for name, (dimensions, array, units, meaning) in _variables(scene()).items():
+                found.setdefault(name, (dimensions, array, units, f"{meaning}, {where}"))
+    return found
+
+
+def _variables(scene):
+    """Variables of the one observable of a scene, as long as nothing has moved."""
+    asked, *_ = observables(scene, system_of(scene))
+    return asked.variables()
+
+
+def _collected():
+    """A sweep of one run that observes kT and momentum, both zero."""
+    scene = _scene("thermo", pressure=False)
+    attributes = dict.fromkeys(RECORDED, 1) | {
+        "beads": scene.beads, "scene": json.dumps(scene.data), "scene_digest": scene.digest,
+        "sources": run_sources(scene), "numpy": "", "numba": "",
+    }  # fmt: skip
+    variables = {
+        name: (dimensions, array if name == "time" else 0.0 * array, units, meaning)
+        for name, (dimensions, array, units, meaning) in _variables(scene).items()
+    }
+    replica = Axis("replica", (0,), "1", "replica")
+    sweep = Sweep("example", (replica,), (Point("replica=0", (0,), scene),))
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "run.nc"
+        files.write(path, variables, attributes)
+        return collect(sweep, [path])

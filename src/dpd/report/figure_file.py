@@ -40,13 +40,7 @@ class BrokenFigure(UserError):
 
 
 def figure_path(paper: str, figure: str) -> Path:
-    """The file of a figure.
-
-    Raises
-    ------
-    UserError
-        If it is missing.
-    """
+    """The file of a figure. Raises `UserError` if it is missing."""
     path = ROOT / "paper_figures" / paper / f"{figure}.py"
     if not path.is_file():
         raise UserError(
@@ -67,10 +61,7 @@ def load_module(paper: str, figure: str) -> ModuleType:
     the picture. It may import what it shares with other figures, as in
     ``from paper_figures.benchmark.shared import ranged``: that works from any folder.
 
-    Raises
-    ------
-    UserError
-        If the file is missing, lacks one of these, or cannot be read as Python.
+    Raises `UserError` if the file is missing, lacks one of these, or cannot be read as Python.
     """
     path = figure_path(paper, figure)
     if sys.path[0] != str(ROOT):

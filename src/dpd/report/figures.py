@@ -16,8 +16,9 @@ from dpd.analysis.degrees import degrees_of
 from dpd.analysis.verdicts import COLUMNS, rows
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
-from dpd.report.captions import caption, label
+from dpd.report.captions import caption
 from dpd.report.figure_file import blamed_on, load_module, wanted
+from dpd.report.text import label
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -28,17 +29,8 @@ if TYPE_CHECKING:
 def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], folder: Path) -> None:
     """Write ``figure``.png, .pdf, .nc, .csv and .html, its caption, to a folder.
 
-    Parameters
-    ----------
-    paper, figure : str
-    sources : dict of str to path
-        Collected sweeps and measurements.
-    folder : path
-
-    Raises
-    ------
-    UserError
-        If a source is missing, or the figure's file is broken.
+    ``sources``: collected sweeps and measurements by name. Raises `UserError` if one is missing, or
+    the figure's file is broken.
     """
     begun = time.perf_counter()
     module = load_module(paper, figure)
@@ -78,16 +70,7 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
 
 
 def judged(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> pd.DataFrame:
-    """The verdict table of a figure, from its numbers.
-
-    Parameters
-    ----------
-    module : module
-        From `dpd.report.figure_file.load_module`.
-    paper, figure : str
-    numbers : xarray.Dataset
-        What its ``compute`` gave.
-    """
+    """The verdict table of a figure, from its module and the numbers that its ``compute`` gave."""
     degrees = json.loads(numbers.attrs.get("degrees", "{}"))
     return rows(paper, figure, _measured(module, numbers), degrees)
 
@@ -107,33 +90,18 @@ def _with_other_errors(data, scattered):
 
 
 def drawing(module: ModuleType, numbers: xr.Dataset) -> Figure:
-    """The picture of a figure, from its numbers; parameters as of `judged`."""
+    """The picture of a figure, from its module and its numbers."""
     with blamed_on(module, "draw"):
         return wanted(module, "draw", module.draw(numbers), Figure)
 
 
 def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:
-    """The verdict tables of some figures as one, see `joined`.
-
-    Parameters
-    ----------
-    paths : iterable of path
-    """
+    """The verdict tables of some figures as one, see `joined`."""
     return joined(verdict_table(path) for path in paths)
 
 
 def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
-    """Verdict tables as one.
-
-    Parameters
-    ----------
-    tables : iterable of pandas.DataFrame
-
-    Returns
-    -------
-    pandas.DataFrame
-        Without rows where no figure has a published number, or there is no figure.
-    """
+    """Verdict tables as one, without rows where no figure has a published number."""
     # Without an empty one: it would turn numbers of the others into text.
     filled = [table for table in tables if len(table)]
     if not filled:
@@ -142,12 +110,6 @@ def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 
 def verdict_table(path: str | Path) -> pd.DataFrame:
-    """The verdict table of a figure.
-
-    Raises
-    ------
-    UserError
-        If it is missing or damaged.
-    """
+    """The verdict table of a figure. Raises `UserError` if it is missing or damaged."""
     with reading(path, "table of verdicts"):
         return pd.read_csv(path)[COLUMNS]

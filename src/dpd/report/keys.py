@@ -14,7 +14,7 @@ from dpd.scene.sections import Basics
 from dpd.sentences import model_in, unit_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 
 class Row(NamedTuple):
@@ -190,3 +190,17 @@ def _limits(metadata):
         for name, sign in signs for each in spread if getattr(each, name, None) is not None
     )  # fmt: skip
     return ",".join(found)
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table as Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    # A "|" would end a cell.
+    cells = [[str(cell).replace("|", "\\|") for cell in line] for line in lines]
+    return "\n".join(f"| {' | '.join(line)} |" for line in cells)
+
+
+def key_table(rows: Iterable[Row]) -> str:
+    """A table of settings as Markdown."""
+    head = "key", "allowed", "unit", "default", "meaning"
+    return markdown_table(head, ((f"`{row.key}`", *row[1:]) for row in rows))

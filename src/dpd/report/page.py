@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import base64
 import io
+from collections import Counter
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader
@@ -14,59 +15,47 @@ from markupsafe import Markup
 from PIL import Image
 
 from dpd.analysis.collect import load
-from dpd.analysis.verdicts import KINDS
+from dpd.analysis.verdicts import KINDS, NOT_REACHED, SIMULATED, VERDICTS
 from dpd.files import attribute, replace_whole
 from dpd.pipeline.jobs import verdicts_of
 from dpd.pipeline.paths import Results
 from dpd.report.archive import read_table
-from dpd.report.captions import label
 from dpd.report.figures import joined_verdicts
-from dpd.report.judged import (
-    MEANINGS,
-    SECTIONS,
-    archived_meaning,
-    counts,
-    figure_id,
-    judged_rows,
-)
-from dpd.report.provenance import commit, library_versions
-from dpd.report.sampling import not_said, reached, shorter_points
+from dpd.report.text import label, typeset, whole, with_error, with_range
+from dpd.report.workflow import commit, library_versions
 from dpd.stages import stage_digest
 from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Sequence
+
+    import pandas as pd
 
     from dpd.pipeline.study import Paper
 
-TEMPLATE = "page.html"
+    Row = dict[str, Any]
+
 DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report's digest
 PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
+SHORTER = 0.999  # of a time: a number of steps is rounded when a duration becomes one
+PLURAL = {"deviates": "deviate"}
 
 
 def write_page(
     study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
     overhead: str = "", archived: str | Path | None = None,
 ) -> None:  # fmt: skip
-    """Write the report of a study.
+    """Write the report of a study, from the folder of its results.
 
-    Parameters
-    ----------
-    study, description : str
-    papers : list of dpd.pipeline.study.Paper
-    folder : path
-        Of the study's results.
-    path : path
-    overhead : str
-        What the workflow cost beside its simulations, see `dpd.report.overhead`.
-    archived : path or None
-        Verdict table in the archive of a long study, whose values stand beside those of this one.
+    ``overhead``: what the workflow cost beside its simulations, see `dpd.report.workflow`.
+    ``archived``: verdict table in the archive of a long study, whose values stand beside those of
+    this one.
     """
     results = Results(str(folder))
     table = joined_verdicts(verdicts_of(results, papers))
     rows = judged_rows(table, None if archived is None else read_table(archived))
     long_study = ""
-    if archived is not None and any(row.archived for row in rows):
+    if archived is not None and any(row["archived"] for row in rows):
         long_study = Path(archived).parent.name
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
@@ -74,13 +63,11 @@ def write_page(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
     )
     environment.filters["named"] = _named
-    page = environment.get_template(TEMPLATE).render(
+    page = environment.get_template("page.html").render(
         study=study,
         description=description,
         papers=[_paper(paper, results, rows) for paper in papers],
         rows=rows,
-        sections=SECTIONS,
-        meanings=MEANINGS | (archived_meaning(long_study) if long_study else {}),
         long_study=long_study,
         counts={kind: counts(rows, kind, names) for kind in KINDS},
         checks=[row for rows in checks for row in rows],
@@ -99,58 +86,47 @@ def write_page(
     replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
 
 
-def _paper(paper, results, rows):
-    """A paper's figures, each with its picture, caption and verdicts inside the page."""
-    return {
-        "key": paper.name,
-        "name": _named(paper.name),
-        "title": paper.title,
-        "reference": paper.reference,
-        "figures": [
-            _figure(
-                Path(results.figure(paper.name, name, "png")), figure_id(paper.name, name), rows
-            )
-            for name in paper.figures
-        ],
-    }
-
-
-def _figure(path, name, rows):
-    """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
-    with Image.open(path) as picture:
-        width, height = picture.size
-        data = base64.b64encode(_in_few_colors(picture)).decode()
-    return {
-        "id": name,
-        "label": label(path.stem),
-        "picture": f"data:image/png;base64,{data}",
-        "width": width // PIXELS,
-        "height": height // PIXELS,
-        "seen": _seen(path),
-        "caption": Markup(path.with_suffix(".html").read_text(encoding="utf-8")),
-        "rows": [row for row in rows if row.figure == name],
-    }
-
-
-def _seen(path):
-    """What a figure shows, in words; its name where its file says nothing."""
-    try:
-        return attribute(path.with_suffix(".nc"), "seen")
-    except AttributeError:
-        return label(path.stem)
-
-
 def _named(paper):
     """groot_warren_1997 as Groot Warren 1997."""
     return paper.replace("_", " ").title()
 
 
-def _in_few_colors(picture):
-    """A picture as a PNG with a palette, a third as large; the file beside the page has all."""
-    few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+# Figures, and what each sweep says of itself.
+
+
+def _paper(paper, results, rows):
+    """A paper's figures, each with its picture, caption and verdicts inside the page."""
+    files = {name: Path(results.figure(paper.name, name, "png")) for name in paper.figures}
+    return {
+        "key": paper.name,
+        "name": _named(paper.name),
+        "title": paper.title,
+        "reference": paper.reference,
+        "figures": [_figure(path, f"{paper.name}-{name}", rows) for name, path in files.items()],
+    }
+
+
+def _figure(path, name, rows):
+    """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
     data = io.BytesIO()
-    few.save(data, "png")
-    return data.getvalue()
+    with Image.open(path) as picture:
+        width, height = picture.size
+        # With a palette, a third as large; the file beside the page has all colours.
+        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(data, "png")
+    try:
+        seen = attribute(path.with_suffix(".nc"), "seen")
+    except AttributeError:
+        seen = label(path.stem)
+    return {
+        "id": name,
+        "label": label(path.stem),
+        "picture": f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}",
+        "width": width // PIXELS,
+        "height": height // PIXELS,
+        "seen": seen,
+        "caption": Markup(path.with_suffix(".html").read_text(encoding="utf-8")),
+        "rows": [row for row in rows if row["figure"] == name],
+    }
 
 
 def _checks(paper, results):
@@ -162,15 +138,20 @@ def _checks(paper, results):
             "paper": paper.name,
             "sweep": name,
             "runs": data.kT.size,
-            "beads": _span(data.beads, "{:.0f}"),
-            "steps": _span(data.steps, "{:.0f}"),
-            "kT": _span(data.kT, "{:.4f}"),
+            "beads": _range(data.beads, "{:.0f}"),
+            "steps": _range(data.steps, "{:.0f}"),
+            "kT": _range(data.kT, "{:.4f}"),
             "momentum": float(data.momentum_per_bead.max()),
             "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
             "memory": float(data.peak_memory_MiB.max()),
             "seconds": float(data.seconds.sum()),
         })  # fmt: skip
     return rows
+
+
+def _range(values, pattern):
+    low, high = (pattern.format(float(v)) for v in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
 
 
 def _costs(paper, results, checks):
@@ -194,6 +175,179 @@ def _costs(paper, results, checks):
             yield {"paper": paper.name, "stage": stage, "jobs": jobs, "seconds": seconds}
 
 
-def _span(values, pattern):
-    low, high = (pattern.format(float(v)) for v in (values.min(), values.max()))
-    return low if low == high else f"{low} to {high}"
+# Verdicts.
+
+
+def judged_rows(table: pd.DataFrame, archived: pd.DataFrame | None = None) -> list[Row]:
+    """Rows of a verdict table as text, in its order, with ``id`` and ``figure`` for links.
+
+    Where a row of ``archived``, such a table of a long study, is held against the same published
+    value, ``archived`` is what that found and ``archived_verdict`` what it decided.
+    """
+    seen: Counter[str] = Counter()
+    long_runs = {} if archived is None else {_key(e): e for e in archived.to_dict("records")}
+    rows = []
+    for entry in table.to_dict("records"):
+        figure = f"{entry['paper']}-{entry['figure']}"
+        seen[figure] += 1
+        found = long_runs.get(_key(entry))
+        has_limits = np.isfinite(entry["rounding"]) or _number(entry["published"]) is None
+        rows.append({
+            "id": f"{figure}-{seen[figure]}",
+            "paper": entry["paper"],
+            "figure": figure,
+            "label": label(entry["figure"]),
+            "kind": entry["kind"],
+            **{name: typeset(_text(entry[name])) for name in ("quantity", "where", "note")},
+            **{name: typeset(_small(entry[name]))
+               for name in ("published_error", "rounding", "resolution")},
+            "published": typeset(_published(entry["published"])),
+            "limits": _text(entry["limits"]) if has_limits else "",
+            "value": typeset(with_error(entry["value"], entry["error"])),
+            "deviation": typeset(_small(entry["deviation_sigma"], "{:.2f}")),
+            "verdict": entry["verdict"],
+            "archived": typeset(with_error(found["value"], found["error"])) if found else "",
+            "archived_verdict": found["verdict"] if found else "",
+        })  # fmt: skip
+    return rows
+
+
+def _key(entry):
+    """What two studies must have in common for their rows to be of one number."""
+    names = (entry[name] for name in ("paper", "figure", "quantity", "kind"))
+    return (*names, _published(entry["published"]))
+
+
+def _number(value):
+    try:
+        return float(value)
+    except ValueError:
+        return None
+
+
+def _published(value):
+    """A number, or a range in words."""
+    number = _number(value)
+    return _text(value) if number is None else f"{number:g}"
+
+
+def _small(value, pattern="{:.2g}"):
+    """A number of two digits, or nothing where there is none."""
+    return "" if np.isnan(value) else pattern.format(value).replace("inf", "∞")
+
+
+def _text(value):
+    """A cell of text: pandas has NaN where it is empty."""
+    return value if isinstance(value, str) else ""
+
+
+def counts(rows: Iterable[Row], kind: str, papers: Iterable[str]) -> list[Row]:
+    """How many rows of a kind have which verdict: of each paper that has any, and of all.
+
+    ``kind``: of `dpd.analysis.verdicts.KINDS`. The last one is of all papers, its ``paper`` empty.
+    """
+    chosen = [row for row in rows if row["kind"] == kind]
+    found = []
+    for paper in (*papers, ""):
+        own = [row["verdict"] for row in chosen if paper in ("", row["paper"])]
+        verdicts = {name: own.count(name) for name in VERDICTS}
+        text = ", ".join(
+            f"{number} {name if number == 1 else PLURAL.get(name, name)}"
+            for name, number in verdicts.items()
+        )
+        if own or not paper:
+            found.append({"paper": paper, "total": len(own), "verdicts": verdicts, "text": text})
+    return found
+
+
+# How long runs are beside those of the paper, and whether that is enough.
+
+
+def shorter_points(paper: Paper) -> list[Row]:
+    """Points that are sampled for less time than in the paper, or in a smaller system, as text.
+
+    ``share`` is our time in units of the paper's; times are in tau.
+    """
+    found = []
+    for said in _said(paper):
+        for sweep in said["sweeps"]:
+            for name, scenes in _by_point(paper.sweeps[sweep], said.get("at", {})).items():
+                scene = scenes[0]
+                ours = sum(scene.steps.sample * scene.dt for scene in scenes)
+                steps = said.get("steps", 0) * said.get("dt", scene.dt)  # ours where it gives none
+                theirs = said.get("duration", steps) * said.get("runs", 1)
+                system, smaller = _system(said, scene)
+                if ours < SHORTER * theirs or smaller:
+                    at_least = "≥ " if said.get("at_least") else ""
+                    found.append({
+                        "paper": paper.name,
+                        "sweep": sweep,
+                        "point": name,
+                        "time": whole(ours),
+                        "paper_time": at_least + whole(theirs),
+                        "share": f"{ours / theirs:.2g}",
+                        "system": system,
+                        "where": typeset(said["where"]),
+                    })  # fmt: skip
+    return found
+
+
+def _said(paper, says=True):
+    """What the paper says of its sampling, of sweeps for which it gives a time, or does not."""
+    return [said for said in paper.sampling if ("steps" in said or "duration" in said) is says]
+
+
+def not_said(paper: Paper) -> list[str]:
+    """Sweeps for which the paper does not say how long it sampled."""
+    return [name for said in _said(paper, says=False) for name in said["sweeps"]]
+
+
+def _by_point(sweep, at):
+    """Scenes of each point that has the labels asked for, by its name, its replicas together."""
+    points = {}
+    for point in sweep.points:
+        place = {axis.name: value for axis, value in zip(sweep.axes[:-1], point.labels)}
+        if all(place[axis] in labels for axis, labels in at.items()):
+            name = ", ".join(f"{axis.replace('_', ' ')} {value}" for axis, value in place.items())
+            points.setdefault(name, []).append(point.scene)
+    return points
+
+
+def _system(said, scene):
+    """Our size and the paper's in words, and whether ours is smaller."""
+    sizes = {"beads": scene.beads, "molecules": sum(kind.count for kind in scene.molecules)}
+    for kind, ours in sizes.items():
+        if kind in said:
+            theirs = said[kind]
+            return f"{ours} of {theirs} {kind}" if ours != theirs else "the same", ours < theirs
+    return "not said", False
+
+
+def reached(paper: Paper, table: pd.DataFrame, rows: Sequence[Row]) -> Iterator[Row]:
+    """Of the numbers in figures that sweeps with shorter points feed: how many are decided.
+
+    ``shares`` are our standard errors of those, in units of the published error or rounding, and
+    ``open`` those of ``rows``, which are the rows of the verdict table, that are not decided.
+    """
+    for sweep in dict.fromkeys(point["sweep"] for point in shorter_points(paper)):
+        figures = [name for name, figure in paper.figures.items() if sweep in figure.sweeps]
+        own = table[
+            (table.paper == paper.name) & table.figure.isin(figures) & (table.kind == SIMULATED)
+        ]
+        is_open = own.verdict == NOT_REACHED
+        yield {
+            "paper": paper.name,
+            "sweep": sweep,
+            "figures": ", ".join(label(name) for name in figures),
+            "decided": f"{len(own) - is_open.sum()} of {len(own)}",
+            "shares": _shares(own[~is_open]),
+            "open": [rows[place] for place in own.index[is_open]],
+        }
+
+
+def _shares(decided):
+    """Our standard errors in units of the published error or rounding, whichever is larger."""
+    allowed = np.fmax(decided.published_error, decided.rounding).astype(float)
+    shares = (decided.error / allowed).to_numpy(dtype=float)
+    shares = shares[np.isfinite(shares)]
+    return with_range(np.median(shares), shares.min(), shares.max()) if len(shares) else ""

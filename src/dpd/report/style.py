@@ -41,19 +41,8 @@ def panels(
 
     Several panels are lettered (a), (b), ... in reading order.
 
-    Parameters
-    ----------
-    columns, rows : int
-    height : float
-        Of a row in inches.
-    width : float or None
-        Of the figure in inches, if not as above.
-    **options
-        For `matplotlib.pyplot.subplots`.
-
-    Returns
-    -------
-    Figure, Axes or array of Axes
+    ``height``: of a row in inches. ``width``: of the figure in inches, if not as above.
+    ``**options``: for `matplotlib.pyplot.subplots`.
     """
     width = width or (DOUBLE if columns > 1 else SINGLE)
     figure, axes = plt.subplots(rows, columns, figsize=(width, height * rows), **options)
