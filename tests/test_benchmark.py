@@ -7,7 +7,7 @@ from benchmarks import measure
 from benchmarks.costs import whole_run
 from benchmarks.lammps import TABLE, Lammps, _write_beads, _write_core, installed
 from benchmarks.systems import STUDIES, workload
-from dpd.commands import options
+from dpd.commands import pipeline
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
 from dpd.errors import UserError
@@ -156,6 +156,6 @@ def test_rates_are_kept_beside_the_last_ones(tmp_path, monkeypatch):
 
 def test_outside_of_a_clone(tmp_path, monkeypatch):
     """Speed is not measured, and a sentence says where it is."""
-    monkeypatch.setattr(options, "ROOT", tmp_path)
+    monkeypatch.setattr(pipeline, "ROOT", tmp_path)
     with pytest.raises(UserError, match="in a clone of the repository"):
-        options.benchmarks()
+        pipeline.benchmarks()

@@ -15,15 +15,12 @@ from dpd import files
 from dpd.api.datasets import load
 from dpd.api.runs import (
     as_scene,
-    checked,
     keyboard_interrupt,
     place_for,
     plain,
     refuse_more_files,
     warn,
 )
-from dpd.arguments import count
-from dpd.arguments import steps as number_of_steps
 from dpd.engine import simulation as engine
 from dpd.engine.loop import counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
@@ -33,7 +30,7 @@ from dpd.observe.common.thermal import ThermalMotion
 from dpd.progress import Progress
 from dpd.runs.auto import settle
 from dpd.runs.result import go_on_from, kept_of
-from dpd.runs.run import gathered, stop_on
+from dpd.runs.run import Options, gathered, stop_on, whole
 from dpd.scene.scene import Scene
 from dpd.scene.schedule import enter
 from dpd.start.common.files import begin
@@ -115,9 +112,7 @@ class Simulation:
         self._schedule: list[dict[str, Any]] = []
         for each in given.data.get("schedule", []):
             self._enter(each["step"], each["set"])
-        self._engine = engine.Simulation(
-            self._systems[0][1], state, checked("threads", count, threads)
-        )
+        self._engine = engine.Simulation(self._systems[0][1], state, Options(threads).threads)
         self._observers = self._watching(self._scene)
 
     def __repr__(self) -> str:
@@ -158,7 +153,7 @@ class Simulation:
 
     def run(self, steps: int) -> None:
         """Go on for some steps; Ctrl-C stops it, and it can go on from there."""
-        last = self.step + checked("steps", number_of_steps, steps)
+        last = self.step + whole("steps", steps)
         if (sample := last - self._equilibrate) > self._room:
             room = max(sample, 2 * self._room)
             scene = self._planned(self._scene.where, room)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import warnings
-from argparse import ArgumentTypeError
 from collections.abc import Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -16,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd.api.datasets import load
-from dpd.arguments import count, steps
 from dpd.errors import Stopped, UserError, shown
 from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
@@ -29,7 +27,7 @@ from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     import xarray as xr
 
@@ -168,13 +166,12 @@ def extend(
     run, longer = Path(path), Path(path if output is None else output)
     options = _options(threads, CHECKPOINT_EVERY, overwrite, progress)
     with keyboard_interrupt():
-        make_longer(run, checked("sample", steps, sample), longer, options)
+        make_longer(run, sample, longer, options)
     return load(longer)
 
 
 def _options(threads, every_seconds, overwrite, progress, **more):
     bar = partial(Progress, bar=progress)
-    threads = checked("threads", count, threads)
     return Options(threads, every_seconds, overwrite, own=True, say=warn, progress=bar, **more)
 
 
@@ -242,14 +239,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(part) for part in value]
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-
-
-def checked(name: str, kind: Callable[[str], int], value: object) -> int:
-    """A number as an argument of a command has it."""
-    try:
-        return kind(str(value))
-    except ArgumentTypeError as problem:
-        raise UserError(f"{name}: {problem}") from None
 
 
 @contextmanager

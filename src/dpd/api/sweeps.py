@@ -18,8 +18,7 @@ import yaml
 from dpd import files
 from dpd.analysis.collect import collect, save
 from dpd.api.datasets import CONVENTIONS, UNITS
-from dpd.api.runs import as_scene, checked, place_for, plain, refuse_more_files, warn
-from dpd.arguments import count
+from dpd.api.runs import as_scene, place_for, plain, refuse_more_files, warn
 from dpd.digest import PACKAGE
 from dpd.errors import Occupied, UserError, shown
 from dpd.pipeline.paths import run_file
@@ -28,6 +27,7 @@ from dpd.pipeline.sections import SweptAxis
 from dpd.pipeline.sweep import Point, Sweep, unfold
 from dpd.progress import Progress
 from dpd.runs.result import is_made, result_there
+from dpd.runs.run import Options, whole
 from dpd.sentences import read_section
 
 if TYPE_CHECKING:
@@ -105,11 +105,11 @@ def sweep(
     >>> bool(soft < hard), bool((found.pressure_error > 0).all())
     (True, True)
     """
-    planned = _planned(as_scene(scene, observe, pages), axes, _positive("replicas", replicas))
-    threads = checked("threads", count, threads)
+    planned = _planned(as_scene(scene, observe, pages), axes, whole("replicas", replicas))
+    threads = Options(threads).threads
     if processes is None:
         processes = max(1, len(os.sched_getaffinity(0)) // threads)
-    workers = _positive("processes", processes)
+    workers = whole("processes", processes)
     if output is None:
         refuse_more_files(planned.points[0].scene, "dpd.sweep(..., output='runs')")
     with place_for(output) as folder:
@@ -140,13 +140,6 @@ def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int
             raise UserError(f"{key}.axes.{name}: {shown(values)} is no list, such as [0.1, 0.2]")
     given = {"scene": scene.data, "replicas": replicas}
     return unfold("dpd", "sweep", given, key, described)
-
-
-def _positive(name: str, given: object) -> int:
-    number = plain(given)
-    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-        raise UserError(f"{name}: {given!r} is out of range; allowed: 1, 2, ...")
-    return number
 
 
 def _is_missing(point: Point, folder: Path, overwrite: bool) -> bool:

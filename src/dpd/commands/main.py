@@ -1,140 +1,81 @@
-"""`python -m dpd STAGE ...`: what the rules call, and what a person can paste."""
+"""`dpd COMMAND ...`: the parser, and how a command ends."""
 
 from __future__ import annotations
 
-import argparse
 import shlex
 import sys
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from contextlib import suppress
-from importlib import import_module
-from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import dpd
+from dpd.commands import pipeline, user
+from dpd.commands.options import COMMANDS, called
 from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
-from dpd.sources import HOMES
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
-# Modules of commands and their stages, in the order in which --help lists them.
-GROUPS = {
-    "new": ["new"],
-    "runs": ["run"],
-    "keys": ["keys", "schema"],
-    "extend": ["extend"],
-    "status": ["status"],
-    "particles": ["convert"],
-    "draw": ["draw"],
-    "repulsion": ["repulsion"],
-    "parameters": ["parameters"],
-    "people": ["plan", "bench"],
-    "points": ["compile", "start", "simulate", "collect", "derive", "calculate", "measure"],
-    "figures": [
-        "figure", "verdicts", "compare", "report", "schemes", "archive", "restore", "redraw",
-        "readme",
-    ],
-}  # fmt: skip
-SEVERAL = {"papers": "+", "points": "+", "tables": "*"}  # arguments that are lists
+GROUPS = {"commands": user, "commands that rules call, and for papers and studies": pipeline}
+WIDTH = 100  # of a line
 
 
-class Stages:
-    """The stages of a parser, to which modules of commands add theirs.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-    """
-
-    def __init__(self, parser: argparse.ArgumentParser):
-        self._subparsers = parser.add_subparsers(title="stages", required=True, metavar="STAGE")
-
-    def add(
-        self,
-        name: str,
-        function: Callable[[argparse.Namespace], None],
-        help: str,
-        *names: str,
-        output: str | None = None,
-    ) -> argparse.ArgumentParser:
-        """Declare a stage.
-
-        Parameters
-        ----------
-        name : str
-        function : callable
-            Does it, given the options.
-        help : str
-        *names : str
-            Its arguments without which it does nothing.
-        output : str, optional
-            What it writes to the path after ``-o``; the path must have the suffix of this name.
-
-        Returns
-        -------
-        argparse.ArgumentParser
-            Of this stage, for further options.
-        """
-        parser = self._subparsers.add_parser(name, help=help, description=help)
-        for argument in names:
-            parser.add_argument(argument, nargs=SEVERAL.get(argument))
-        if output:
-            several = "+" if "points" in names else None
-            parser.add_argument(
-                "-o", "--output", required=True, type=Path, help=output, nargs=several
-            )
-        parser.set_defaults(stage=function, suffix=Path(output or "").suffix)
-        return parser
-
-
-def called() -> str:
-    """The command as it was typed: an installed program ``dpd``, or a module of Python."""
-    return "dpd" if Path(sys.argv[0]).stem == "dpd" else "python -m dpd"
-
-
-def new_parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of the stage that comes first in some arguments; of all where that is none."""
-    parser = argparse.ArgumentParser(
-        prog=called(), description="Dissipative particle dynamics: runs, figures, verdicts."
-    )
-    parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
-    stages = Stages(parser)
+def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
+    """The parser of the command that comes first in some arguments; of all where that is none."""
     asked = arguments[0] if arguments else ""
-    groups = [group for group, names in GROUPS.items() if asked in names]
-    for group in groups or GROUPS:
-        import_module(f"dpd.commands.{group}").add_to(stages)
+    parser = ArgumentParser(
+        prog=called(), usage="%(prog)s [-h] [--version] COMMAND ...",
+        formatter_class=RawDescriptionHelpFormatter,
+        description=f"Dissipative particle dynamics: runs, figures, verdicts.\n{_listed()}",
+    )  # fmt: skip
+    parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", prog=called())
+    for name in [asked] if asked in COMMANDS else COMMANDS:
+        command = COMMANDS[name]
+        added = commands.add_parser(name, description=command.function.__doc__)
+        for names, settings in command.arguments:
+            added.add_argument(*names, **settings)
+        added.set_defaults(command=command)
     return parser
 
 
+def _listed():
+    """All commands with the first sentence on each, those for users first."""
+    lines = []
+    for title, module in GROUPS.items():
+        lines.append(f"\n{title}:")
+        for name, (function, *_) in COMMANDS.items():
+            if function.__module__ == module.__name__:
+                said = " ".join((function.__doc__ or "").split("\n\n")[0].split())
+                begin = f"  {name:11s}"
+                lines.append(fill(said, WIDTH, initial_indent=begin, subsequent_indent=" " * 13))
+    return "\n".join(lines)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one stage; return the exit code.
+    """Run one command, by default that of this process; return the exit code.
 
     That is 0 once the result is there, also if who reads the output has left; 1 for what the user
     can mend; 128 and the number of the signal that ended it.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        The words after the command; those of this process if not given.
-
-    Returns
-    -------
-    int
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     options = new_parser(arguments).parse_args(arguments)
+    function, _, output = options.command
     try:
-        _check_place(options)
-        options.stage(options)
+        if output:  # refused before anything is computed
+            from dpd.files import check_output
+
+            check_output(options.output, output[output.rfind(".") :] if "." in output else "")
+        function(options)
         print(end="", flush=True)
     except BrokenPipeError:  # as with `| head`
         return 0
     except Stopped as problem:
         return _fail(problem, 128 + problem.signal)
     except Occupied as problem:
-        again = shlex.join(arguments)
-        return _fail(f"{problem.args[0]}; to replace it: {called()} {again} --overwrite")
+        again = f"{called()} {shlex.join(arguments)} --overwrite"
+        return _fail(f"{problem.args[0]}; to replace it: {again}")
     except UserError as problem:
         return _fail(problem)
     except OSError as problem:  # a disk, a file or a folder that is not as it should be
@@ -143,33 +84,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as problem:
         return _fail(f"there is not enough memory: {problem}")
     except ModuleNotFoundError as problem:
-        return _fail(_not_installed(problem))
+        if (problem.name or "dpd").partition(".")[0] in ("dpd", "paper_figures", "benchmarks"):
+            raise  # one of our own is missing, which is a fault
+        return _fail(
+            f"the library {problem.name!r} is not installed, and this command needs it: "
+            "pip install 'dpd-papers[pipeline]'"
+        )
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     return 0
 
 
-def _check_place(options: Namespace) -> None:
-    """Refuse an output that would do harm, before anything is computed."""
-    if options.suffix:
-        from dpd.files import check_output
-
-        outputs = options.output
-        for output in outputs if isinstance(outputs, list) else [outputs]:
-            check_output(output, options.suffix)
-
-
-def _not_installed(problem: ModuleNotFoundError) -> str:
-    """A sentence on a library that is missing; what misses one of our own modules is a fault."""
-    if (problem.name or "dpd").partition(".")[0] in HOMES:
-        raise problem
-    return (
-        f"the library {problem.name!r} is not installed, and this stage needs it: "
-        "pip install 'dpd-papers[pipeline]'"
-    )
-
-
-def _fail(problem: Exception | str, code: int = 1) -> int:
+def _fail(problem, code=1):
     with suppress(OSError):
         print(f"{FAILED}{problem}", file=sys.stderr, flush=True)
     return code

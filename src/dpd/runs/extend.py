@@ -16,7 +16,7 @@ from dpd.runs.result import (
     remove_left,
     result_there,
 )
-from dpd.runs.run import NETCDF, Options, say_if_resumed, simulate, stop_on, summary
+from dpd.runs.run import NETCDF, Options, say_if_resumed, simulate, stop_on, summary, whole
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 
@@ -53,7 +53,7 @@ def extend(run: Path, sample: int, output: Path, options: Options = OWN) -> dict
     Stopped
         If a signal asked for it.
     """
-    checkpoint = checkpoint_path(output)
+    sample, checkpoint = whole("sample", sample), checkpoint_path(output)
     check_output(output, NETCDF, [] if output == run else [run])
     check_output(checkpoint, "", [run])
     refuse_other_file(checkpoint)

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
 
 NETCDF = ".nc"
+THREADS_PER_CORE = 4  # more only wait for each other
 COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
 STOPPING = b"stopping after the steps under way; a second Ctrl-C ends at once\n"
@@ -105,6 +106,17 @@ class Options:
     say: Callable[[str], None] = warn
     tell: Callable[[str], None] = tell
     progress: Callable[..., Progress] = Progress
+
+    def __post_init__(self) -> None:
+        whole("threads", self.threads, THREADS_PER_CORE * len(os.sched_getaffinity(0)))
+
+
+def whole(name: str, given: object, most: int = 10**12) -> int:
+    """A whole number from 1 to the most that is allowed, also one of NumPy's; or `UserError`."""
+    number = given.item() if isinstance(given, np.generic) else given
+    if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= most:
+        raise UserError(f"{name}: {given!r} is out of range; allowed: 1 to {most}")
+    return number
 
 
 def run(

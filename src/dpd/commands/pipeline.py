@@ -1,0 +1,363 @@
+"""Commands of papers and studies: what rules call, and what people ask before and after a study."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dpd.commands.options import CHECKPOINTS, POSITIVE, THREADS, command, option, options_of
+from dpd.digest import ROOT
+from dpd.errors import FAILED, Stopped, UserError, suggestion
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Collection
+    from types import ModuleType
+
+    from dpd.pipeline.study import Paper
+    from dpd.pipeline.sweep import Sweep
+
+LITTLE = 2**20  # bytes of a result whose size is not known before
+DERIVED = option(
+    "--derived", type=Path, metavar="FILE",
+    help="what other sweeps have measured for this one, from `derive`, if it needs that",
+)  # fmt: skip
+DATA = option(
+    "--data", type=Path, nargs="*", default=[], metavar="FILE",
+    help="collected sweeps and measurements that it is made from, in any order",
+)  # fmt: skip
+PAPERS = option("papers", nargs="+")
+
+
+@command(
+    option("--study", help="if not that of config/config.yaml"),
+    option("--papers", nargs="+", help="if not those of config/config.yaml"),
+    option("--cores", type=int, default=2, help="cores to share it (default 2)"),
+)
+def plan(options: Namespace) -> None:
+    """Say what a study costs, by the rates of runs that are there."""
+    from dpd.pipeline.plan import as_text, plan
+    from dpd.pipeline.study import read_config, read_paper
+
+    given = {"study": options.study, "papers": options.papers}
+    config = read_config({key: value for key, value in given.items() if value})
+    papers = [read_paper(name, config["study"]) for name in config["papers"]]
+    if options.cores < 1:
+        raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
+    print(as_text(plan(papers, config["study"]), options.cores))
+
+
+@command()
+def bench(options: Namespace) -> None:
+    """Measure the engine's speed, beside LAMMPS if installed."""
+    benchmarks().bench()
+
+
+def benchmarks() -> ModuleType:
+    """The module `benchmarks.measure`, which stands beside the package in a clone alone."""
+    if not (ROOT / "benchmarks" / "measure.py").is_file():
+        raise UserError(
+            f"{ROOT / 'benchmarks'}: there is no such folder; speed is measured in a clone of the "
+            "repository: change into one"
+        )
+    sys.path.insert(0, str(ROOT))
+    return importlib.import_module("benchmarks.measure")
+
+
+@command(
+    "study", PAPERS,
+    option("--kernels", metavar="NAME", help="only scenes that need these, as Snakemake has them"),
+    output="made.txt",
+)  # fmt: skip
+def compile_(options: Namespace) -> None:
+    """Compile what a study needs."""
+    from dpd.pipeline.compiling import compile_for, with_kernels
+    from dpd.pipeline.study import read_paper
+
+    papers = [read_paper(paper, options.study) for paper in options.papers]
+    sweeps = [sweep for paper in papers for sweep in paper.sweeps.values()]
+    scenes = [point.scene for sweep in sweeps for point in sweep.points]
+    if options.kernels is not None:
+        scenes = with_kernels(scenes, options.kernels)
+    _write(options.output, "\n".join(compile_for(scenes)) + "\n")
+
+
+def _write(path, text):
+    from dpd.files import replace_whole
+
+    replace_whole(path, lambda draft: draft.write_text(text))
+
+
+@command("study", "paper", "sweep", "point", output="start.nc")
+def start(options: Namespace) -> None:
+    """Make a first configuration."""
+    from dpd.files import check_room
+    from dpd.progress import Progress
+    from dpd.start import start_work
+    from dpd.start.common.files import write_start
+
+    scene = _sweep(options).point(options.point).scene
+    check_room(options.output, LITTLE)
+    with Progress(start_work(scene), f"{options.sweep} start") as progress:
+        write_start(scene, options.output, progress)
+
+
+def _paper(options: Namespace) -> Paper:
+    """The paper with the sweep, and perhaps the points, that a command is about."""
+    from dpd.pipeline.study import read_paper
+
+    points = getattr(options, "points", None) or [getattr(options, "point", None)]
+    return read_paper(options.paper, options.study, [options.sweep], [*filter(None, points)])
+
+
+def _sweep(options: Namespace, resolve: bool = False) -> Sweep:
+    """The sweep that a command is about; resolved with what other sweeps have measured for it."""
+    paper = _paper(options)
+    if options.sweep in paper.theory:
+        raise UserError(
+            f"sweep {options.sweep}: it is calculated and has no runs; the command for it is: "
+            "python -m dpd calculate"
+        )
+    sweep = paper.sweeps[options.sweep]
+    if not resolve:
+        return sweep
+    from dpd.pipeline.derived import resolved
+
+    return resolved(sweep, options.derived)
+
+
+@command(
+    "study", "paper", "sweep", option("points", nargs="+"),
+    option("-o", "--output", required=True, type=Path, nargs="+", help="run.nc of each point"),
+    option("--start", type=Path, metavar="FILE",
+           help="their first configuration; without it, it is made"),
+    DERIVED, CHECKPOINTS, THREADS,
+)  # fmt: skip
+def simulate(options: Namespace) -> None:
+    """Run some points of a sweep, one after the other."""
+    from dpd.files import check_output
+    from dpd.runs.run import run
+
+    for output in options.output:
+        check_output(output, ".nc")
+    if len(options.output) != len(options.points):
+        raise UserError("-o: name one run.nc for each point, in their order")
+    sweep = _sweep(options, resolve=True)
+    points = [sweep.point(name) for name in options.points]
+    failed = 0
+    for point, output in zip(points, options.output):
+        name = f"{options.sweep} {point.name}"
+        try:
+            found = run(point.scene, output, options.start, options_of(options, label=name))
+            said = ", ".join(f"{quantity} {value:.6g}" for quantity, value in found.items())
+            print(f"{name}: {said}", flush=True)
+        except Stopped:
+            raise
+        except UserError as problem:  # the other points are worth running all the same
+            if len(points) == 1:
+                raise UserError(f"{name}: {problem}") from None
+            print(f"{FAILED}{name}: {problem}", file=sys.stderr, flush=True)
+            failed += 1
+    if failed:
+        raise UserError(f"{failed} of {len(points)} points failed")
+
+
+@command(
+    "study", "paper", "sweep",
+    option("--runs", type=Path, required=True, metavar="FOLDER",
+           help="with POINT/run.nc of each point"),
+    DERIVED, output="sweep.nc",
+)  # fmt: skip
+def collect(options: Namespace) -> None:
+    """Gather a sweep."""
+    from dpd.analysis.collect import collect, save
+    from dpd.pipeline.paths import run_file
+
+    sweep = _sweep(options, resolve=True)
+    paths = [run_file(options.runs, point.name) for point in sweep.points]
+    save(collect(sweep, paths), options.output)
+
+
+@command("study", "paper", "sweep", DATA, output="sweep.csv")
+def derive(options: Namespace) -> None:
+    """Find values of a sweep's scenes that other sweeps measure."""
+    from dpd.analysis.collect import load
+    from dpd.analysis.derive import derive
+    from dpd.pipeline.derived import write_derived
+
+    sweep = _sweep(options)
+    if not sweep.derived:
+        raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
+    paths = _data(options, {rule.source for rule in sweep.derived})
+    sources = {name: load(path) for name, path in paths.items()}
+    write_derived(derive(sweep, sources), options.output)
+
+
+def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
+    """Files of the sweeps and measurements that are wanted, by name, out of those given."""
+    from dpd.analysis.collect import name_of
+
+    given = {name_of(path): path for path in options.data}
+    for name in names:
+        if name not in given:
+            raise UserError(f"--data: none of the files is {name!r}, which is needed; add its file")
+    return {name: given[name] for name in names}
+
+
+@command("study", "paper", "sweep", output="sweep.nc")
+def calculate(options: Namespace) -> None:
+    """Calculate a sweep of theory; of a former file only what changed."""
+    from dpd.analysis.collect import save
+    from dpd.files import check_room
+    from dpd.pipeline.calculate import calculate
+    from dpd.progress import Progress
+
+    paper = _paper(options)
+    if options.sweep in paper.sweeps:
+        raise UserError(
+            f"sweep {options.sweep}: its points are runs; the commands for it are: python -m dpd "
+            "simulate, and collect"
+        )
+    sweep = paper.theory[options.sweep]
+    check_room(options.output, LITTLE)
+    with Progress(len(sweep.points), f"{sweep.name}") as progress:
+        data = calculate(sweep, options.output, progress)
+    save(data, options.output)
+    print(f"points: {len(sweep.points)}, of which calculated now: {data.points_calculated}")
+
+
+@command("name", output="name.nc")
+def measure(options: Namespace) -> None:
+    """Make a measurement of the benchmark."""
+    from dpd.files import check_room
+
+    check_room(options.output, LITTLE)
+    benchmarks().measure(options.name, options.output, say=lambda line: print(line, flush=True))
+
+
+@command(
+    "study", "paper", "figure", DATA,
+    option("--traceback", type=Path, metavar="FILE",
+           help="where to keep the whole traceback if the figure's file raises something"),
+    output="folder",
+)  # fmt: skip
+def figure(options: Namespace) -> None:
+    """Make a figure."""
+    from dpd.pipeline.study import read_paper
+    from dpd.report.figure_file import BrokenFigure
+    from dpd.report.figures import make_figure
+
+    figures = read_paper(options.paper, options.study, only=[]).figures
+    if options.figure not in figures:
+        raise UserError(
+            f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
+            f"{suggestion(options.figure, figures)}"
+        )
+    figure = figures[options.figure]
+    sources = _data(options, (*figure.sweeps, *figure.measurements))
+    try:
+        make_figure(options.paper, options.figure, sources, options.output)
+    except BrokenFigure as problem:
+        if options.traceback is None:
+            raise UserError(f"{problem}; --traceback FILE keeps the whole traceback") from None
+        _write(options.traceback, problem.whole_traceback())
+        raise UserError(f"{problem}; the whole traceback is in {options.traceback}") from None
+
+
+@command(option("tables", nargs="*"), output="table.csv")
+def verdicts(options: Namespace) -> None:
+    """Join the verdict tables of figures."""
+    from dpd.report.figures import joined_verdicts
+
+    _write(options.output, joined_verdicts(options.tables).to_csv(index=False))
+
+
+@command(
+    "study", PAPERS,
+    option("--results", type=Path, required=True, metavar="FOLDER", help="results of the study"),
+    option("--archived", type=Path, metavar="FILE", help="verdicts of a long study"),
+    output="report.html",
+)  # fmt: skip
+def report(options: Namespace) -> None:
+    """Write the report."""
+    from dpd.pipeline.study import read_paper, read_study
+    from dpd.report.workflow import overhead
+    from dpd.report.page import write_page
+
+    papers = [read_paper(name, options.study) for name in options.papers]
+    description = read_study(options.study).description
+    # Set by the Snakefile: a parameter that differs every time would make the page again.
+    begun, cores = (os.environ.get(f"DPD_{name}") for name in ("BEGUN", "CORES"))
+    cost = overhead(options.results, float(begun), int(cores)) if begun and cores else ""
+    write_page(
+        options.study, description, papers, options.results, options.output, cost, options.archived
+    )
+
+
+NAMED = "a study, a folder of its results or archive, or a verdict table"
+
+
+@command(option("one", help=NAMED), option("other", help=NAMED))
+def compare(options: Namespace) -> None:
+    """Say whether two studies differ as their error bars predict."""
+    from dpd.report.compare import as_text, compared, table_of
+
+    one, other = table_of(options.one), table_of(options.other)
+    print(as_text(compared(one, other), one, other))
+
+
+@command("study", output="automatic.yaml")
+def schemes(options: Namespace) -> None:
+    """Write automatic.yaml, for scheme auto, from the benchmark."""
+    from dpd.pipeline.paths import results_of
+
+    sys.path.insert(0, str(ROOT))  # the benchmark's own, as its figures are
+    from paper_figures.benchmark.recommended import recommendations
+
+    _write(options.output, recommendations(Path(results_of(options.study).figures("benchmark"))))
+
+
+@command(
+    "study",
+    option("--runs-from", type=POSITIVE, default=math.inf, metavar="HOURS",
+           help="also keep runs of the long study that took so long or longer, for `restore`"),
+)  # fmt: skip
+def archive(options: Namespace) -> None:
+    """Keep in git what a study has found."""
+    from dpd.report.archive import keep
+
+    for path in keep(options.study, options.runs_from):
+        print(f"kept: {path}")
+    print("now: python -m dpd readme")
+
+
+@command("study")
+def restore(options: Namespace) -> None:
+    """Take runs of the long study from the archive."""
+    from dpd.report.archive import restore
+
+    paths = [f"restored: {path}" for path in restore(options.study)]
+    print("\n".join(paths or ["nothing to do: all runs that the archive keeps are there"]))
+
+
+@command("study")
+def redraw(options: Namespace) -> None:
+    """Draw and judge archived figures again, from their numbers."""
+    from dpd.report.archive import redraw
+
+    for path in redraw(options.study):
+        print(f"changed: {path}")
+    print("now: python -m dpd readme")
+
+
+@command()
+def readme(options: Namespace) -> None:
+    """Write README.md's tables, the pages in config and those of papers."""
+    from dpd.report.documents import write_pages
+
+    for path in write_pages():
+        print(f"written: {path}")

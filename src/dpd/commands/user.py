@@ -1,0 +1,398 @@
+"""Commands for a scene of one's own: from an example to a picture."""
+
+from __future__ import annotations
+
+import json
+import time
+from functools import partial
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+from dpd.commands.options import (
+    CHECKPOINTS,
+    OVERWRITE,
+    POSITIVE,
+    THREADS,
+    called,
+    command,
+    number,
+    option,
+    options_of,
+)
+from dpd.errors import UserError, suggestion
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Mapping
+
+SCHEMA = "scene.schema.json"
+WIDTH = 100  # of a line
+CHOICES = (  # of `draw`, which `dpd.draw` has too
+    "frame", "slice", "surface", "smooth", "species", "colour", "view", "slab", "radius", "size",
+    "dpi",
+)  # fmt: skip
+BEADS = number(int, 1, "1, 2, ... beads", 10**9)
+PAGE = option(
+    "--page", type=Path, metavar="FILE", action="append", default=[],
+    help="a Python file with pages of your own, whose sections a scene may then have",
+)  # fmt: skip
+
+
+@command(
+    option("name", nargs="?", help="of the example; without it all are listed"),
+    option("-o", "--output", type=Path, metavar="FILE", help="where to, if not NAME.yaml here"),
+    option("--schema", action="store_true", help=f"write {SCHEMA} beside it too, by which editors "
+           "with a YAML language server, as VS Code, complete and check its keys"),
+    option("--paper", metavar="NAME", help="write a paper of your own into this clone instead: a "
+           "sweep, a figure, a published number that it is held against, and what to say of that"),
+    OVERWRITE,
+)  # fmt: skip
+def new(options: Namespace) -> None:
+    """Write an example scene to begin with, or list all."""
+    from dpd.digest import PACKAGE
+    from dpd.files import check_output
+
+    if options.paper is not None:
+        _new_paper(options.paper, options.overwrite)
+        return
+    known = {path.stem: path.read_text() for path in sorted((PACKAGE / "scenes").glob("*.yaml"))}
+    said = {name: text.splitlines()[0].removeprefix("# ") for name, text in known.items()}
+    if options.name is None:
+        for name in known:
+            print(fill(f"{name}: {said[name]}", WIDTH, subsequent_indent="    "))
+        return
+    if options.name not in known:
+        raise UserError(f"new: no example {options.name!r}; {suggestion(options.name, known)}")
+    path, text = options.output or Path(f"{options.name}.yaml"), known[options.name]
+    written = {path: text}
+    if options.schema:
+        from dpd.report.keys import scene_schema
+
+        written = {path: f"# yaml-language-server: $schema={SCHEMA}\n{text}"}
+        written[path.with_name(SCHEMA)] = json.dumps(scene_schema(), indent=1) + "\n"
+    check_output(path, ".yaml")
+    _write(written, options.overwrite)
+    print(f"{path}: {said[options.name]}")
+    print(f"to run it: {called()} run {path} -o {path.stem}.nc")
+
+
+def _new_paper(name, overwrite):
+    """The example paper under another name."""
+    from dpd.digest import ROOT
+    from dpd.pipeline.study import check_paper_name
+
+    check_paper_name(name)
+    papers, figures = ROOT / "config" / "papers", ROOT / "paper_figures"
+    if name == "example":
+        raise UserError(f"--paper: {name!r} is what is copied; take another name")
+    _, title, rest = (papers / "example.yaml").read_text().partition("title:")
+    written = {papers / f"{name}.yaml": (title + rest).replace("/example/", f"/{name}/")}
+    for path in sorted((figures / "example").iterdir()):
+        if path.is_file():
+            written[figures / name / path.name] = path.read_text()
+    _write(written, overwrite)
+    print("\n".join(str(path.relative_to(ROOT)) for path in written))
+    print(f"to make it: snakemake --cores 2 --config papers='[{name}]'")
+
+
+def _write(written, overwrite):
+    """Texts by their paths; none where another text is there, unless that is to be replaced."""
+    from dpd.files import refuse_to_replace, replace_whole
+
+    new = {
+        path: text for path, text in written.items()
+        if not path.is_file() or path.read_bytes() != text.encode()
+    }  # fmt: skip
+    for path in new if not overwrite else ():
+        refuse_to_replace(path)
+    for path, text in new.items():
+        replace_whole(path, partial(Path.write_text, data=text))
+
+
+@command(
+    "scene", CHECKPOINTS,
+    option("--start", type=Path, metavar="FILE", help="first configuration: if the file is there, "
+           "it is read (GSD, LAMMPS data, a run.nc or start.nc, a checkpoint), with its "
+           "velocities; otherwise made and kept in it"),
+    PAGE,
+    option("--set", metavar="KEY=VALUE", action="append", default=[], help="another value than the "
+           "scene has, as integrator.dt=0.02 or 'repulsion.A A=30'"),
+    THREADS, OVERWRITE, output="run.nc",
+)  # fmt: skip
+def run(options: Namespace) -> None:
+    """Run a scene of your own."""
+    from dpd.files import check_output
+    from dpd.runs.run import run
+    from dpd.scene.scene import Scene
+
+    check_output(options.output, ".nc", [options.scene])
+    scene = Scene.read(options.scene, options.page, options.set)
+    for sentence in scene.notes:
+        print(sentence)
+    how = options_of(options, own=True, label=options.scene)
+    _print_summary(run(scene, options.output, options.start, how))
+
+
+def _print_summary(found: Mapping[str, float]) -> None:
+    for name, value in found.items():
+        print(f"{name:32s} {value:.6g}")
+
+
+@command(
+    "run",
+    option("--sample", type=int, required=True, metavar="STEPS", help="steps of sampling to add"),
+    option("-o", "--output", type=Path, metavar="FILE",
+           help="longer.nc (default: in the place of the run, once it is whole)"),
+    CHECKPOINTS, THREADS, OVERWRITE,
+)  # fmt: skip
+def extend(options: Namespace) -> None:
+    """Make a finished run longer.
+
+    It comes to the same bits as if it had been planned that long. Killed or stopped, the same
+    command goes on.
+    """
+    from dpd.runs.extend import extend
+
+    run = Path(options.run)
+    how = options_of(options, own=True)
+    _print_summary(extend(run, options.sample, options.output or run, how))
+
+
+@command(
+    option("path", nargs="?", type=Path, help="results of a study, as results/quick (default: of "
+           "that in config/config.yaml); or run.nc of a run of your own, or its folder"),
+    option("--papers", nargs="+", help="if not those of config/config.yaml"),
+    option("--watch", type=number(float, 0.5, "0.5 seconds or more"), metavar="SECONDS",
+           help="again and again, with that pause"),
+    option("--json", action="store_true", help="as one line of JSON, for scripts"),
+)  # fmt: skip
+def status(options: Namespace) -> None:
+    """Say what runs, how far it is, what failed, and what is left.
+
+    Of a study: its runs at work with step, kT, pressure and speed; what is done, waits, was stopped
+    or failed, and why. Of runs of your own the same. It only reads.
+    """
+    from dataclasses import asdict
+
+    from dpd.pipeline.status import as_text, of_snakemake, seconds_left
+
+    while True:
+        title, runs = _status_of(options.path, options.papers)
+        if options.json:
+            found = {"time": time.time(), "seconds_left": seconds_left(runs)}
+            print(json.dumps(found | {"runs": [asdict(run) for run in runs]}), flush=True)
+        else:
+            said = of_snakemake() if any(len(run.name) > 1 for run in runs) else ""
+            print("\n".join(filter(None, [as_text(runs, title), said])), flush=True)
+        if options.watch is None:
+            return
+        time.sleep(options.watch)
+
+
+def _status_of(path, papers):
+    """What to look at, a study or runs of one's own, with a title."""
+    from dpd.pipeline.paths import results_of
+    from dpd.pipeline.status import own_status, runs_in, study_status
+    from dpd.pipeline.study import CONFIG, SEEDED, read_config, studies
+
+    study = read_config()["study"] if path is None else path.resolve().name
+    folder = results_of(study).folder if path is None or str(path) == study else str(path)
+    if path is not None and path.is_dir() and runs_in(path):
+        return str(path), own_status(path)
+    seeded = SEEDED.fullmatch(study)
+    named = seeded[1] if seeded else study
+    if (CONFIG / "config.yaml").is_file() and named in studies():
+        return folder, study_status(study, folder, papers)
+    if path is None or path.is_dir():
+        raise UserError(
+            f"{path or folder}: no study in config/config.yaml has the name {study!r}, and no run "
+            "lies there; allowed: the folder of a study's results, as results/quick; run.nc of a "
+            "run, or a folder with such results"
+        )
+    return str(path), own_status(path)
+
+
+@command(
+    "file",
+    option("-o", "--output", type=Path, metavar="FILE",
+           help="picture (.png, .pdf, .svg; default: a .png beside the file)"),
+    option("--frame", type=int, nargs="+", metavar="N", help="of a trajectory, from 0, or from the "
+           "end: -1 is the last (default); of density fields also several, side by side"),
+    option("--slice", metavar="AXIS=PLACE", help="draw the density of each species (or of "
+           "--species) in a plane, as in z=5, in r_c; fields of two dimensions lie in z=0"),
+    option("--surface", nargs="+", metavar="SPECIES=DENSITY", help="draw the surface around all "
+           "that is denser, as in A=0.4, in beads per r_c^3; in two dimensions a line"),
+    option("--smooth", type=float, metavar="R", help="width in r_c over which a density field is "
+           "averaged for a picture (standard deviation of a Gaussian; default 0.5)"),
+    option("--species", nargs="+", metavar="NAME", help="draw these only"),
+    option("--colour", choices=("species", "molecule"), help="what the colours tell (default: "
+           "molecule if all beads are of one species and some are bonded, otherwise species)"),
+    option("--view", choices=("x", "y", "z"), help="axis along which one looks (default: that of "
+           "the shortest edge, y if all are alike)"),
+    option("--slab", nargs=3, metavar=("AXIS", "LOW", "HIGH"),
+           help="draw a slice of the box, in r_c, as in z 0 2, and look along that axis"),
+    option("--radius", type=float, metavar="R", help="of beads, in r_c"),
+    option("--size", type=float, metavar="CM",
+           help="width of the picture (default 8.6, a column; of several panels 17.8)"),
+    option("--dpi", type=float, help="pixels per inch (default 300)"),
+    OVERWRITE,
+)  # fmt: skip
+def draw(options: Namespace) -> None:
+    """Draw the beads and bonds of a configuration, or density fields.
+
+    That is the last one of a run.nc, a first one, a checkpoint, a frame of a trajectory (.gsd), or
+    LAMMPS data; or the density fields of a run.nc, as slices or surfaces. Movies and other views:
+    OVITO opens the .gsd of a run, ParaView the .vti that 'convert' writes.
+    """
+    from dpd.files import refuse_to_replace
+    from dpd.report.draw import draw_file
+
+    path = options.output or Path(options.file).with_suffix(".png")
+    if not (options.output or options.overwrite):  # nobody has named the picture
+        refuse_to_replace(path)
+    given = {name: getattr(options, name) for name in CHOICES}
+    choices = {name: value for name, value in given.items() if value is not None}
+    draw_file(options.file, path, **choices)
+    print(path)
+
+
+@command(
+    "source", "target",
+    option("--frame", type=int, default=-1, metavar="N", help="of a trajectory or a density field, "
+           "from 0, or from the end: -1 is the last (default)"),
+    OVERWRITE,
+)  # fmt: skip
+def convert(options: Namespace) -> None:
+    """Turn one configuration of beads into a file of another kind.
+
+    GSD (.gsd), LAMMPS data (.data, .lmp, data.NAME) or NetCDF (.nc); checkpoints are read as well.
+    Or the density field of a run.nc into VTK image data (.vti), for ParaView.
+    """
+    from dpd.files import check_output, refuse_to_replace
+    from dpd.particles.fields import IMAGE, read_fields, write_image
+    from dpd.particles.formats import WRITTEN, read, refuse_suffix, write
+
+    refuse_suffix(options.target, (*WRITTEN, IMAGE))
+    check_output(options.target, inputs=[options.source])
+    if not options.overwrite:
+        refuse_to_replace(options.target)
+    if Path(options.target).suffix.lower() == IMAGE:
+        fields = read_fields(Path(options.source))
+        frame = fields.number(options.frame, options.source)
+        write_image(fields, frame, options.target)
+        print(f"{options.target}: frame {frame} of {fields}, at t = {fields.time[frame]:g} tau")
+        return
+    particles = read(options.source, options.frame)
+    sentences = [*particles.left_out, *write(particles, options.target)]
+    print("\n".join([f"{options.target}: {particles}", *sentences]))
+
+
+@command(option("section", nargs="?", help="such as walls, steps or rdf"), PAGE)
+def keys(options: Namespace) -> None:
+    """Say what a scene may say: all sections, or the keys of one."""
+    from dpd.report.keys import rows_below, scene_rows
+
+    rows = scene_rows(_pages(options))
+    if options.section is None:
+        for row in rows:
+            if "." not in row.key.removeprefix("observe[]."):
+                print(fill(f"{row.key}: {row.meaning}", WIDTH, subsequent_indent="    "))
+        return
+    for row in rows_below(rows, options.section):
+        allowed = " ".join(filter(None, (row.allowed, row.unit and f"[{row.unit}]")))
+        default = row.default
+        if default and default != "required":
+            default = f"if not given: {default}"
+        print("; ".join(filter(None, [f"{row.key}: {allowed}", default])))
+        print(fill(row.meaning, WIDTH, initial_indent="    ", subsequent_indent="    "))
+
+
+@command(PAGE)
+def schema(options: Namespace) -> None:
+    """Print the JSON schema of scenes, by which editors complete keys."""
+    from dpd.report.keys import scene_schema
+
+    print(json.dumps(scene_schema(_pages(options)), indent=1))
+
+
+def _pages(options):
+    """The pages of the files that are named."""
+    from dpd.own import load
+
+    found: dict[str, Any] = {}
+    for page in options.page:
+        found |= load(page.absolute(), "--page")[0]
+    return found
+
+
+@command(
+    option("--chi", type=POSITIVE, required=True, help="of two beads, chi_AB"),
+    option("--density", type=POSITIVE, default=3.0, metavar="RHO",
+           help="beads per r_c^3: 3 (default) or 5"),
+    option("--length", type=BEADS, default=1, metavar="N",
+           help="beads of a molecule of A, and of one of B: 1 (default) to 10"),
+    option("--kT", type=POSITIVE, default=1.0, help="temperature (default 1)"),
+)  # fmt: skip
+def repulsion(options: Namespace) -> None:
+    """Say which repulsions give two species a Flory-Huggins parameter chi."""
+    from dpd.theory.repulsion import LEAST, like_repulsion, relation_at, unlike_repulsion
+
+    chi, length = options.chi, options.length
+    try:
+        relation = relation_at(options.density, length)
+        like = like_repulsion(options.density, options.kT)
+        unlike = unlike_repulsion(chi, options.density, length, options.kT)
+    except ValueError as problem:
+        raise UserError(f"repulsion: {problem}") from None
+    lowest, highest = relation.chi_range(length)
+    print(
+        f"a_AA = a_BB  {like:.6g} kT / r_c, 75 kT / density: the compressibility of water\n"
+        f"a_AB         {unlike:.6g} kT / r_c\n"
+        f"chi N        {chi * length:.6g}\n"
+        f"relation     {relation}\n"
+        f"range        chi from {lowest:.3g} (chi N = {LEAST:g}) to {highest:g}\n"
+        f"in a scene   repulsion: {{A A: {like:.6g}, B B: {like:.6g}, A B: {unlike:.6g}}}"
+    )
+
+
+@command(
+    option("--density", type=POSITIVE, required=True, metavar="RHO",
+           help="molecules (not beads) per r_c^3"),
+    option("--pressure", type=POSITIVE, required=True, help="in kT / r_c^3"),
+    option("--beads", type=BEADS, default=1, metavar="M", help="of a molecule (default 1)"),
+    option("--length", type=number(float, 0, "0 or more"), metavar="L",
+           help="of a bond, in r_c; needed for 2 beads and more"),
+)  # fmt: skip
+def parameters(options: Namespace) -> None:
+    """Say which repulsion gives a fluid a pressure, by three equations of state.
+
+    GW: Groot and Warren 1997; rGW: Liyana-Arachchi et al. 2015; crGW: Minkara et al. 2019, which
+    alone knows of bonds.
+    """
+    from dpd.theory.equation_of_state import crgw, crgw_repulsion, gw_repulsion, rgw_repulsion
+
+    rho, m, wanted = options.density, options.beads, options.pressure
+    if m > 1 and options.length is None:
+        raise UserError(f"parameters: --length is missing; molecules of {m} beads have bonds")
+    length = options.length or 0.0
+    try:
+        repulsions = {
+            "GW": gw_repulsion(m * rho, wanted),
+            "rGW": rgw_repulsion(m * rho, wanted),
+            "crGW": crgw_repulsion(rho, wanted, m, length),
+        }
+        pressures = [crgw(rho, a, m, length) for a in repulsions.values()]
+    except ValueError as problem:
+        raise UserError(f"parameters: {problem}") from None
+    bonds = f" with bonds of {length:g} r_c" if m > 1 else ""
+    print(f"molecules of {m} bead{'s' if m > 1 else ''}{bonds}, {rho:g} per r_c^3")
+    print(f"beads     {m * rho:.6g} per r_c^3")
+    print(f"pressure  {wanted:g} kT / r_c^3\n")
+    print("equation  a in kT / r_c  pressure by crGW at this a")
+    for (name, a), pressure in zip(repulsions.items(), pressures, strict=True):
+        print(f"{name:8s}  {a:13.4g}  {pressure:26.4g}")
+    print(
+        "\nGW: Groot and Warren 1997; rGW: Liyana-Arachchi et al. 2015; crGW: Minkara et al. 2019, "
+        "which alone knows of bonds"
+    )
