@@ -30,7 +30,7 @@ from dpd.progress import Progress
 from tests.conftest import SCENE
 from tests.test_interrupted import Command, wait_for
 
-MODULES = ("dpd", "dpd.api.datasets", "dpd.api.live", "dpd.api.runs", "dpd.api.sweeps")
+MODULES = ("dpd.api.live", "dpd.api.runs")
 FLUID = SCENE | {"observe": ["thermo"], "steps": {"equilibrate": 200, "sample": 800}}
 CHAINS = {
     "dimension": 3,
@@ -173,10 +173,10 @@ WRONG = {
     "a key": (lambda: dpd.run(FLUID | {"boxx": 1}), "scene: unknown key 'boxx'"),
     "a value": (lambda: dpd.Scene(FLUID | {"box": 1}), "an edge of 1 is smaller"),
     "an output": (lambda: dpd.run(FLUID, output="run.txt"), "ends in .nc"),
-    "threads": (lambda: dpd.run(FLUID, threads=0), "threads: '0' is out of range"),
+    "threads": (lambda: dpd.run(FLUID, threads=0), "threads: 0 is out of range"),
     "a start": (lambda: dpd.run(FLUID, start="scene.yaml"), "scene.yaml"),
     "blows up": (lambda: dpd.run(FLUID | {"integrator": {"scheme": "euler", "dt": 1}}), "blew up"),
-    "steps to add": (lambda: dpd.extend("other.nc", sample=0), "sample: '0' is out of range"),
+    "steps to add": (lambda: dpd.extend("other.nc", sample=0), "sample: 0 is out of range"),
     "nothing to extend": (lambda: dpd.extend("other.nc", sample=9), "not the result of a run"),
     "nothing to load": (lambda: dpd.load("none.nc"), "none.nc: there is no such file"),
     "a folder": (lambda: dpd.load("."), "is a folder"),

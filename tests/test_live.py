@@ -178,7 +178,7 @@ def test_calls_that_are_refused(tmp_path, monkeypatch):
         (lambda: sim.set(dd=1), "set: 'dd' cannot change here; allowed: "),
         (lambda: sim.set(kT=1, gamm=2), "did you mean 'gamma'"),
         (lambda: sim.set({"seed": 2}), "'seed' cannot change"),
-        (lambda: sim.run(0), "steps: '0' is out of range"),
+        (lambda: sim.run(0), "steps: 0 is out of range"),
         (lambda: sim.save("run.txt"), "ends in .nc"),
         (lambda: dpd.Simulation(CHAINS | {"observe": ["trajectory"]}), "writes a file beside"),
     ):

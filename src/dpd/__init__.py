@@ -2,16 +2,6 @@
 
 A *scene* says what is simulated and how long; config/SCENES.md of the repository lists its keys.
 
->>> import dpd
->>> fluid = {
-...     "dimension": 3, "box": 6, "molecules": [{"architecture": "A", "density": 3}],
-...     "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-...     "steps": {"equilibrate": 100, "sample": 400}, "observe": ["thermo", "rdf"],
-... }
->>> run = dpd.run(fluid, progress=False)
->>> bool(0.9 < run.kT.mean() < 1.1)
-True
-
 - `dpd.run`: simulate a scene; what it measured, as an `xarray.Dataset`.
 - `dpd.extend`: make a finished run longer.
 - `dpd.Scene`: a scene that was checked and knows its beads, density and bonds.
@@ -26,11 +16,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from dpd.api.datasets import load as load
     from dpd.api.live import Simulation as Simulation
     from dpd.api.runs import extend as extend
+    from dpd.api.runs import load as load
     from dpd.api.runs import run as run
-    from dpd.api.sweeps import sweep as sweep
+    from dpd.api.runs import sweep as sweep
     from dpd.errors import UserError as UserError
     from dpd.report.draw import draw as draw
     from dpd.scene.scene import Scene as Scene
@@ -44,9 +34,9 @@ _MODULES = {
     "UserError": "dpd.errors",
     "draw": "dpd.report.draw",
     "extend": "dpd.api.runs",
-    "load": "dpd.api.datasets",
+    "load": "dpd.api.runs",
     "run": "dpd.api.runs",
-    "sweep": "dpd.api.sweeps",
+    "sweep": "dpd.api.runs",
 }
 __all__ = ["Scene", "Simulation", "UserError", "draw", "extend", "load", "run", "sweep"]
 

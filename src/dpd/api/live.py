@@ -7,20 +7,13 @@ import time
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dpd import files
-from dpd.api.datasets import load
-from dpd.api.runs import (
-    as_scene,
-    keyboard_interrupt,
-    place_for,
-    plain,
-    refuse_more_files,
-    warn,
-)
+from dpd.api.runs import as_scene, keyboard_interrupt, load, plain, refuse_more_files, warn
 from dpd.engine import simulation as engine
 from dpd.engine.loop import counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
@@ -51,19 +44,8 @@ class Simulation:
     """A scene in motion, which is run, looked at, changed, and run on.
 
     What the scene observes is measured as in `dpd.run`: nothing within ``steps.equilibrate``, and
-    then every so many steps. How long it runs, calls of `run` say, and not the scene.
-
-    Parameters
-    ----------
-    scene : path, dict or dpd.Scene
-        See `dpd.run`; a dict needs no ``steps.sample``.
-    observe, pages, start, threads, progress : optional
-        See `dpd.run`.
-
-    Raises
-    ------
-    dpd.UserError
-        If the scene is not allowed, or a file cannot be read.
+    then every so many steps. How long it runs, calls of `run` say, and not the scene; a dict needs
+    no ``steps.sample``. For arguments and errors see `dpd.run`.
 
     Examples
     --------
@@ -104,10 +86,11 @@ class Simulation:
         given = settle(given, state)
         self._progress, self._seconds = partial(Progress, bar=progress), 0.0
         self._equilibrate, self._chosen = given.steps.equilibrate, given.chosen
+        self._where = given.where
         self._data = {key: value for key, value in given.data.items() if key != "schedule"}
-        self._scene = self._planned(given.where, ROOM)
-        self._room = max([EVERY, *(page.every for page in self._scene.observe.values())])
-        self._scene = self._planned(given.where, self._room)
+        pages_looking = self._planned(ROOM).observe.values()
+        self._room = max([EVERY, *(page.every for page in pages_looking)])
+        self._scene = self._planned(self._room)
         self._systems = [(0, system_of(self._scene))]
         self._schedule: list[dict[str, Any]] = []
         for each in given.data.get("schedule", []):
@@ -153,14 +136,14 @@ class Simulation:
 
     def run(self, steps: int) -> None:
         """Go on for some steps; Ctrl-C stops it, and it can go on from there."""
-        last = self.step + whole("steps", steps)
-        if (sample := last - self._equilibrate) > self._room:
-            room = max(sample, 2 * self._room)
-            scene = self._planned(self._scene.where, room)
+        first, since = self.step, time.perf_counter()
+        sample = first + whole("steps", steps) - self._equilibrate
+        if sample > self._room:
+            self._room = max(sample, 2 * self._room)
+            scene = self._planned(self._room)
             scene.stages += self._scene.stages[1:]
-            observers = self._watching(scene, self._observers)
-            self._room, self._scene, self._observers = room, scene, observers
-        since, first = time.perf_counter(), self.step
+            self._observers = self._watching(scene, self._observers)
+            self._scene = scene
         with (
             self._progress(steps, "dpd.Simulation") as shown,
             keyboard_interrupt(),
@@ -173,7 +156,7 @@ class Simulation:
                     systems=self._systems,
                 )  # fmt: skip
             except LostRun as problem:
-                raise UserError(f"{self._scene.where}: {problem}") from None
+                raise UserError(f"{self._where}: {problem}") from None
             finally:
                 self._seconds += time.perf_counter() - since
 
@@ -199,16 +182,12 @@ class Simulation:
     def result(self) -> xr.Dataset:
         """What was measured so far, as `dpd.run` gives it.
 
-        Observables that have not looked yet are left out.
-
-        Raises
-        ------
-        dpd.UserError
-            If the system has not run for longer than its equilibration.
+        Observables that have not looked yet are left out. Raises `dpd.UserError` if the system has
+        not run for longer than its equilibration.
         """
-        with place_for(None, "run.nc") as path:
-            self.save(path)
-            return load(path)
+        with TemporaryDirectory(prefix="dpd-") as folder:
+            self.save(Path(folder, "run.nc"))
+            return load(Path(folder, "run.nc"))
 
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
         """Write the result as ``dpd run`` does, with all that was set as its ``schedule``.
@@ -216,7 +195,7 @@ class Simulation:
         Its scene, run by `dpd.run`, comes to the same bits; so does the result made longer by
         `dpd.extend` and this simulation run for longer. Nothing is replaced unasked.
         """
-        path, state = Path(path), self._engine.state
+        path = Path(path)
         files.check_output(path, ".nc")
         if not overwrite:
             files.refuse_to_replace(path)
@@ -228,16 +207,16 @@ class Simulation:
             "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
         }
         variables, _, attributes = gathered(scene, self._engine, observers, timed)
-        kept = kept_of(scene, state, observers)
+        kept = kept_of(scene, self._engine.state, observers)
         files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
         warn(attributes.get("warning", ""))
 
     def _so_far(self):
-        """The scene that is as long as this has run."""
+        """The scene that is as long as this has run, with the observables that have looked."""
         sample = self.step - self._equilibrate
         if sample < 1:
             raise UserError(
-                f"{self._scene.where}: nothing is measured yet: step {self.step} of "
+                f"{self._where}: nothing is measured yet: step {self.step} of "
                 f"{self._equilibrate} to equilibrate; run it for longer"
             )
         pages = self._scene.observe
@@ -246,13 +225,12 @@ class Simulation:
             if pages[item if isinstance(item, str) else next(iter(item))].every <= sample
         ]  # fmt: skip
         schedule = [each for each in self._schedule if each["step"] <= self.step]
-        more = {"observe": looked, **({"schedule": schedule} if schedule else {})}
-        return self._planned(self._scene.where, sample, **more)
+        return self._planned(sample, observe=looked, **({"schedule": schedule} if schedule else {}))
 
-    def _planned(self, where, sample, **changes):
+    def _planned(self, sample, **changes):
         """The scene with so many steps of sampling."""
         length = {"steps": {"equilibrate": self._equilibrate, "sample": sample}, "duration": {}}
-        scene = Scene(self._data | length | changes, where)
+        scene = Scene(self._data | length | changes, self._where)
         scene.chosen = self._chosen
         return scene
 
@@ -271,7 +249,7 @@ class Simulation:
 
     def _enter(self, step, settings):
         """Other values from a step on."""
-        enter(self._scene, step, settings, f"{self._scene.where}: set")
+        enter(self._scene, step, settings, f"{self._where}: set")
         self._systems.append((step, system_of(self._scene.stages[-1].scene)))
         self._schedule.append({"step": step, "set": settings})
 
@@ -282,8 +260,9 @@ class Simulation:
             return name
         every = {key: scene.data[key] for key in scene.terms if isinstance(scene.data[key], dict)}
         found = [f"{key}.{name}" for key, names in every.items() if name in names]
-        if len(found) != 1:
-            near = suggestion(name, sorted({each for names in every.values() for each in names}))
-            what = f"is one of {', '.join(found)}; give it by its key"
-            raise UserError(f"set: {name!r} {what if found else f'cannot change here; {near}'}")
-        return found[0]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise UserError(f"set: {name!r} is one of {', '.join(found)}; give it by its key")
+        near = suggestion(name, sorted({each for names in every.values() for each in names}))
+        raise UserError(f"set: {name!r} cannot change here; {near}")

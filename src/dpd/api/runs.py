@@ -1,11 +1,16 @@
-"""A run from Python."""
+"""Runs, sweeps and results from Python."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import time
 import warnings
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,14 +18,18 @@ from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import yaml
 
-from dpd.api.datasets import load
-from dpd.errors import Stopped, UserError, shown
+from dpd import files
+from dpd.analysis import collect
+from dpd.digest import PACKAGE
+from dpd.errors import FAILED, Occupied, Stopped, UserError, shown
 from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
 from dpd.progress import Progress
 from dpd.runs.extend import extend as make_longer
-from dpd.runs.run import Options
+from dpd.runs.result import is_made, result_there
+from dpd.runs.run import WARNING, Options, whole
 from dpd.runs.run import run as run_alone
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
@@ -31,7 +40,15 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from dpd.pipeline.sweep import Point, Sweep
+
 CHECKPOINT_EVERY = 60.0  # s of wall clock
+CONVENTIONS = "CF-1.11"
+UNITS = (
+    "Reduced units: length r_c, the range of the forces; energy kT; mass m of a bead; time tau = "
+    "r_c sqrt(m / kT). They are no units of UDUNITS."
+)
+REMEDY = "if it should be the result of a run or a sweep, make it again"
 
 
 def run(
@@ -45,11 +62,10 @@ def run(
     progress: bool | None = None,
     overwrite: bool = False,
 ) -> xr.Dataset:
-    """Simulate a scene.
+    """Simulate a scene; what was measured, see `dpd.load`.
 
     Ctrl-C stops it after the steps under way, with a `KeyboardInterrupt`. With an ``output``, the
-    state is kept beside it once a minute and then, and the same call goes on from there, to the
-    same bits.
+    state is kept beside it once a minute and then, and the same call goes on, to the same bits.
 
     Parameters
     ----------
@@ -63,11 +79,10 @@ def run(
     pages : list, optional
         Files with pages of one's own, or classes such as pair forces, that the scene may then name.
     start : path, optional
-        First configuration, as ``dpd run --start`` takes it: read if the file is there, otherwise
-        made and kept in it. Without it, it is made as the scene says.
+        First configuration: read if the file is there, otherwise made and kept in it.
     output : path, optional
-        A file to keep the result in, whose name ends in ``.nc``. If it holds the result of the same
-        scene already, nothing is run, with a warning. Without it nothing is left on the disk.
+        A ``.nc`` file to keep the result in. If it holds that of the same scene already, nothing
+        is run, with a warning. Without it nothing is left on the disk.
     threads : int, optional
         Threads that share the work. The results are the same bits.
     progress : bool, optional
@@ -75,11 +90,6 @@ def run(
         on standard error every 20 seconds.
     overwrite : bool, optional
         Whether to replace what is in the place of the output.
-
-    Returns
-    -------
-    xarray.Dataset
-        What was measured, see `dpd.load`.
 
     Raises
     ------
@@ -101,20 +111,14 @@ def run(
     >>> g = run.rdf.mean("block")  # the radial distribution function
     >>> bool(g.sel(r=2.5, method="nearest") > 0.8)
     True
-
-    A dict of another system follows from this one:
-
-    >>> hotter = dpd.run(fluid | {"thermostat": {"kT": 2}}, progress=False)
-    >>> bool(hotter.kT.mean() > 1.8)
-    True
     """
     scene = as_scene(scene, observe, pages)
-    if output is None:
-        refuse_more_files(scene, "dpd.run(..., output='run.nc')")
-    with place_for(output, "run.nc") as path:
-        every = None if output is None else CHECKPOINT_EVERY
-        more = {"tell": lambda sentence: None, "label": "dpd.run"}
-        options = _options(threads, every, overwrite, progress, **more)
+    with _place_for(output, "run.nc", scene, "dpd.run(..., output='run.nc')") as path:
+        options = Options(
+            threads, None if output is None else CHECKPOINT_EVERY, overwrite, own=True,
+            label="dpd.run", say=warn, tell=lambda sentence: None,
+            progress=partial(Progress, bar=progress),
+        )  # fmt: skip
         with keyboard_interrupt():
             run_alone(scene, path, Path(start) if start else None, options)
         return load(path)
@@ -131,6 +135,8 @@ def extend(
 ) -> xr.Dataset:
     """Make a finished run longer, to the same bits as if it had been planned that long.
 
+    Stopped with Ctrl-C, or killed, the same call goes on.
+
     Parameters
     ----------
     path : path
@@ -140,12 +146,7 @@ def extend(
     output : path, optional
         A file for the longer result. Without it, that takes the place of the run once it is whole.
     threads, progress, overwrite : optional
-        See `dpd.run`. Stopped with Ctrl-C, or killed, the same call goes on.
-
-    Returns
-    -------
-    xarray.Dataset
-        The longer result, see `dpd.load`.
+        See `dpd.run`.
 
     Raises
     ------
@@ -160,19 +161,240 @@ def extend(
     >>> longer = dpd.extend("short.nc", sample=100, output="longer.nc", progress=False)
     >>> short.time.size, longer.time.size
     (100, 125)
-    >>> bool((longer.kT[:100] == short.kT).all())
-    True
     """
-    run, longer = Path(path), Path(path if output is None else output)
-    options = _options(threads, CHECKPOINT_EVERY, overwrite, progress)
+    longer = Path(path if output is None else output)
+    bar = partial(Progress, bar=progress)
+    options = Options(threads, CHECKPOINT_EVERY, overwrite, own=True, say=warn, progress=bar)
     with keyboard_interrupt():
-        make_longer(run, sample, longer, options)
+        make_longer(Path(path), sample, longer, options)
     return load(longer)
 
 
-def _options(threads, every_seconds, overwrite, progress, **more):
-    bar = partial(Progress, bar=progress)
-    return Options(threads, every_seconds, overwrite, own=True, say=warn, progress=bar, **more)
+def load(path: str | os.PathLike) -> xr.Dataset:
+    """Read the result of a run or of a sweep, which `dpd.run`, `dpd.sweep` or ``dpd run`` wrote.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of a run: the variables of its observables. Time series have the dimension and coordinate
+        ``time``, in tau since the end of equilibration. Averages over a part of the run have the
+        dimension ``block``. Each variable has ``units`` and ``long_name``, and each series of
+        numbers, as ``run.kT.attrs``, its ``mean``, its standard ``error`` (1.96 of it make a 95 %
+        interval) and its ``correlation_time`` in tau. The attributes hold the scene as JSON, the
+        seed and what made the file. Of a sweep: see `dpd.sweep`.
+
+    Raises
+    ------
+    dpd.UserError
+        If the file is missing, damaged or something else.
+
+    Examples
+    --------
+    With ``fluid`` as in `dpd.run`:
+
+    >>> made = dpd.run(fluid, output="fluid.nc", progress=False)
+    >>> run = dpd.load("fluid.nc")
+    >>> run.kT.dims, run.time.units, run.pressure.units
+    (('time',), 'tau', 'kT / r_c^3')
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise UserError(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}")
+    data = collect.load(path, REMEDY)
+    if "sweep" in data.attrs:
+        return data
+    if "scene_digest" not in data.attrs:
+        raise UserError(f"{path}: neither the result of a run nor of a sweep; {REMEDY}")
+    if "sample" in data.dims:
+        data = data.set_coords("time").swap_dims(sample="time")
+    for variable in data.variables.values():
+        if "units" in variable.attrs and "axis" in data.sizes:
+            units = variable.attrs["units"].replace("dimension", str(data.sizes["axis"]))
+            variable.attrs["units"] = units
+    written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    made = ", ".join(f"{name} {data.attrs[name]}" for name in ("sources", "numpy", "numba"))
+    warned = {key: data.attrs[key] for key in ("warning",) if key in data.attrs}
+    about = {
+        "title": f"Dissipative particle dynamics of {data.attrs['beads']} beads",
+        "source": f"dpd-papers ({made})",
+        "history": f"{written:%Y-%m-%dT%H:%M:%SZ} written by dpd run",
+        "comment": UNITS,
+        "Conventions": CONVENTIONS,
+    }
+    data.attrs = warned | about | data.attrs  # the first ones are shown
+    return data
+
+
+def sweep(
+    scene: str | os.PathLike | Mapping[str, Any] | Scene,
+    axes: Mapping[str, Sequence | Mapping],
+    *,
+    observe: Sequence[Any] = (),
+    pages: Sequence[Any] = (),
+    replicas: int = 1,
+    processes: int | None = None,
+    threads: int = 1,
+    output: str | os.PathLike | None = None,
+    progress: bool | None = None,
+    overwrite: bool = False,
+) -> xr.Dataset:
+    """Simulate all combinations of some values of a scene.
+
+    Each run is a process of its own, with a seed that follows from the scene's seed and from the
+    values: more values or replicas change none of the former runs. Ctrl-C stops them all.
+
+    Parameters
+    ----------
+    scene : path, dict or dpd.Scene
+        See `dpd.run`. It names its scheme and time step, and observes ``thermo``.
+    axes : dict
+        Keys of the scene, joined by dots, as ``"core.radius"`` or ``"molecules.0.density"``; each
+        with a list of its values, which are numbers or words. Several keys, or text such as
+        ``"A 10"``, need a name and what the axis of a paper has (see config/README.md), as
+        ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
+    observe, pages, progress : optional
+        See `dpd.run`.
+    replicas : int, optional
+        Runs of each combination, with seeds of their own.
+    processes, threads : int, optional
+        Runs at a time, as many as there are cores for if not given; threads of each run.
+    output : path, optional
+        A folder for the results. Those that are there already, of the same scene, are not made
+        again, with a warning where another version of this program made them; a run that was
+        stopped goes on. The dataset is kept in it as ``sweep.nc``. Without it nothing is left on
+        the disk.
+    overwrite : bool, optional
+        Whether to replace results of other scenes and versions, and a ``sweep.nc`` of other axes.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dimensions are the axes, by their keys, and ``replica``. A time series such as ``kT``
+        becomes its mean, with ``kT_error`` (a standard error that knows about correlation),
+        ``kT_correlation_time`` and more; averages and tables are kept whole.
+
+    Raises
+    ------
+    dpd.UserError
+        If a scene is not allowed, or a file would be replaced unasked, before anything is run; or
+        if runs fail, once all have ended.
+
+    Examples
+    --------
+    With ``fluid`` as in `dpd.run`:
+
+    >>> found = dpd.sweep(fluid, {"repulsion.A A": [10, 25]}, replicas=2, progress=False)
+    >>> dict(found.pressure.sizes)
+    {'repulsion.A A': 2, 'replica': 2}
+    >>> soft, hard = found.pressure.mean("replica")
+    >>> bool(soft < hard), bool((found.pressure_error > 0).all())
+    (True, True)
+    """
+    from dpd.pipeline.paths import run_file
+
+    planned = _planned(as_scene(scene, observe, pages), axes, whole("replicas", replicas))
+    threads = Options(threads).threads
+    if processes is None:
+        processes = max(1, len(os.sched_getaffinity(0)) // threads)
+    workers, first = whole("processes", processes), planned.points[0].scene
+    with _place_for(output, "", first, "dpd.sweep(..., output='runs')") as folder:
+        paths = [Path(run_file(folder, point.name)) for point in planned.points]
+        missing = [
+            (point, path) for point, path in zip(planned.points, paths)
+            if not is_made(point.scene, path)
+            and (overwrite or result_there(point.scene, path, warn) is None)
+        ]  # fmt: skip
+        if not overwrite:
+            _refuse_other(folder / "sweep.nc", planned)
+        how = ["--threads", str(threads), *["--overwrite"] * overwrite]
+        _run_all(missing, how, workers, progress)
+        data = collect.collect(planned, paths, any_version=True)
+        # Last configurations are for those who go on from a run.
+        data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
+        data = data.assign_attrs(Conventions=CONVENTIONS, comment=UNITS)
+        if output is not None:
+            collect.save(data, folder / "sweep.nc")
+    return data
+
+
+def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int) -> Sweep:
+    from dpd.pipeline.points import fixed
+    from dpd.pipeline.sections import SweptAxis
+    from dpd.pipeline.sweep import unfold
+    from dpd.sentences import read_section
+
+    key = f"{fixed(scene).where}: sweep"
+    described = {}
+    for name, values in plain(axes).items():
+        if isinstance(values, dict):
+            read_section(SweptAxis, values, key, f"axes.{name}")
+            described[name] = values
+        elif isinstance(values, list):
+            described[name] = {"values": values, "set": name, "units": "reduced", "long_name": name}
+        else:
+            raise UserError(f"{key}.axes.{name}: {shown(values)} is no list, such as [0.1, 0.2]")
+    return unfold("dpd", "sweep", {"scene": scene.data, "replicas": replicas}, key, described)
+
+
+def _refuse_other(path: Path, planned: Sweep) -> None:
+    """Refuse to let the dataset take the place of what is none, or has what this one lacks."""
+    held: dict[str, Any] = {}
+    with suppress(UserError):
+        held, attributes = files.read(path)
+        held = held if "sweep" in attributes else {}
+    if not held:
+        files.refuse_to_replace(path)
+        return
+    known = {axis.name: np.asarray(axis.labels).tolist() for axis in planned.axes}
+    same = np.ndim(held.get("beads", 0)) == len(known) and known.keys() <= held.keys()
+    if not same or any(set(np.ravel(held[name]).tolist()) - set(known[name]) for name in known):
+        raise Occupied(f"{path}: holds a sweep with other axes or values, which this one lacks")
+
+
+def _run_all(
+    points: Sequence[tuple[Point, Path]], how: Sequence[str], workers: int, progress: bool | None
+) -> None:
+    """Run points of a sweep, each as `python -m dpd run`; say what failed once all have ended.
+
+    Processes that Python's own pool starts would run a script anew that has no guard of
+    ``__main__``, and could not be stopped so that they keep their states.
+    """
+    at_work: set[subprocess.Popen] = set()
+
+    def run_one(point, result):
+        scene, text = result.with_name("scene.yaml"), yaml.safe_dump(point.scene.data)
+        files.replace_whole(scene, lambda draft: draft.write_text(text))
+        command = [sys.executable, "-P", "-m", "dpd", "run", str(scene), "-o", str(result), *how]
+        path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
+        with subprocess.Popen(
+            command, text=True, env=os.environ | {"PYTHONPATH": path}, stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        ) as child:  # fmt: skip
+            at_work.add(child)
+            said = child.communicate()[1].strip().splitlines()
+        at_work.discard(child)
+        for line in said:
+            if line.startswith(WARNING):
+                warnings.warn(f"{point.name}: {line.removeprefix(WARNING)}", stacklevel=1)
+        problem = said[-1] if said else f"ended with code {child.returncode}"
+        problem = problem.removeprefix(FAILED).removeprefix(f"{scene}: ")
+        return f"{point.name}: {problem}" if child.returncode else ""
+
+    with Progress(len(points), "dpd.sweep", progress) as done, ThreadPoolExecutor(workers) as pool:
+        under_way = [pool.submit(run_one, *each) for each in points]
+        try:
+            for number, _ in enumerate(as_completed(under_way), 1):
+                done(number)
+        except BaseException:  # all are asked to keep their states and to end
+            pool.shutdown(wait=False, cancel_futures=True)
+            while not all(each.done() for each in under_way):
+                for child in list(at_work):
+                    child.terminate()
+                time.sleep(0.1)
+            raise
+    failed = [problem for each in under_way if (problem := each.result())]
+    if failed:
+        raise UserError(f"{len(failed)} of {len(points)} runs failed; the first: {failed[0]}")
 
 
 @contextmanager
@@ -242,11 +464,12 @@ def plain(value: Any) -> Any:
 
 
 @contextmanager
-def place_for(result: str | os.PathLike | None, name: str = "") -> Iterator[Path]:
+def _place_for(result, name, scene, call):
     """Where a result goes: as asked for, or where it is there for a while."""
     if result is not None:
         yield Path(result)
         return
+    refuse_more_files(scene, call)
     with TemporaryDirectory(prefix="dpd-") as folder:
         yield Path(folder, name)
 

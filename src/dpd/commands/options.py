@@ -53,29 +53,19 @@ def command(*arguments: str | Option, output: str = "") -> Callable:
     return declare
 
 
-def number(kind: Any, low: float, allowed: str, high: float = sys.float_info.max) -> Callable:
-    """A converter of text to a number of a kind within limits."""
-
-    def convert(text: str) -> Any:
-        try:
-            found = kind(text)
-        except ValueError:
-            found = math.nan
-        if not low <= found <= high:
-            raise ArgumentTypeError(f"{text!r} is out of range; allowed: {allowed}")
-        return found
-
-    return convert
+def positive(text: str) -> float:
+    """A number above 0."""
+    if not 0 < (found := float(text)) < math.inf:
+        raise ArgumentTypeError(f"{text!r} is out of range; allowed: numbers above 0")
+    return found
 
 
-POSITIVE = number(float, 5e-324, "numbers above 0")
 THREADS = option(
     "--threads", type=int, default=1, metavar="N",
     help="threads that share the work (default 1); the results are the same bits",
 )  # fmt: skip
 CHECKPOINTS = option(
-    "--checkpoint-every", type=number(float, 0, "0, 60, ... seconds"), default=60.0,
-    metavar="SECONDS",
+    "--checkpoint-every", type=float, default=60.0, metavar="SECONDS",
     help="wall clock between checkpoints (default 60; 0: as often as the run looks at the clock); "
     "the same command resumes from one",
 )  # fmt: skip

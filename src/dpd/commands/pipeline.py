@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dpd.commands.options import CHECKPOINTS, POSITIVE, THREADS, command, option, options_of
+from dpd.commands.options import CHECKPOINTS, THREADS, command, option, options_of, positive
 from dpd.digest import ROOT
 from dpd.errors import FAILED, Stopped, UserError, suggestion
 
@@ -323,7 +323,7 @@ def schemes(options: Namespace) -> None:
 
 @command(
     "study",
-    option("--runs-from", type=POSITIVE, default=math.inf, metavar="HOURS",
+    option("--runs-from", type=positive, default=math.inf, metavar="HOURS",
            help="also keep runs of the long study that took so long or longer, for `restore`"),
 )  # fmt: skip
 def archive(options: Namespace) -> None:

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 from dpd.commands.options import (
     CHECKPOINTS,
     OVERWRITE,
-    POSITIVE,
     THREADS,
     called,
     command,
-    number,
     option,
     options_of,
+    positive,
 )
 from dpd.errors import UserError, suggestion
 
@@ -32,7 +31,6 @@ CHOICES = (  # of `draw`, which `dpd.draw` has too
     "frame", "slice", "surface", "smooth", "species", "colour", "view", "slab", "radius", "size",
     "dpi",
 )  # fmt: skip
-BEADS = number(int, 1, "1, 2, ... beads", 10**9)
 PAGE = option(
     "--page", type=Path, metavar="FILE", action="append", default=[],
     help="a Python file with pages of your own, whose sections a scene may then have",
@@ -163,8 +161,7 @@ def extend(options: Namespace) -> None:
     option("path", nargs="?", type=Path, help="results of a study, as results/quick (default: of "
            "that in config/config.yaml); or run.nc of a run of your own, or its folder"),
     option("--papers", nargs="+", help="if not those of config/config.yaml"),
-    option("--watch", type=number(float, 0.5, "0.5 seconds or more"), metavar="SECONDS",
-           help="again and again, with that pause"),
+    option("--watch", type=positive, metavar="SECONDS", help="again and again, with that pause"),
     option("--json", action="store_true", help="as one line of JSON, for scripts"),
 )  # fmt: skip
 def status(options: Namespace) -> None:
@@ -327,12 +324,12 @@ def _pages(options):
 
 
 @command(
-    option("--chi", type=POSITIVE, required=True, help="of two beads, chi_AB"),
-    option("--density", type=POSITIVE, default=3.0, metavar="RHO",
+    option("--chi", type=positive, required=True, help="of two beads, chi_AB"),
+    option("--density", type=positive, default=3.0, metavar="RHO",
            help="beads per r_c^3: 3 (default) or 5"),
-    option("--length", type=BEADS, default=1, metavar="N",
+    option("--length", type=int, default=1, metavar="N",
            help="beads of a molecule of A, and of one of B: 1 (default) to 10"),
-    option("--kT", type=POSITIVE, default=1.0, help="temperature (default 1)"),
+    option("--kT", type=positive, default=1.0, help="temperature (default 1)"),
 )  # fmt: skip
 def repulsion(options: Namespace) -> None:
     """Say which repulsions give two species a Flory-Huggins parameter chi."""
@@ -357,11 +354,11 @@ def repulsion(options: Namespace) -> None:
 
 
 @command(
-    option("--density", type=POSITIVE, required=True, metavar="RHO",
+    option("--density", type=positive, required=True, metavar="RHO",
            help="molecules (not beads) per r_c^3"),
-    option("--pressure", type=POSITIVE, required=True, help="in kT / r_c^3"),
-    option("--beads", type=BEADS, default=1, metavar="M", help="of a molecule (default 1)"),
-    option("--length", type=number(float, 0, "0 or more"), metavar="L",
+    option("--pressure", type=positive, required=True, help="in kT / r_c^3"),
+    option("--beads", type=int, default=1, metavar="M", help="of a molecule (default 1)"),
+    option("--length", type=float, metavar="L",
            help="of a bond, in r_c; needed for 2 beads and more"),
 )  # fmt: skip
 def parameters(options: Namespace) -> None:

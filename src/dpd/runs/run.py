@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
 
 NETCDF = ".nc"
+WARNING = "warning: "
 THREADS_PER_CORE = 4  # more only wait for each other
 COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
@@ -62,7 +63,7 @@ def warn(sentence: str) -> None:
     """A warning to the terminal, if anybody reads that; nothing for an empty one."""
     with suppress(OSError):
         if sentence:
-            print(f"warning: {sentence}", file=sys.stderr, flush=True)
+            print(f"{WARNING}{sentence}", file=sys.stderr, flush=True)
 
 
 def tell(sentence: str) -> None:
