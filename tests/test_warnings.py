@@ -9,8 +9,8 @@ import xarray as xr
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.report.captions import run_warnings
+from dpd.runs.measured import FEWEST, temperature_warning
 from dpd.runs.run import Options, simulate
-from dpd.runs.warnings import FEWEST, temperature_warning
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 
@@ -88,7 +88,7 @@ def test_a_warning_needs_five_percent_and_four_errors(mean, spread, warned):
 def test_a_warning_without_an_error_says_so(monkeypatch):
     """Where the samples are too few, or too much alike, to know it."""
     kT = np.full(2 * FEWEST, 1.27)
-    name = "dpd.runs.warnings.mean_and_error"
+    name = "dpd.runs.measured.mean_and_error"
     monkeypatch.setattr(name, lambda kT: (kT.mean(), np.nan, 0.5))
     said = temperature_warning(Scene(FLUID), {"kT": kT})
     assert "kT is 1.27" in said and "too short a run to know its error" in said

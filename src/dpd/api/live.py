@@ -22,8 +22,9 @@ from dpd.observe.common.snapshot import snapshot_of
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.progress import Progress
 from dpd.runs.auto import settle
+from dpd.runs.measured import gathered
 from dpd.runs.result import go_on_from, kept_of
-from dpd.runs.run import Options, gathered, stop_on, whole
+from dpd.runs.run import Options, stop_on, whole
 from dpd.scene.scene import Scene
 from dpd.scene.schedule import enter
 from dpd.start.common.files import begin

@@ -285,8 +285,8 @@ def verdicts(options: Namespace) -> None:
 def report(options: Namespace) -> None:
     """Write the report."""
     from dpd.pipeline.study import read_paper, read_study
-    from dpd.report.workflow import overhead
     from dpd.report.page import write_page
+    from dpd.report.workflow import overhead
 
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study).description

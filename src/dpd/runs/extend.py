@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from dpd.engine.checkpoint import refuse_other_file
 from dpd.files import attributes, check_output, read, remove_drafts, unfinished
 from dpd.runs.lock import alone
+from dpd.runs.measured import summary
 from dpd.runs.result import (
     checkpoint_path,
     read_former,
@@ -16,7 +17,7 @@ from dpd.runs.result import (
     remove_left,
     result_there,
 )
-from dpd.runs.run import NETCDF, Options, say_if_resumed, simulate, stop_on, summary, whole
+from dpd.runs.run import NETCDF, Options, say_if_resumed, simulate, stop_on, whole
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import signal
 import sys
 import threading
@@ -14,12 +13,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dpd import files
-from dpd.analysis.statistics import mean_and_error
 from dpd.engine.checkpoint import Checkpoint, file_of, refuse_other_file, stored_in
 from dpd.engine.loop import counts_from
 from dpd.engine.loop import run as run_steps
@@ -28,9 +26,9 @@ from dpd.errors import LostRun, Stopped, UserError
 from dpd.files import remove_drafts, unfinished
 from dpd.jit import COMPILING
 from dpd.observe.common.measured import observables
-from dpd.page import Change
 from dpd.progress import Progress
 from dpd.runs.lock import alone
+from dpd.runs.measured import gathered, summary
 from dpd.runs.result import (
     Kept,
     checkpoint_path,
@@ -40,14 +38,13 @@ from dpd.runs.result import (
     remove_left,
     result_there,
 )
-from dpd.runs.warnings import warning_of
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from dpd.start import BYTES_PER_BEAD, start_work
 from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from dpd.engine.state import State
 
@@ -74,38 +71,19 @@ def tell(sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Options:
-    """How a run is carried out; none of it changes a bit of what it measures.
-
-    Attributes
-    ----------
-    threads : int
-    every_seconds : float or None
-        Wall clock between checkpoints beside the result; None keeps no state.
-    overwrite : bool
-        Replace what is in the place of the result, see `dpd.runs.result`.
-    own : bool
-        A run of one's own: it keeps its end for longer ones, begins with any file, and is refused
-        where another is at work. Otherwise it is Snakemake's: it waits for the other, leaves a
-        result of the same scene and sources as it is, replaces any other, and its ``start`` is
-        that of the scene.
-    label : str
-        For progress.
-    signals : tuple of int
-        What asks it to stop.
-    say, tell : callable
-        Called with a warning, and with a sentence on what is done.
-    progress : callable
-        Makes a `dpd.progress.Progress` from a number of steps and a label.
-    """
+    """How a run is carried out; none of it changes a bit of what it measures."""
 
     threads: int = 1
-    every_seconds: float | None = None
-    overwrite: bool = False
+    every_seconds: float | None = None  # of wall clock between checkpoints; None keeps no state
+    overwrite: bool = False  # what is in the place of the result, see `dpd.runs.result`
+    # A run of one's own keeps its end for longer ones, begins with any file, and is refused where
+    # another is at work. Otherwise it is Snakemake's: it waits for the other, leaves a result of
+    # the same scene and sources as it is, replaces any other, and its start is that of the scene.
     own: bool = False
-    label: str = ""
-    signals: tuple[int, ...] = (signal.SIGINT,)
-    say: Callable[[str], None] = warn
-    tell: Callable[[str], None] = tell
+    label: str = ""  # for progress
+    signals: tuple[int, ...] = (signal.SIGINT,)  # that ask it to stop
+    say: Callable[[str], None] = warn  # called with a warning
+    tell: Callable[[str], None] = tell  # called with a sentence on what is done
     progress: Callable[..., Progress] = Progress
 
     def __post_init__(self) -> None:
@@ -125,28 +103,10 @@ def run(
 ) -> dict[str, float]:
     """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
 
-    Parameters
-    ----------
-    scene : Scene
-    output : Path
-        The NetCDF file to write.
-    start : Path or None
-        First configuration; without one it is made. For a run of one's own it is made there if
-        there is none.
-    options : Options
-
-    Returns
-    -------
-    dict
-        Summary, see `summary`.
-
-    Raises
-    ------
-    UserError
-        If it cannot be, see `dpd.runs.lock.alone` and `simulate`, or would replace something
-        unasked.
-    Stopped
-        If a signal asked for it.
+    Without a ``start`` the first configuration is made; for a run of one's own it is made there if
+    there is none. The result is a summary, see `dpd.runs.measured.summary`. Raises `UserError` if
+    it cannot be, see `dpd.runs.lock.alone` and `simulate`, or would replace something unasked;
+    `Stopped` if a signal asked for it.
     """
     checkpoint = checkpoint_path(output)
     beside, given = list(scene.files_beside(output).values()), [start] if start else []
@@ -191,16 +151,11 @@ def _run(scene, output, start, options, stopping, lock):
 
 @contextmanager
 def stop_on(signals: Sequence[int]) -> Iterator[Callable[[], int]]:
-    """While a run looks whether it is asked to stop.
+    """While a run looks whether it is asked to stop: yields what returns that signal, or 0.
 
     The first signal asks for it, a second Ctrl-C does what it did before. Those that the caller
     has ignored, as nohup does, stay so. Python tells its main thread alone of signals: nobody asks
     a run in another one.
-
-    Yields
-    ------
-    callable
-        Returns the number of the signal that asks to stop, or 0.
     """
     came: list[tuple[int, float]] = []
 
@@ -290,33 +245,12 @@ def simulate(
     begun: float | None = None,
     former: Sequence[Any] = (),
 ) -> dict[str, float]:
-    """Run a scene from a first configuration and write what it observed.
+    """Run a scene from a first configuration and write what it observed, in the end and whole.
 
-    Parameters
-    ----------
-    scene : Scene
-    path : path
-        The NetCDF file; written at the end, whole.
-    state : State
-        From `read_start` or `make_start` of `dpd.start.common`, or the end of a shorter run.
-    options : Options
-    progress, stopping : callable or None
-        See `dpd.engine.loop.run`.
-    begun : float or None
-        When the work on this run began, as `time.perf_counter` has it; now if None.
-    former : list
-        Observables of the shorter run that this one goes on from, at its end.
-
-    Returns
-    -------
-    dict
-        See `summary`.
-
-    Raises
-    ------
-    UserError
-        If the run blows up or is stopped; the last checkpoint stays. Before it begins, if
-        there is no room for checkpoint and result.
+    The ``state`` is a start or the end of a shorter run, and then the observables of that are
+    ``former``; for ``progress`` and ``stopping`` see `dpd.engine.loop.run`. ``begun`` is when the
+    work began, as `time.perf_counter` has it. Raises `UserError` if there is no room for checkpoint
+    and result, or if the run blows up or is stopped; the last checkpoint stays.
     """
     begun = time.perf_counter() if begun is None else begun
     if scene.is_auto:
@@ -413,100 +347,3 @@ def _with_place(problem, scene, keeper):
     last = f"; its last good state is in {keeper.path}" if kept else ""
     text = f"{scene.where}: {str(problem).rstrip('.')}{last}"
     return Stopped(text, problem.signal) if isinstance(problem, Stopped) else UserError(text)
-
-
-class Gathered(NamedTuple):
-    """What a run has measured: variables for its file, their values by name, and attributes."""
-
-    variables: dict[str, files.Variable]
-    values: dict[str, np.ndarray]
-    attributes: dict[str, Any]
-
-
-def gathered(
-    scene: Scene, simulation: Simulation, observers: list[Any], timed: Mapping[str, Any]
-) -> Gathered:
-    """All that a run has measured in the end; ``timed`` attributes say how it went."""
-    variables: dict[str, files.Variable] = {}
-    for observer in observers:
-        variables |= observer.variables()
-    values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
-    attributes = {
-        "scene": json.dumps(scene.data),
-        "scene_digest": scene.digest,
-        "sources": run_sources(scene),
-        "beads": scene.beads,
-        "seed": scene.data["seed"],
-        "steps": sum(scene.steps),
-        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-        "number_density": mean_density(scene, simulation.volume, values),
-    }
-    attributes = {**attributes, **versions(), **timed}
-    if scene.chosen:
-        attributes["chosen"] = scene.chosen["said"]
-    if warning := warning_of(scene, values):
-        attributes["warning"] = warning
-    return Gathered(_with_means(variables), values, attributes)
-
-
-def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) -> float:
-    """Beads per r_c^dimension: the mean over the samples of a volume that changes.
-
-    ``volume`` is that of the box in the end, ``values`` what was measured, by name.
-    """
-    if Change.STRETCHES not in scene.made:
-        return scene.density
-    sampled = values.get("volume", np.array([volume]))
-    sampled = sampled[np.isfinite(sampled)]
-    return float(np.mean(scene.beads / sampled)) if len(sampled) else scene.beads / volume
-
-
-def _with_means(variables):
-    """The same, each series with what `dpd.load` says of it; NaN where not known.
-
-    Those over ``sample``, whose times are ``time``, and of one's own pages, as ``x_sample``.
-    """
-    found = dict(variables)
-    for name, variable in variables.items():
-        over = str(variable[0][0]) if len(variable[0]) == 1 else ""
-        times = over.removesuffix("sample") + "time"
-        if over.endswith("sample") and times in variables and name != times:
-            mean, error, memory = mean_and_error(variable[1])
-            step = float(np.ravel(variables[times][1])[0])
-            time = memory * step if np.isfinite(error) else np.nan
-            found[name] = (*variable[:4], {"mean": mean, "error": error, "correlation_time": time})
-    return found
-
-
-def versions() -> dict[str, str]:
-    """Of what computes, for a file."""
-    import numba
-
-    return {"numpy": np.__version__, "numba": numba.__version__}
-
-
-def summary(
-    scene: Scene, values: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
-) -> dict[str, float]:
-    """Means of the measured series, for a person at a terminal.
-
-    Both pressures have the kinetic part that was measured, as ``pressure`` and
-    ``pressure_tensor_all`` in the file, whose variables and attributes these are.
-    """
-    found = {
-        "beads": attributes["beads"],
-        "steps": attributes["steps"],
-        "seconds": attributes["seconds"],
-        "bead-steps per second": attributes["bead_steps_per_second"],
-    }
-    if "kT" in values:
-        found["kT"] = float(np.mean(values["kT"]))
-    if "volume" in values:
-        found["number density"] = float(attributes["number_density"])
-    if "pressure" in values:
-        found["pressure (conservative virial)"] = float(np.mean(values["pressure"]))
-        diagonal = np.trace(values["pressure_tensor_all"], axis1=1, axis2=2)
-        found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
-    if "bond_mean" in values:
-        found["mean bond length"] = float(np.mean(values["bond_mean"]))
-    return found

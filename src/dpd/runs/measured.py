@@ -1,23 +1,128 @@
-"""What a run warns of: where it was not at its temperature or pressure, and a start that drifts."""
+"""What a run has measured, as its file holds it; and what it warns of.
+
+It warns where it was not at its temperature or pressure, and of a start that drifts.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+import resource
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.analysis.statistics import mean_and_error, trend
 from dpd.page import Change
+from dpd.stages import run_sources
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from dpd.engine.simulation import Simulation
+    from dpd.files import Variable
     from dpd.scene.scene import Scene
 
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 DRIFT = 0.01  # of a bead's thermal velocity, from which on a start drifts
 TURNING = 20.0  # kT that what few beads keep may be off, but for a chance of 1 in 5000
+
+
+class Gathered(NamedTuple):
+    """What a run has measured: variables for its file, their values by name, and attributes."""
+
+    variables: dict[str, Variable]
+    values: dict[str, np.ndarray]
+    attributes: dict[str, Any]
+
+
+def gathered(
+    scene: Scene, simulation: Simulation, observers: list[Any], timed: Mapping[str, Any]
+) -> Gathered:
+    """All that a run has measured in the end; ``timed`` attributes say how it went."""
+    variables: dict[str, Variable] = {}
+    for observer in observers:
+        variables |= observer.variables()
+    values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
+    attributes = {
+        "scene": json.dumps(scene.data),
+        "scene_digest": scene.digest,
+        "sources": run_sources(scene),
+        "beads": scene.beads,
+        "seed": scene.data["seed"],
+        "steps": sum(scene.steps),
+        "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "number_density": mean_density(scene, simulation.volume, values),
+    }
+    attributes = {**attributes, **versions(), **timed}
+    if scene.chosen:
+        attributes["chosen"] = scene.chosen["said"]
+    if warning := warning_of(scene, values):
+        attributes["warning"] = warning
+    return Gathered(_with_means(variables), values, attributes)
+
+
+def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) -> float:
+    """Beads per r_c^dimension: the mean over the samples of a volume that changes.
+
+    ``volume`` is that of the box in the end, ``values`` what was measured, by name.
+    """
+    if Change.STRETCHES not in scene.made:
+        return scene.density
+    sampled = values.get("volume", np.array([volume]))
+    sampled = sampled[np.isfinite(sampled)]
+    return float(np.mean(scene.beads / sampled)) if len(sampled) else scene.beads / volume
+
+
+def _with_means(variables):
+    """The same, each series with what `dpd.load` says of it; NaN where not known.
+
+    Those over ``sample``, whose times are ``time``, and of one's own pages, as ``x_sample``.
+    """
+    found = dict(variables)
+    for name, variable in variables.items():
+        over = str(variable[0][0]) if len(variable[0]) == 1 else ""
+        times = over.removesuffix("sample") + "time"
+        if over.endswith("sample") and times in variables and name != times:
+            mean, error, memory = mean_and_error(variable[1])
+            step = float(np.ravel(variables[times][1])[0])
+            time = memory * step if np.isfinite(error) else np.nan
+            found[name] = (*variable[:4], {"mean": mean, "error": error, "correlation_time": time})
+    return found
+
+
+def versions() -> dict[str, str]:
+    """Of what computes, for a file."""
+    import numba
+
+    return {"numpy": np.__version__, "numba": numba.__version__}
+
+
+def summary(
+    scene: Scene, values: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
+) -> dict[str, float]:
+    """Means of the measured series, for a person at a terminal.
+
+    Both pressures have the kinetic part that was measured, as ``pressure`` and
+    ``pressure_tensor_all`` in the file, whose variables and attributes these are.
+    """
+    found = {
+        "beads": attributes["beads"],
+        "steps": attributes["steps"],
+        "seconds": attributes["seconds"],
+        "bead-steps per second": attributes["bead_steps_per_second"],
+    }
+    if "kT" in values:
+        found["kT"] = float(np.mean(values["kT"]))
+    if "volume" in values:
+        found["number density"] = float(attributes["number_density"])
+    if "pressure" in values:
+        found["pressure (conservative virial)"] = float(np.mean(values["pressure"]))
+        diagonal = np.trace(values["pressure_tensor_all"], axis1=1, axis2=2)
+        found["pressure (virial of all forces)"] = float(np.mean(diagonal)) / scene.dimension
+    if "bond_mean" in values:
+        found["mean bond length"] = float(np.mean(values["bond_mean"]))
+    return found
 
 
 def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
