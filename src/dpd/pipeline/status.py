@@ -107,7 +107,7 @@ def look_at(
         return replace(run, state=FAILS, why=str(problem))
     checkpoint = checkpoint_path(path)
     if worker is not None and worker.alive:
-        who = f"process {worker.process} on {worker.host}, begun {worker.since}"
+        who = f"process {worker.process} on {worker.host}"
         step, steps, rate = (worker.report.get(key) for key in ("step", "steps", "rate"))
         run = replace(run, state=AT_WORK, why=who, step=step, steps=steps or run.steps, rate=rate)
         stored = stored_in(checkpoint)
