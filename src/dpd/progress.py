@@ -7,81 +7,63 @@ import time
 import warnings
 from collections import deque
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from typing import Protocol
-
-    class Lock(Protocol):
-        """What hears how far a run is, see `dpd.runs.lock.Lock`."""
-
-        def report(self, data: dict[str, Any]) -> None: ...
-
+    from typing import Self
 
 LINE_EVERY = 20.0  # seconds between lines in a log
 REPORT_EVERY = 5.0  # seconds between reports
 REMEMBERED = 13  # reports that a rate comes from: the last minute, in which a machine may slow down
 
 
-class _Mark(NamedTuple):
-    """Steps that were done at a time in seconds."""
+class Listener(Protocol):
+    """What hears how far a run is, as `dpd.runs.lock.Lock`."""
 
-    time: float
-    done: int
+    def report(self, data: dict[str, Any]) -> None:
+        """Called every few seconds with what the run is ``doing`` (its ``start``, or the ``run``),
+        ``step``, ``steps``, ``rate`` in steps per second and ``time``."""
 
 
 class Progress:
-    """Callable with the number of steps done; a context manager.
+    """Callable with the number of steps done out of a ``total``; a context manager.
 
-    Parameters
-    ----------
-    total : int
-        Steps of the whole run; with none there is nothing to show.
-    label : str
-    bar : bool, optional
-        Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere lines.
-    lock : optional
-        Told every few seconds what the run is ``doing`` (its ``start``, or the ``run``), with
-        ``step``, ``steps``, ``rate`` in steps per second and ``time``.
-    doing : str
+    ``bar``: whether to show one; if not given, at a terminal and in a notebook, elsewhere lines.
     """
 
     def __init__(
-        self, total: int, label: str, bar: bool | None = None, lock: Lock | None = None,
+        self, total: int, label: str, bar: bool | None = None, lock: Listener | None = None,
         doing: str = "run",
     ) -> None:  # fmt: skip
         self._total, self._label, self._lock, self._doing = total, label, lock, doing
-        self._bar = None
         # A program without a terminal, or a script, may have none, or have closed it.
         self._silent = bar is False or sys.stderr is None or getattr(sys.stderr, "closed", False)
-        if total and not self._silent and (_for_people() if bar is None else bar):
-            self._bar = _bar(total=total, desc=label, unit="step", dynamic_ncols=True)
+        shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+        notebook = hasattr(shell, "kernel")
+        self._bar = None
+        if total and not self._silent and (bar or notebook or sys.stderr.isatty()):
+            self._bar = _bar(notebook)(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
-        self._marks: deque[_Mark] = deque(maxlen=REMEMBERED)
+        self._marks: deque[tuple[float, int]] = deque(maxlen=REMEMBERED)
 
     def __call__(self, done: int) -> None:
-        now = _Mark(time.monotonic(), done)
+        now = time.monotonic()
         if self._bar is not None:
             self._bar.update(done - self._bar.n)
-        elif not self._silent and now.time - self._last >= LINE_EVERY:
-            self._last = now.time
+        elif not self._silent and now - self._last >= LINE_EVERY:
+            self._last = now
             share = done / self._total
             with suppress(OSError):  # nobody reads it any more
                 print(f"{self._label}: step {done} of {self._total} ({share:.0%})", file=sys.stderr)
-        if self._lock is not None:
-            self._report(now)
+        early = self._marks and now - self._marks[-1][0] < REPORT_EVERY and done < self._total
+        if self._lock is not None and not early:
+            before, first = self._marks[0] if self._marks else (now, done)
+            self._marks.append((now, done))
+            rate = (done - first) / (now - before) if now > before else None
+            report = {"doing": self._doing, "step": done, "steps": self._total, "rate": rate}
+            self._lock.report(report | {"time": time.time()})
 
-    def _report(self, now):
-        is_early = self._marks and now.time - self._marks[-1].time < REPORT_EVERY
-        if is_early and now.done < self._total:
-            return
-        first = self._marks[0] if self._marks else now
-        rate = (now.done - first.done) / (now.time - first.time) if now.time > first.time else None
-        self._marks.append(now)
-        report = {"doing": self._doing, "step": now.done, "steps": self._total, "rate": rate}
-        self._lock.report(report | {"time": time.time()})
-
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -89,22 +71,12 @@ class Progress:
             self._bar.close()
 
 
-def _for_people() -> bool:
-    """Whether somebody sees a bar as it moves."""
-    return sys.stderr.isatty() or _in_notebook()
-
-
-def _in_notebook() -> bool:
-    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-    return hasattr(shell, "kernel")
-
-
-def _bar(**settings):
+def _bar(notebook):
     """A bar of tqdm, which the hundreds of jobs without a terminal do not import."""
     with warnings.catch_warnings():  # that bars in notebooks are an experiment
         warnings.simplefilter("ignore")
-        if _in_notebook():
+        if notebook:
             from tqdm.autonotebook import tqdm
         else:
             from tqdm import tqdm
-        return tqdm(**settings)
+    return tqdm

@@ -29,30 +29,10 @@ OWN = Options(own=True)
 
 
 def extend(run: Path, sample: int, output: Path, options: Options = OWN) -> dict[str, float]:
-    """Make a run longer, or go on with that where it was stopped or killed.
+    """Make a run longer by steps of sampling, or go on with that where it was stopped or killed.
 
-    Parameters
-    ----------
-    run : Path
-        The result of a run that kept its state.
-    sample : int
-        Steps of sampling to add.
-    output : Path
-        The file to write; it may be that of the run, which stays until the longer one is whole.
-    options : Options
-
-    Returns
-    -------
-    dict
-        See `dpd.runs.run.summary`.
-
-    Raises
-    ------
-    UserError
-        If the file is no run that can be made longer, see `dpd.runs.result.read_former`; or as
-        `dpd.runs.run.run` does.
-    Stopped
-        If a signal asked for it.
+    The ``output`` may be the file of the run, which stays until the longer one is whole. Returns a
+    summary and raises what `dpd.runs.run.run` does, and `UserError` for what cannot be made longer.
     """
     sample, checkpoint = whole("sample", sample), checkpoint_path(output)
     check_output(output, NETCDF, [] if output == run else [run])

@@ -59,24 +59,11 @@ def checkpoint_path(path: str | Path) -> Path:
 
 
 def go_on_from(observer: Any, former: Any, step: int) -> None:
-    """Put an observable where that of a run that was planned as long would be at a step.
+    """Put an observable where ``former``, that of a run planned otherwise, has got to at a step.
 
     Its arrays do not depend on how long a run is planned to be, but for series and levels of
-    correlations, for which a longer one has more room, and a shorter one enough.
-
-    Parameters
-    ----------
-    observer : observable
-        Before its first sample.
-    former : observable
-        The same of a run that was planned otherwise, with its own file.
-    step : int
-        Steps that this one has looked at.
-
-    Raises
-    ------
-    ValueError
-        If the two take their samples at other steps, of which some are over.
+    correlations, for which a longer one has more room, and a shorter one enough. Raises
+    `ValueError` if the two take their samples at other steps, of which some are over.
     """
     if observer.every != former.every:
         if observer.every <= step:
@@ -90,7 +77,7 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
 
 
 def last_configuration(scene: Scene, state: State) -> Particles:
-    """The beads of a state in the order of their identities."""
+    """The beads of a state, by their identities."""
     box = box_at(scene, state.step, state.slid) if state.box is None else state.box
     position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
     return of_scene(scene, box, position, state.image, velocity, state.step)
@@ -113,13 +100,7 @@ def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str = "")
 
 
 def read_former(path: str | Path) -> Former:
-    """The finished run in a file.
-
-    Raises
-    ------
-    UserError
-        If it is not the result of a run, or of one that cannot be made longer, or is damaged.
-    """
+    """The finished run in a file; `UserError` if it is none that can be made longer, or damaged."""
     refuse_other(path, files.attributes(path))
     variables, attributes = files.read(path)
     stored = files.read_group(path, STATE)
@@ -150,9 +131,7 @@ def read_former(path: str | Path) -> Former:
     return Former(scene, state, observers, attributes)
 
 
-def _as_checkpoint(
-    stored: Mapping[str, np.ndarray], last: Particles, scene: Scene
-) -> dict[str, np.ndarray]:
+def _as_checkpoint(stored, last, scene):
     """The arrays of a checkpoint, from those of the group and from the last configuration."""
     arrays = {name.replace(".", "/"): np.asarray(array) for name, array in stored.items()}
     order = arrays.get("identity")
@@ -200,10 +179,7 @@ def is_made(scene: Scene, path: str | Path) -> bool:
 def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Scene | None:
     """The scene of a result that is there, if it is the same (``say`` tells); None for no file.
 
-    Raises
-    ------
-    Occupied
-        If anything else is in the place of the output, or in that of what lies beside it.
+    Raises `Occupied` if anything else is in its place, or in that of what lies beside it.
     """
     checkpoint, beside = checkpoint_path(output), scene.files_beside(output).values()
     if not files.is_filled(output):
