@@ -10,7 +10,6 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,7 +20,6 @@ import xarray as xr
 import yaml
 
 import dpd
-from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.digest import ROOT
 from dpd.files import read
@@ -88,9 +86,9 @@ def test_a_run_is_that_of_the_command(folder, dpd, fluid):
     assert set(os.listdir()) == before | {"run.nc"}
 
 
-@pytest.mark.parametrize("form", ["path", "text", "dict", "numpy", "scene"])
+@pytest.mark.parametrize("form", ["text", "numpy", "scene"])
 def test_forms_of_a_scene(folder, fluid, form):
-    """A file, a dict with numbers of Python or NumPy, a Scene; the dict is left as it is."""
+    """A file, a dict with numbers of NumPy, a Scene; the dict is left as it is."""
     given = FLUID | {"seed": 2}
     Path("scene.yaml").write_text(yaml.safe_dump(given))
     arrays = given | {
@@ -99,8 +97,7 @@ def test_forms_of_a_scene(folder, fluid, form):
         "repulsion": {"A A": np.int8(25)},
     }
     forms = {
-        "path": Path("scene.yaml"), "text": "scene.yaml", "dict": given, "numpy": arrays,
-        "scene": dpd.Scene(given),
+        "text": "scene.yaml", "numpy": arrays, "scene": dpd.Scene(given),
     }  # fmt: skip
     run = dpd.run(forms[form], progress=False, threads=2)
     assert run.seed == 2 and not np.array_equal(run.kT, fluid.kT)
@@ -170,16 +167,11 @@ AXES = {"repulsion.A A": [15, 25]}
 WRONG = {
     "a number": (lambda: dpd.run(3), "int is none"),
     "no file": (lambda: dpd.run("none.yaml"), "none.yaml: there is no such file"),
-    "a key": (lambda: dpd.run(FLUID | {"boxx": 1}), "scene: unknown key 'boxx'"),
-    "a value": (lambda: dpd.Scene(FLUID | {"box": 1}), "an edge of 1 is smaller"),
     "an output": (lambda: dpd.run(FLUID, output="run.txt"), "ends in .nc"),
     "threads": (lambda: dpd.run(FLUID, threads=0), "threads: 0 is out of range"),
-    "a start": (lambda: dpd.run(FLUID, start="scene.yaml"), "scene.yaml"),
-    "blows up": (lambda: dpd.run(FLUID | {"integrator": {"scheme": "euler", "dt": 1}}), "blew up"),
     "steps to add": (lambda: dpd.extend("other.nc", sample=0), "sample: 0 is out of range"),
     "nothing to extend": (lambda: dpd.extend("other.nc", sample=9), "not the result of a run"),
     "nothing to load": (lambda: dpd.load("none.nc"), "none.nc: there is no such file"),
-    "a folder": (lambda: dpd.load("."), "is a folder"),
     "no NetCDF": (lambda: dpd.load("scene.yaml"), "scene.yaml: not a whole NetCDF file"),
     "no run": (lambda: dpd.load("other.nc"), "other.nc: neither the result of a run"),
     "a trajectory": (
@@ -189,12 +181,10 @@ WRONG = {
     "an axis": (lambda: dpd.sweep(FLUID, {"boxx": [4]}), "unknown key 'boxx'"),
     "no list": (lambda: dpd.sweep(FLUID, {"box": 4}), "sweep.axes.box: 4 is no list"),
     "twice": (lambda: dpd.sweep(FLUID, {"box": [4, 4.0]}), "both named '4'"),
-    "no axis": (lambda: dpd.sweep(FLUID, {"box": {"value": [4]}}), "unknown key 'value'"),
     "auto": (
         lambda: dpd.sweep(FLUID | {"integrator": {"scheme": "auto"}}, {"box": [4]}), "name scheme"
     ),
     "replicas": (lambda: dpd.sweep(FLUID, {"box": [4]}, replicas=0), "replicas: 0 is out"),
-    "processes": (lambda: dpd.sweep(FLUID, {"box": [4]}, processes=0), "processes: 0 is out"),
 }  # fmt: skip
 
 
@@ -209,14 +199,6 @@ def test_what_is_refused(folder, what):
     assert set(os.listdir()) == before
 
 
-def test_a_run_that_is_too_hot_warns():
-    """As Python warns, and in the result."""
-    hot = FLUID | {"integrator": {"scheme": "euler", "dt": 0.04}}
-    with pytest.warns(UserWarning, match="kT is"):
-        run = dpd.run(hot, progress=False)
-    assert run.warning.startswith("kT is")
-
-
 def test_a_run_is_made_longer(folder, fluid):
     """In its place; and what is in the place of another one stays unless it is asked for."""
     short = FLUID | {"steps": {"equilibrate": 200, "sample": 600}}
@@ -226,19 +208,6 @@ def test_a_run_is_made_longer(folder, fluid):
         dpd.extend("run.nc", sample=200, output="other.nc", progress=False)
     longer = dpd.extend("run.nc", sample=200, progress=False)
     assert np.array_equal(longer.kT, fluid.kT) and longer.identical(dpd.load("run.nc"))
-
-
-def test_a_start_is_made_and_read(folder):
-    """As the command has it."""
-    made = dpd.run(FLUID, start="start.nc", progress=False)
-    assert Path("start.nc").is_file()
-    assert np.array_equal(dpd.run(FLUID, start="start.nc", progress=False).kT, made.kT)
-
-
-def test_scheme_auto_says_what_it_took():
-    run = dpd.run(FLUID | {"integrator": {"scheme": "auto", "tolerance": 0.05}}, progress=False)
-    assert run.chosen.startswith("integrator: auto is")
-    assert json.loads(run.scene)["integrator"]["scheme"] != "auto"
 
 
 def test_in_a_thread(fluid):
@@ -259,16 +228,6 @@ def mean_pressure(seed):
 def test_in_a_spawned_process(fluid):
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(mean_pressure, (1,)) == float(fluid.pressure.mean())
-
-
-def test_where_numba_was_imported_first(fluid):
-    """The last bits depend on its settings."""
-    program = (
-        "import numba, json, sys, dpd; run = dpd.run(json.loads(sys.argv[1]), progress=False); "
-        "print(float(run.pressure.sum()).hex())"
-    )
-    done = python(program, json.dumps(FLUID))
-    assert done.stdout.strip() == float(fluid.pressure.sum()).hex(), done.stderr
 
 
 class Screen:
@@ -310,14 +269,6 @@ def test_a_program_without_standard_error(folder, end):
     assert (done.returncode, done.stdout) == (0, "kT is 1 200\n"), done.stderr
 
 
-STOPPED = """
-import json, sys, dpd
-try:
-    dpd.run(json.loads(sys.argv[1]), output="run.nc", progress=False)
-except KeyboardInterrupt as problem:
-    print("stopped:", problem)
-print("the script goes on")
-"""
 LONG = FLUID | {"steps": {"equilibrate": 20, "sample": 1_000_000}}
 
 
@@ -327,20 +278,6 @@ def started(program, *arguments):
         [sys.executable, "-c", program, *arguments], stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
     )  # fmt: skip
-
-
-def test_ctrl_c_stops_a_run_that_can_go_on(folder):
-    """The state is kept, the script goes on; the same call comes to the bits of a whole run."""
-    with started(STOPPED, json.dumps(LONG)) as script:
-        wait_for(lambda: Path("run.nc.lock").exists())
-        time.sleep(1)
-        script.send_signal(signal.SIGINT)
-        output, errors = script.communicate(timeout=100)
-    assert script.returncode == 0 and "the script goes on" in output, errors
-    assert "stopped: " in output and "Traceback" not in errors
-    assert "run.nc.lock" not in os.listdir() and "run.nc" not in os.listdir()
-    if "run.checkpoint" in os.listdir():  # it had begun
-        assert "its last good state is in run.checkpoint" in output
 
 
 def test_a_stopped_run_goes_on(folder, monkeypatch, fluid):
@@ -367,21 +304,6 @@ def test_a_stopped_run_goes_on(folder, monkeypatch, fluid):
     run = dpd.run(FLUID, output="run.nc", progress=False)
     assert np.array_equal(run.pressure, fluid.pressure)
     assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
-
-
-@pytest.mark.thorough
-def test_several_threads_read_and_write_files(folder, fluid):
-    """The HDF5 library, which is not made for that, would end the process."""
-    dpd.run(FLUID, output="run.nc", progress=False)
-
-    def again(number):
-        variables, _ = files.read("run.nc")
-        kT = variables["kT"]
-        files.write(f"{number}.nc", {"kT": (("sample",), kT, "kT", "temperature")}, {"n": number})
-        return files.attribute(f"{number}.nc", "n") == number and np.array_equal(kT, fluid.kT)
-
-    with ThreadPoolExecutor(8) as pool:
-        assert all(pool.map(again, range(400)))
 
 
 THREADS = """

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import netCDF4
@@ -13,8 +12,6 @@ import pytest
 import yaml
 
 from dpd.digest import ROOT, cache_folder
-from dpd.engine import threads
-from dpd.errors import UserError
 from dpd.files import read
 from tests.conftest import SCENE
 from tests.test_faults import POINT
@@ -82,7 +79,7 @@ SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("wait", [0.0, 0.3, 1.5])
+@pytest.mark.parametrize("wait", [0.0, 1.5])
 def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
     """At any moment: its code, one sentence, the state or nothing, no lock."""
     with begin("run", "long.yaml", "-o", "run.nc") as process:
@@ -97,21 +94,6 @@ def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
     if "stopped at step" in errors:
         assert made() == ["run.checkpoint"] and "run.checkpoint" in errors
     assert wait < 1 or "stopped at step" in errors
-
-
-@pytest.mark.thorough
-def test_a_signal_that_comes_twice_at_once_is_one(here):
-    """As make and snakemake pass on what the terminal has sent to all."""
-    with begin("run", "long.yaml", "-o", "run.nc") as process:
-        wait_for(at_work)
-        time.sleep(1)
-        for number in (signal.SIGINT, signal.SIGINT, signal.SIGTERM, signal.SIGINT):
-            process.send_signal(number)
-        errors = process.communicate(timeout=60)[1]
-    assert process.returncode in (130, 143) and "stopped at step" in errors
-    *before, last = errors.splitlines()
-    assert last.startswith("error: ") and set(before) <= {LATER}, errors  # on a busy machine
-    assert made() == ["run.checkpoint"]
 
 
 @pytest.mark.thorough
@@ -192,13 +174,9 @@ def test_what_a_killed_run_left_is_taken_over(here):
 
 
 NOBODY = {
-    "output closed": ">&-",
-    "errors closed": "2>&-",
     "all closed": "<&- >&- 2>&-",
     "output full": ">/dev/full",
-    "errors full": "2>/dev/full",
     "reader of one line": "| head -1",
-    "no reader": "| true",
     "no reader of anything": "2>&1 | true",
 }
 
@@ -229,23 +207,6 @@ def test_what_is_only_printed_is_a_failure_if_it_cannot_be(here, where):
     assert (done.returncode, done.stderr) == ((1, said) if "full" in where else (0, ""))
 
 
-def test_threads_that_cannot_be_started(monkeypatch):
-    """A sentence; the threads that were started do not wait for the others."""
-    submit, started = ThreadPoolExecutor.submit, []
-
-    def some(pool, call):
-        if len(started) == 2:
-            raise RuntimeError("can't start new thread")
-        started.append(submit(pool, call))
-        return started[-1]
-
-    monkeypatch.setattr(ThreadPoolExecutor, "submit", some)
-    with pytest.raises(UserError, match="6 threads: can't start new thread; take fewer"):
-        threads.started(5)
-    for thread in started:
-        assert thread.exception(timeout=10) is not None
-
-
 def test_a_user_without_a_home(monkeypatch):
     """Then the cache lies among temporary files."""
 
@@ -255,25 +216,6 @@ def test_a_user_without_a_home(monkeypatch):
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", unknown)
     assert cache_folder("valid").is_absolute()
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("fault", ["no folder", "no room"])
-def test_kernels_that_cannot_be_kept(here, fault):
-    """The run compiles its own, says so once, and has its result."""
-    Path("file").write_text("")
-    folder = here / ("file" if fault == "no folder" else "cache")
-    command = f"{sys.executable} -m dpd run scene.yaml -o run.nc"
-    limit = "ulimit -f 200; " if fault == "no room" else ""
-    done = subprocess.run(
-        ["bash", "-c", limit + command], capture_output=True, text=True, check=False,
-        env=ENVIRONMENT | {"XDG_CACHE_HOME": str(folder), "NUMBA_CACHE_DIR": str(folder)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    warned = [line for line in done.stderr.splitlines() if "cannot be kept" in line]
-    others = [line for line in done.stderr.splitlines() if ": step " not in line]
-    assert warned == others and len(warned) == 1, done.stderr
-    assert read("run.nc")[0]["kT"].size == 50
 
 
 def test_a_result_that_is_there_stays(here):

@@ -67,7 +67,7 @@ def test_a_step_that_heats_or_blows_up_is_made_shorter(monkeypatch):
 
 @pytest.mark.parametrize(
     ("dimension", "density", "a", "gamma"),
-    [(3, 0.3, 250, 4.5), (3, 0.05, 1500, 4.5), (3, 3, 25, 0.01)],
+    [(3, 0.3, 250, 4.5), (3, 3, 25, 0.01)],
 )  # fmt: skip
 def test_nothing_is_promised_that_cannot_be_shown(monkeypatch, dimension, density, a, gamma):
     """Where the thermostat is too slow for a probe: a sentence with what it needs."""
@@ -92,18 +92,6 @@ def test_a_scene_that_was_not_tried_does_not_run(tmp_path):
 
 
 AUTO = SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.05}}
-
-
-def test_a_command_tries_the_step_and_keeps_what_it_found(folder, dpd, capsys):
-    """On the screen and in the file; the run has the step that was chosen."""
-    Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
-    assert main.main(["run", "scene.yaml", "-o", "run.nc"]) == 0
-    said = capsys.readouterr().out
-    _, attributes = files.read("run.nc")
-    assert attributes["chosen"].startswith("integrator: auto is ")
-    assert attributes["chosen"] in said.splitlines()
-    assert yaml.safe_load(attributes["scene"])["integrator"].keys() == {"scheme", "lambda", "dt"}
-    assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
 
 
 def test_a_run_that_goes_on_keeps_its_step(folder, dpd, monkeypatch):
@@ -145,7 +133,7 @@ def test_a_start_that_takes_too_long_to_rest_is_refused_before(monkeypatch):
         assert part in str(caught.value)
 
 
-@pytest.mark.parametrize("calls", [0, 3, 50])
+@pytest.mark.parametrize("calls", [0, 50])
 def test_a_search_for_a_step_can_be_stopped(folder, dpd, monkeypatch, calls):
     """A signal ends it at its next look, whatever it does; nothing is left."""
     Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
