@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +28,6 @@ REMEDY = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
 )
-FORMS = {"position": "f", "velocity": "f", "image": "i"}  # arrays, and the kinds of their numbers
 
 
 def write_start(
@@ -40,11 +39,11 @@ def write_start(
     """Make the first configuration of a scene, see `make_start`, and write it."""
     begun = time.perf_counter()
     state, record = make_start_and_record(scene, progress, say)
-    variables = {
+    variables: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
         "image": (("axis", "bead"), state.image, "1", "boxes by which the bead is further"),
-    }  # type: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
+    }
     if state.species is not None:
         variables["species"] = (("bead",), state.species, "1", "number of the species")
     if state.box is not None:
@@ -52,7 +51,7 @@ def write_start(
     for name, (dimensions, units, text) in scene.start.records.items():
         if name in record:
             variables[name] = (dimensions, record[name], units, text)
-    attributes = {
+    attributes: dict[str, Any] = {
         "scene": json.dumps(scene.data),  # of one of the runs that share the start
         "start": json.dumps(start_description(scene)),
         "start_digest": start_digest(scene),
@@ -81,24 +80,18 @@ def read_start(scene: Scene, path: str | Path) -> State:
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
     shape = (scene.dimension, scene.beads)
-    wanted = {name: (shape, kind) for name, kind in FORMS.items()}  # type: dict[str, tuple]
-    if "box_edges" in variables:
-        wanted["box_edges"] = (shape[:1], "f")
+    wanted: dict[str, tuple[int, ...]] = dict.fromkeys(("position", "velocity", "image"), shape)
     if len(scene.species) > 1:
-        wanted["species"] = (shape[1:], "u")
-    for name, (expected, kind) in wanted.items():
-        found = variables.get(name)
-        if found is None or found.shape != expected or found.dtype.kind != kind:
+        wanted["species"] = shape[1:]
+    for name, expected in wanted.items():
+        if name not in variables or variables[name].shape != expected:
             raise UserError(f"{path}: has no {name} of shape {expected} that it needs; {REMEDY}")
-    species = variables["species"] if "species" in wanted else None
-    if species is not None and species.max() >= len(scene.species):
-        raise UserError(f"{path}: has beads of a species that the scene has not; {REMEDY}")
-    identity = np.arange(scene.beads, dtype=np.uint32)
-    slid = int(attributes[SLID]) if SLID in attributes else None
-    box = tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None
     return State(
-        variables["position"], variables["velocity"], None, identity, species, 0,
-        slid=slid, box=box, image=variables["image"],
+        variables["position"], variables["velocity"], None,
+        np.arange(scene.beads, dtype=np.uint32), variables.get("species"), 0,
+        slid=int(attributes[SLID]) if SLID in attributes else None,
+        box=tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None,
+        image=variables["image"],
     )  # fmt: skip
 
 
@@ -121,11 +114,8 @@ def begin(
                 "there yet would be made.)"
             )
         write_start(scene, path, progress, say)
-        return scene, read_start(scene, path)
     found = begins_with(scene, path, say)
-    if found is scene:
-        return scene, read_start(scene, path)
-    return found, make_start(found, progress, say)
+    return found, read_start(found, path) if found is scene else make_start(found, progress, say)
 
 
 def begins_with(scene: Scene, path: Path, say: Callable[[str], object]) -> Scene:
@@ -135,7 +125,9 @@ def begins_with(scene: Scene, path: Path, say: Callable[[str], object]) -> Scene
         if attributes.get("start_sources") == start_sources(scene):
             return scene
         say(f"{path}: made by other sources than today's, which may make other bits of it")
-    former = _scene_in(attributes)
+    former: dict[str, Any] = {}
+    with suppress(ValueError, TypeError):
+        former = dict(json.loads(attributes.get("scene", "{}")))
     # What decides how beads move; a start from a run that had other values is said to be one.
     motion = sorted({*names(Term), *scene.terms, "mass"})
     if changed := [key for key in motion if former and former.get(key) != scene.data.get(key)]:
@@ -150,14 +142,6 @@ def begins_with(scene: Scene, path: Path, say: Callable[[str], object]) -> Scene
 
 def starting_from(scene: Scene, path: Path) -> Scene:
     """The same scene with its first configuration from a file, as it stands there."""
-    kept = {key: scene.data["start"][key] for key in ("kT", "seed") if key in scene.data["start"]}
-    start = kept | {"method": "file", "path": str(path)}
+    same = {key: scene.data["start"][key] for key in ("kT", "seed") if key in scene.data["start"]}
+    start = same | {"method": "file", "path": str(path)}
     return Scene(scene.data | {"start": start}, scene.where)
-
-
-def _scene_in(attributes):
-    """What a file keeps of the scene that it was made from; nothing if that cannot be read."""
-    with suppress(ValueError, TypeError):
-        found = json.loads(attributes.get("scene", "{}"))
-        return found if isinstance(found, dict) else {}
-    return {}

@@ -73,7 +73,7 @@ def _records(scene, terms):
 def _flow_layers(scene, extent):
     """The axes across which a driven flow changes, each with the thickness of layers.
 
-    In cells that are cut by these layers the flow's profile is fitted to the velocities of beads.
+    In cells between these layers the profile of the flow is fitted to the velocities of beads.
     """
     if Change.FLOWS not in scene.made:
         return ()
@@ -110,16 +110,10 @@ def make_start(
     """Build or read, and where the scene asks for it relax, the first configuration.
 
     It is in the order of identities, with no force yet, at step 0, and every molecule whole.
-
-    Parameters
-    ----------
-    progress : callable or None
-        Called with the work done so far, out of `dpd.start.start_work`.
-    say : callable or None
-        Called with a sentence for what a file had otherwise than the scene wants it.
+    ``progress`` is called with the work done so far, out of `dpd.start.start_work`, and ``say``
+    with a sentence for what a file had otherwise than the scene wants it.
     """
-    state, _ = make_start_and_record(scene, progress, say)
-    return state
+    return make_start_and_record(scene, progress, say)[0]
 
 
 def make_start_and_record(
@@ -144,10 +138,18 @@ def make_start_and_record(
 
 def _placed(scene):
     """Beads where the page puts them, with its velocities or thermal ones."""
-    page, description = scene.start, start_description(scene)
+    page, description, species = scene.start, start_description(scene), species_of(scene)
     rng = np.random.default_rng(description["seed"])
-    position = _inside(scene, _asked(scene, page.positions, rng))
-    species = species_of(scene)
+    position = _asked(scene, page.positions, rng)
+    for axis in scene.ended:
+        behind = (position[axis] < 0) | (position[axis] > scene.box[axis])
+        if behind.any():
+            bead = int(np.argmax(behind))
+            raise UserError(
+                f"{scene.where}: start: {page.key!r}: bead {bead} is at {position[axis, bead]:.6g} "
+                f"along {'xyz'[axis]}, behind a wall; allowed: 0 to {scene.box[axis]:g}"
+            )
+    position, _ = wrapped(position + np.array(scene.origin)[:, None], scene.period)
     velocity = _asked(scene, page.velocities, rng)
     if velocity is None:
         mass = system_of(scene).mass_of(species)
@@ -175,20 +177,6 @@ def _asked(scene, method, rng):
     return np.ascontiguousarray(found.T)
 
 
-def _inside(scene, x):
-    """Places in the periodic box; refused are those behind a wall."""
-    for axis in scene.ended:
-        behind = (x[axis] < 0) | (x[axis] > scene.box[axis])
-        if behind.any():
-            bead = int(np.argmax(behind))
-            raise UserError(
-                f"{scene.where}: start: {scene.start.key!r}: bead {bead} is at "
-                f"{x[axis, bead]:.6g} along {'xyz'[axis]}, behind a wall; allowed: 0 to "
-                f"{scene.box[axis]:g}"
-            )
-    return wrapped(x + np.array(scene.origin)[:, None], scene.period)[0]
-
-
 def species_of(scene: Scene) -> np.ndarray | None:
     """(n,) uint8 array of species in the order of identities; None where there is one species."""
     return None if len(scene.species) == 1 else scene.kinds
@@ -209,11 +197,11 @@ def relaxed(
     if relax is None:
         return state
     simulation = Simulation(start_system(scene, relax.dt), state)
-    begun = start_work(scene) - relax.steps
+    before = start_work(scene) - relax.steps
 
     def tell():
         if progress is not None:
-            progress(begun + simulation.state.step)
+            progress(before + simulation.state.step)
 
     while (left := relax.steps - simulation.state.step) > 0:
         advance_looking(simulation, min(left, interval or left), tell)
@@ -238,9 +226,9 @@ def thermal_velocities(
     return velocity - np.average(velocity, axis=1, weights=weights, keepdims=True)
 
 
-def random_start(scene: Scene) -> Scene:
+def random_start(scene: Scene, **changes: Any) -> Scene:
     """A scene whose molecules are placed where they would grow or be read from a file."""
-    start = scene.start.stand_in()
+    start = scene.start.stand_in() | changes
     return scene if start == scene.data["start"] else _with(scene, start=start)
 
 
@@ -248,11 +236,9 @@ def compile_start(scene: Scene) -> State:
     """Compile what a scene's start needs; return one that is placed and hardly relaxed."""
     if tiny := scene.start.tiny(scene):
         make_start(_with(scene, **tiny))
-    scene = random_start(scene)
-    start = scene.data["start"]
-    if "relax" in start:
-        scene = _with(scene, start=start | {"relax": start["relax"] | {"steps": 1}})
-    return make_start(scene)
+    relax = scene.start.relax
+    short = {"relax": {"steps": 1, "dt": relax.dt}} if relax and not scene.start.work else {}
+    return make_start(random_start(scene, **short))
 
 
 def _with(scene, **changes):
