@@ -2,7 +2,6 @@
 
 import doctest
 import json
-import multiprocessing
 import os
 import re
 import signal
@@ -142,15 +141,6 @@ def test_results_of_all_observables_can_be_kept(folder):
         assert not any("dimension" in unit for unit in units)
 
 
-def test_a_trajectory_asks_for_a_place(folder):
-    """Without a result beside which it stays, it would be lost."""
-    scene = FLUID | {"observe": ["thermo", {"trajectory": {"every": 5}}]}
-    with pytest.raises(dpd.UserError, match=r"observe.trajectory: .* output='run.nc'"):
-        dpd.run(scene, progress=False)
-    dpd.run(scene, output="run.nc", progress=False)
-    assert {"run.gsd", "run.nc"} <= set(os.listdir())
-
-
 def test_a_scene_shows_what_it_holds():
     """Beads, box, bonds, thermostat, scheme, steps, and what it does not quite get."""
     shown = repr(dpd.Scene(CHAINS | {"molecules": [{"architecture": "A 4", "density": 3.01}]}))
@@ -217,17 +207,6 @@ def test_in_a_thread(fluid):
     thread.start()
     thread.join()
     assert np.array_equal(found[0].kT, fluid.kT)
-
-
-def mean_pressure(seed):
-    """What a process of somebody's pool computes."""
-    return float(dpd.run(FLUID | {"seed": seed}, progress=False).pressure.mean())
-
-
-@pytest.mark.thorough
-def test_in_a_spawned_process(fluid):
-    with multiprocessing.get_context("spawn").Pool(1) as pool:
-        assert pool.apply(mean_pressure, (1,)) == float(fluid.pressure.mean())
 
 
 class Screen:
@@ -329,19 +308,6 @@ def test_several_threads_run_and_load(folder):
     assert sorted(Path().glob("*.nc*")) == sorted(
         Path(name) for name in ("run.nc", "start.nc", *(f"{n}.nc" for n in range(1, 24, 2)))
     )
-
-
-def test_one_function_opens_netcdf_files():
-    """Under the one lock, by whole paths: whoever calls a library for it goes round that."""
-    ways = re.compile(r"netCDF4\.Dataset\(|(load|open)_(mf)?data(set|array|tree)\(|to_netcdf")
-    found = {
-        (path.name, match[0])
-        for path in (ROOT / "src" / "dpd").rglob("*.py")
-        for match in ways.finditer(path.read_text())
-    }
-    store = "xr.open_dataset(NetCDF4DataStore(file))"
-    assert store in (ROOT / "src/dpd/analysis/collect.py").read_text()
-    assert found == {("files.py", "netCDF4.Dataset("), ("collect.py", "open_dataset(")}
 
 
 @pytest.mark.thorough

@@ -81,16 +81,6 @@ def test_threads_give_the_same_file(tmp_path):
     assert refused.returncode == 1 and "allowed: 1 to " in refused.stderr
 
 
-def test_a_scene_may_leave_the_scheme_to_us(tmp_path):
-    """It says which it took, and runs with it."""
-    scene = SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.03}}
-    path = tmp_path / "run.nc"
-    done = dpd("run", write(tmp_path / "scene.yaml", scene), "-o", path, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "integrator: auto is" in done.stdout
-    assert json.loads(read(path)[1]["scene"])["integrator"]["scheme"] != "auto"
-
-
 def test_run_keeps_and_takes_a_start(tmp_path):
     """--start makes the file once, and the same run follows from it; another scene's is refused."""
     scene = write(tmp_path / "scene.yaml", SCENE)

@@ -158,17 +158,6 @@ def test_longer_is_as_planned_that_long(tmp_path, case):
     assert read_former(part).scene.steps.sample == sample  # it stays as it was
 
 
-def test_longer_again_and_again(tmp_path):
-    """In its place."""
-    whole = run(IN_PLANE, tmp_path / "whole.nc")
-    part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
-    for more in (1, 99, 37, 463):
-        extend(part, more, part)
-    assert_same(whole, part)
-    names = ["part.gsd", "part.nc", "whole.gsd", "whole.nc"]
-    assert [path.name for path in sorted(tmp_path.iterdir())] == names
-
-
 def test_a_trajectory_that_is_gone(tmp_path):
     """Or cut, or another one: said, and nothing is lost."""
     part = run(sampled(IN_PLANE, 100), tmp_path / "part.nc")
@@ -256,17 +245,6 @@ def test_a_longer_run_looks_as_often():
     equilibration["trajectory"]["every"] = 1321
     with pytest.raises(UserError, match=r"observe.trajectory.every: 1321 steps .* 1 to 1320"):
         Scene(FLUID | {"observe": observe})
-
-
-def test_a_length_in_tau(tmp_path):
-    """Steps are added to those that the time makes."""
-    scene = {key: value for key, value in FLUID.items() if key != "steps"}
-    part = run(scene | {"duration": {"equilibrate": 0.8, "sample": 4}}, tmp_path / "part.nc")
-    extend(part, 33, part)
-    assert files.attribute(part, "steps") == 20 + 100 + 33
-    whole = run(merge(FLUID, {"steps": {"sample": 133}}), tmp_path / "whole.nc")
-    for name, values in files.read(whole)[0].items():
-        np.testing.assert_array_equal(values, files.read(part)[0][name], err_msg=name)
 
 
 def test_the_scheme_that_was_chosen_stays(tmp_path, monkeypatch):
@@ -448,15 +426,6 @@ def test_an_edited_state(finished, dpd, name):
         file.set_auto_mask(False)
         edit(file)
     refused(dpd, word)
-
-
-def test_another_scene_than_its_state(finished, dpd):
-    """With all that belongs to it but the beads."""
-    data = json.loads(files.attribute(finished, "scene"))
-    data["molecules"] = [{"architecture": "A", "count": 7}]
-    with netCDF4.Dataset(finished, "a") as file:
-        file.scene = json.dumps(data)
-    refused(dpd, "made by another version")
 
 
 @pytest.mark.parametrize("more", ["-1", "1.5", str(10**13)])

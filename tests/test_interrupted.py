@@ -11,7 +11,7 @@ import netCDF4
 import pytest
 import yaml
 
-from dpd.digest import ROOT, cache_folder
+from dpd.digest import ROOT
 from dpd.files import read
 from tests.conftest import SCENE
 from tests.test_faults import POINT
@@ -110,19 +110,6 @@ def test_a_second_interrupt_ends_a_run(here):
     assert made() in ([], ["run.checkpoint"])
 
 
-@pytest.mark.parametrize("stage", [("start", *POINT), ("collect", *POINT[:3], "--runs", "runs")])
-def test_other_stages_end_at_once(here, stage):
-    """With their own code and one sentence, from the first moment on."""
-    with begin(*stage, "-o", "made.nc") as process:
-        time.sleep(0.4)
-        process.send_signal(signal.SIGINT)
-        errors = process.communicate(timeout=60)[1]
-    ended = process.returncode == 130 and errors == "error: interrupted\n"
-    early = process.returncode in (-signal.SIGINT, 130) and made() == []
-    assert ended or early or process.returncode in (0, 1), errors
-    assert "Traceback" not in errors or early
-
-
 def test_a_second_run_is_told_who_is_at_work(here):
     """It is refused; the first goes on."""
     with begin("run", "long.yaml", "-o", "run.nc") as first:
@@ -134,17 +121,6 @@ def test_a_second_run_is_told_who_is_at_work(here):
         first.send_signal(signal.SIGTERM)
         first.communicate(timeout=60)
     assert made() == ["run.checkpoint"]
-
-
-def test_runs_that_begin_together(here):
-    """One of them makes the result; the others say why they do not, or come later."""
-    started = [begin("run", "scene.yaml", "-o", "run.nc") for _ in range(5)]
-    ended = [(process.communicate(timeout=200)[1], process.returncode) for process in started]
-    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 50
-    assert any(code == 0 for _, code in ended)
-    for errors, code in ended:
-        there = errors == "" or "run.nc: is there already, of the same scene" in errors
-        assert (code == 0 and there) or (code == 1 and "another run is at work" in errors)
 
 
 def test_points_that_begin_together(here):
@@ -205,17 +181,6 @@ def test_what_is_only_printed_is_a_failure_if_it_cannot_be(here, where):
     )  # fmt: skip
     said = "error: No space left on device\n"
     assert (done.returncode, done.stderr) == ((1, said) if "full" in where else (0, ""))
-
-
-def test_a_user_without_a_home(monkeypatch):
-    """Then the cache lies among temporary files."""
-
-    def unknown():
-        raise RuntimeError("Could not determine home directory.")
-
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(Path, "home", unknown)
-    assert cache_folder("valid").is_absolute()
 
 
 def test_a_result_that_is_there_stays(here):

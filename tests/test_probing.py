@@ -16,7 +16,7 @@ from dpd.commands import main
 from dpd.errors import UserError
 from dpd.runs import auto as probing
 from dpd.runs import run as running
-from dpd.runs.auto import Bounds, Probe, settle, thermostat_time
+from dpd.runs.auto import Probe, settle, thermostat_time
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
@@ -145,21 +145,6 @@ def test_a_search_for_a_step_can_be_stopped(folder, dpd, monkeypatch, calls):
     assert errors == "error: stopped before the first step, as asked\n"
     assert next(asked) == calls + 1
     assert os.listdir() == ["scene.yaml"]
-
-
-def test_bounds_decide():
-    """Within, beyond, or neither yet; what is unknown is neither."""
-    good, bad, near = (
-        Bounds(0.002, 0.005, 0, 0.003),
-        Bounds(0.02, 0.005, 0, 0),
-        Bounds(0.008, 0.003, 0, 0),
-    )
-    open_ = Bounds(0.012, 0.02, 0, 0.001)
-    assert good.most() <= 0.01 and not good.beyond(0.01)
-    for one in (bad, near):
-        assert one.beyond(0.01) and one.most() > 0.01
-    for one in (open_, probing.UNKNOWN):
-        assert not one.beyond(0.01) and one.most() > 0.01
 
 
 def test_the_thermostat_time_is_that_of_a_hot_start():

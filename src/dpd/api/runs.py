@@ -69,13 +69,13 @@ def run(
 
     Parameters
     ----------
-    scene : path, dict or dpd.Scene
-        What to simulate; a path is that of a YAML file.
+    scene : path of a YAML file, dict or dpd.Scene
+        What to simulate.
     observe : list, optional
-        More to measure than the scene names: functions as ``def gyration(snapshot)``, which
-        return a number or an array of a `dpd.observe.common.snapshot.Snapshot`; objects of classes
-        of one's own, as ``Gyration(of="A")``; names, as a scene has them. Functions and classes
-        stand in a file or a cell of a notebook, with all that they use.
+        More to measure than the scene names: names, as a scene has them; functions as
+        ``def gyration(snapshot)``, which return a number or an array of a
+        `dpd.observe.common.snapshot.Snapshot`; objects of classes of one's own, as
+        ``Gyration(of="A")``. They stand in a file or a cell of a notebook, with all that they use.
     pages : list, optional
         Files with pages of one's own, or classes such as pair forces, that the scene may then name.
     start : path, optional
@@ -86,8 +86,7 @@ def run(
     threads : int, optional
         Threads that share the work. The results are the same bits.
     progress : bool, optional
-        Whether to show a bar. If not given: at a terminal and in a notebook, and elsewhere a line
-        on standard error every 20 seconds.
+        Whether to show a bar; by default at a terminal and in a notebook, elsewhere lines.
     overwrite : bool, optional
         Whether to replace what is in the place of the output.
 
@@ -135,23 +134,10 @@ def extend(
 ) -> xr.Dataset:
     """Make a finished run longer, to the same bits as if it had been planned that long.
 
-    Stopped with Ctrl-C, or killed, the same call goes on.
-
-    Parameters
-    ----------
-    path : path
-        The result of `dpd.run` with an ``output``, or of ``dpd run``.
-    sample : int
-        Steps of sampling to add.
-    output : path, optional
-        A file for the longer result. Without it, that takes the place of the run once it is whole.
-    threads, progress, overwrite : optional
-        See `dpd.run`.
-
-    Raises
-    ------
-    dpd.UserError
-        If the file is no run that can be made longer; or as `dpd.run` does.
+    ``path`` is the result of `dpd.run` with an ``output``, or of ``dpd run``; ``sample`` are steps
+    to add. Without an ``output`` the longer result takes the place of the run once it is whole.
+    Stopped with Ctrl-C, or killed, the same call goes on. Raises `dpd.UserError` if the file is no
+    run that can be made longer; otherwise see `dpd.run`.
 
     Examples
     --------
@@ -173,20 +159,12 @@ def extend(
 def load(path: str | os.PathLike) -> xr.Dataset:
     """Read the result of a run or of a sweep, which `dpd.run`, `dpd.sweep` or ``dpd run`` wrote.
 
-    Returns
-    -------
-    xarray.Dataset
-        Of a run: the variables of its observables. Time series have the dimension and coordinate
-        ``time``, in tau since the end of equilibration. Averages over a part of the run have the
-        dimension ``block``. Each variable has ``units`` and ``long_name``, and each series of
-        numbers, as ``run.kT.attrs``, its ``mean``, its standard ``error`` (1.96 of it make a 95 %
-        interval) and its ``correlation_time`` in tau. The attributes hold the scene as JSON, the
-        seed and what made the file. Of a sweep: see `dpd.sweep`.
-
-    Raises
-    ------
-    dpd.UserError
-        If the file is missing, damaged or something else.
+    Of a run these are the variables of its observables. Time series have the dimension and
+    coordinate ``time``, in tau since the end of equilibration; averages over a part of the run have
+    the dimension ``block``. Each variable has ``units`` and ``long_name``, and each series of
+    numbers, as ``run.kT.attrs``, its ``mean``, its standard ``error`` (1.96 of it make a 95 %
+    interval) and its ``correlation_time`` in tau. The attributes hold the scene as JSON, the seed
+    and what made the file. Raises `dpd.UserError` if the file is missing, damaged or another.
 
     Examples
     --------
@@ -254,15 +232,13 @@ def sweep(
         ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
     observe, pages, progress : optional
         See `dpd.run`.
-    replicas : int, optional
-        Runs of each combination, with seeds of their own.
-    processes, threads : int, optional
-        Runs at a time, as many as there are cores for if not given; threads of each run.
+    replicas, processes, threads : int, optional
+        Runs of each combination, with seeds of their own; runs at a time, by default as many as
+        there are cores for; threads of each run.
     output : path, optional
-        A folder for the results. Those that are there already, of the same scene, are not made
-        again, with a warning where another version of this program made them; a run that was
-        stopped goes on. The dataset is kept in it as ``sweep.nc``. Without it nothing is left on
-        the disk.
+        A folder for the results, and for the dataset as ``sweep.nc``. Results of the same scene
+        that are there already are not made again (a warning says so of other versions); a run
+        that was stopped goes on. Without it nothing is left on the disk.
     overwrite : bool, optional
         Whether to replace results of other scenes and versions, and a ``sweep.nc`` of other axes.
 
@@ -276,8 +252,8 @@ def sweep(
     Raises
     ------
     dpd.UserError
-        If a scene is not allowed, or a file would be replaced unasked, before anything is run; or
-        if runs fail, once all have ended.
+        If a scene is not allowed or a file would be replaced unasked, before anything is run; or if
+        runs fail, once all have ended.
 
     Examples
     --------
