@@ -8,8 +8,6 @@ import warnings
 from contextlib import suppress
 from typing import NoReturn
 
-from dpd.files import remove_temporary
-
 
 def command() -> NoReturn:
     """Do what stands on the command line, and end the process."""
@@ -33,7 +31,8 @@ def command() -> NoReturn:
 
 def _end(number, frame):
     """End here and now, with nothing left that is half done; a run looks for signals itself."""
-    remove_temporary()
+    if files := sys.modules.get("dpd.files"):  # which takes time to import
+        files.remove_temporary()
     with suppress(OSError):
         os.write(2, b"error: interrupted\n")
     os._exit(128 + number)
