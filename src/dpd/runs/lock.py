@@ -120,7 +120,11 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
         with suppress(FileNotFoundError):  # it has just ended
             signs.add(os.stat(lease.lock_file).st_mtime_ns)
         silent = owner and owner.hostname != socket.gethostname() and len(signs) < 2
-        busy = f"another run is at work on it ({who})" if who else "another run begins"
+        busy = f"another run is at work on it ({who})"
+        if not who:  # this moment, or it was killed in it
+            busy = (
+                f"another run begins (if there is none, remove {lease.lock_file}, which is empty)"
+            )
         if silent:
             busy = f"left on another machine ({who}); waiting {SILENCE:g} s for a sign"
         elif not wait:
