@@ -63,7 +63,7 @@ def resumed(arrays, path):
     with open(path, "wb") as file:
         np.savez(file, **arrays)
     simulation, observers = new_run()
-    said = Checkpoint(path, KEY).resume(simulation, observers, STEPS)
+    said = Checkpoint(path, KEY).resume(simulation, observers)
     return said, simulation.state.step
 
 
@@ -80,7 +80,7 @@ def test_a_note_beside_the_state(good, tmp_path):
         simulation, observers = new_run()
         assert Checkpoint(path, KEY, note).save(simulation, observers) == ""
         assert stored_in(path).note == (note or {})
-        assert Checkpoint(path, KEY).resume(simulation, observers, STEPS) == ""
+        assert Checkpoint(path, KEY).resume(simulation, observers) == ""
     step, jump = (text.encode("utf-32-le") for text in ("a step", "a jump"))
     data = path.read_bytes()
     path.write_bytes(data.replace(step, jump))
@@ -134,7 +134,7 @@ def test_damaged_bytes(good, tmp_path, seed):
         data[at] ^= 1 << int(rng.integers(8))
     path.write_bytes(data)
     simulation, observers = new_run()
-    said = Checkpoint(path, KEY).resume(simulation, observers, STEPS)
+    said = Checkpoint(path, KEY).resume(simulation, observers)
     assert (simulation.state.step == 220) == (said == "")
 
 
@@ -156,7 +156,7 @@ def test_every_checkpoint_of_a_run_is_taken(tmp_path, scheme, dt):
             return
         assert checkpoint.save(simulation, observers) == ""
         fresh = Simulation(system, make_start(scene)), observables(scene, system)
-        assert checkpoint.resume(*fresh, STEPS) == "", step
+        assert checkpoint.resume(*fresh) == "", step
         assert fresh[0].state.step == step
 
     run(simulation, STEPS, observers, progress=look)

@@ -86,15 +86,15 @@ def test_a_gsd_file_that_is_wrong(tmp_path):
         ("frame.configuration.box = [4, 4, 4, 0.6, 0, 0]", "by up to half an edge"),
         ("frame.configuration.box = [4, 0, 4, 0, 0, 0]", "an edge that is not a positive"),
         ("frame.configuration.dimensions = 1", "1 dimensions; allowed: 2 or 3"),
-        ("frame.configuration.dimensions = 2", "two dimensions, and bead .* is at z = "),
+        ("frame.configuration.dimensions = 2", "two dimensions, and beads that are not at z"),
         ("frame.particles.position[3, 1] = np.nan", "bead 3 has a position"),
         ("frame.particles.velocity[4, 0] = np.inf", "bead 4 has a velocity"),
-        ("frame.particles.position[5, 2] = 4", "bead 5 is at 6 along z.*edge is 4"),
-        ("frame.particles.typeid[6] = 7", "bead 6 is of kind 7, and there are 1"),
-        ("frame.bonds.group = [[0, 9]]", "bond 0 has bead 9.*0 to 7"),
+        ("frame.particles.position[5, 2] = 4", "bead 5 is outside of the box of 4 x 4 x 4"),
+        ("frame.particles.typeid[6] = 7", "bead 6 is of a kind that is not one of the 1"),
+        ("frame.bonds.group = [[0, 9]]", "bonds have beads that are not from 0 to 7"),
         ("frame.bonds.group = [[2, 2]]", "twice in the bond of bead 2, bead 2"),
         ("frame.particles.position = None", "has position for 0; the file .* lacks them"),
-        ("frame.bonds.N, frame.bonds.group = 2, [[0, 1], [1, 0]]", "0 and bead 1 are bonded 2 t"),
+        ("frame.bonds.N, frame.bonds.group = 2, [[0, 1], [1, 0]]", "0 and bead 1 are bonded more"),
     )
     for change, said in cases:
         frame = gsd.hoomd.Frame()
@@ -111,7 +111,7 @@ def test_a_gsd_file_that_is_wrong(tmp_path):
             read(path)
     with gsd.hoomd.open(path, "w"):
         pass
-    with pytest.raises(UserError, match="the file has no frames"):
+    with pytest.raises(UserError, match="there is no frame -1; allowed: none"):
         read(path)
 
 

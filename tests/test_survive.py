@@ -105,7 +105,7 @@ def test_a_bad_checkpoint_is_refused_and_changes_nothing(kept, spoil):
     simulation, observers = new_run()
     state = simulation.state
     before = [{n: a.copy() for n, a in o.arrays.items()} for o in observers]
-    said = kept.resume(simulation, observers, (20, 3000))
+    said = kept.resume(simulation, observers)
     assert str(kept.path) in said and BAD[spoil] in said and "starting anew" in said
     assert simulation.state is state
     for observer, arrays in zip(observers, before):
@@ -116,7 +116,7 @@ def test_a_bad_checkpoint_is_refused_and_changes_nothing(kept, spoil):
 def test_a_good_checkpoint_says_nothing(kept):
     """It resumes at its step."""
     simulation, observers = new_run()
-    assert kept.resume(simulation, observers, (20, 3000)) == ""
+    assert kept.resume(simulation, observers) == ""
     assert simulation.state.step == 100
 
 
@@ -179,17 +179,8 @@ def test_room_is_asked_for_before_a_run(tmp_path, monkeypatch):
     with pytest.raises(UserError, match="cannot be written"):
         check_room(tmp_path / "file" / "run.nc", 10)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=5 * 2**20))
-    with pytest.raises(UserError, match="5 MiB are free there, 9 MiB are needed"):
+    with pytest.raises(UserError, match=r"5\.0 MiB are free there, 9\.0 MiB are needed"):
         check_room(tmp_path / "run.nc", 9 * 2**20)
-    for free, needed, said in (
-        (0, 700, "0 bytes are free there, 700 bytes are needed"),
-        (2**19, 3 * 2**19, "512 KiB are free there, 1.5 MiB are needed"),
-    ):
-        monkeypatch.setattr(
-            shutil, "disk_usage", lambda path, free=free: SimpleNamespace(free=free)
-        )
-        with pytest.raises(UserError, match=said):
-            check_room(tmp_path / "run.nc", needed)
 
 
 def command(folder, name):

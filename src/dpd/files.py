@@ -38,12 +38,46 @@ def write(
     attributes: Mapping[str, Any],
     groups: Mapping[str, Mapping[str, np.ndarray]] | None = None,
 ) -> None:
-    """Write a NetCDF file; a kill while writing leaves nothing under its name.
+    """Write a NetCDF file, whole or not at all.
 
     Groups have plain arrays by name, see `read_group`. Who opens the file does not see them unless
     they ask for the group.
     """
-    replace_whole(path, lambda draft: _fill(draft, variables, attributes, groups or {}))
+    groups = groups or {}
+    plain = [array for group in groups.values() for array in group.values()]
+    size = sum(np.asarray(each).nbytes for each in (*plain, *(v[1] for v in variables.values())))
+
+    def fill(draft):
+        with opened(draft, "w", size) as file:
+            for name, variable in variables.items():
+                _put(file, name, *variable)
+            file.setncatts(attributes)
+            for group, arrays in groups.items():
+                place = file.createGroup(group)
+                for name, array in arrays.items():
+                    _put(place, name, [f"size_{size}" for size in array.shape], array)
+
+    replace_whole(path, fill)
+
+
+def _put(file, name, axes, values, units="", long_name="", own=()):
+    """Write an array; an axis is one of its own where another array has another size there.
+
+    Observables with few samples have as many blocks as samples, each its own number of them.
+    """
+    values, dimensions = np.asarray(values), []
+    for axis, size in zip(axes, values.shape):
+        if axis in file.dimensions and file.dimensions[axis].size != size:
+            axis = f"{axis}_{size}"
+        if axis not in file.dimensions:
+            file.createDimension(axis, size)
+        dimensions.append(axis)
+    kind = str if values.dtype.kind in "UO" else values.dtype
+    compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
+    variable = file.createVariable(name, kind, dimensions, **compressed)
+    variable[...] = values.astype(object) if kind is str else values
+    if long_name:
+        variable.setncatts({"units": units, "long_name": long_name} | dict(own))
 
 
 def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
@@ -65,16 +99,15 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
 def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
     """Refuse a place where a result would do harm, before anything is written.
 
-    That is a name with another suffix (run.NC would share with run.nc what lies beside them), with
-    a backslash or not UTF-8, one of what is not a file, or of an input under any name.
+    That is a name with another suffix (run.NC would share with run.nc what lies beside them), or
+    not UTF-8, one of what is not a file, or of an input under any name.
     """
     path = Path(path)
-    _check_name(path)
+    there = _status(path)
     if path.is_dir():
         raise UserError(f"{path}: is a folder; name the file to write")
     if path.suffix != suffix and suffix:
         raise UserError(f"{path}: a file is written here whose name ends in {suffix}; name it so")
-    there = _status(path)
     if there and not stat.S_ISREG(there.st_mode):
         raise UserError(
             f"{path}: is a device, a pipe or a socket; a result is written to a file of its own"
@@ -100,20 +133,14 @@ def refuse_to_replace(path: str | Path) -> None:
         raise Occupied(f"{path}: is there already")
 
 
-def _check_name(path):
-    try:
-        str(path).encode()
-    except UnicodeEncodeError:
-        raise UserError(f"{str(path)!r}: a name that is not UTF-8; rename it") from None
-    if "\\" in os.path.abspath(path):
-        raise UserError(
-            f"{path}: there is a backslash in the name of the file or of a folder that it is in, "
-            "which the NetCDF library takes for another sign; rename it"
-        )
-
-
 def _status(path):
-    """What the system says of a file; None if there is none."""
+    """What the system says of a file; None if there is none. Refused is a name for no library."""
+    name = os.path.abspath(path)
+    if "\\" in name or name.encode(errors="ignore").decode() != name:
+        raise UserError(
+            f"{str(path)!r}: a name, or one of a folder that it is in, with a backslash or not "
+            "UTF-8, which the NetCDF library cannot open; rename it"
+        )
     try:
         return os.stat(path)
     except (FileNotFoundError, NotADirectoryError):
@@ -136,72 +163,9 @@ def check_room(path: str | Path, size: int) -> None:
         ) from None
     if free < size:
         raise UserError(
-            f"{path}: {_amount(free)} are free there, {_amount(size)} are needed for checkpoint "
-            "and result; make room or choose another place"
+            f"{path}: {free / 2**20:.1f} MiB are free there, {size / 2**20:.1f} MiB are needed for "
+            "checkpoint and result; make room or choose another place"
         )
-
-
-def _amount(size):
-    """Bytes in the largest unit of which there is at least one."""
-    for unit, power in (("GiB", 30), ("MiB", 20), ("KiB", 10)):
-        if size >= 2**power:
-            return f"{size / 2**power:.1f}".removesuffix(".0") + f" {unit}"
-    return f"{size} bytes"
-
-
-@contextmanager
-def asking_system(draft: str | Path, size: int) -> Iterator[None]:
-    """Let the system say why a file of some bytes cannot be written.
-
-    For a full disk the NetCDF library has "HDF error", or "Permission denied".
-    """
-    try:
-        yield
-    except (OSError, RuntimeError) as problem:
-        with open(draft, "wb") as file:
-            os.posix_fallocate(file.fileno(), 0, size + OVERHEAD)
-        raise OSError(reason(problem)) from None
-
-
-def _fill(draft, variables, attributes, groups):
-    plain = [array for group in groups.values() for array in group.values()]
-    size = sum(np.asarray(variable[1]).nbytes for variable in variables.values())
-    size += sum(array.nbytes for array in plain)
-    with asking_system(draft, size), opened(draft, "w") as file:
-        _put(file, variables, attributes)
-        for name, arrays in groups.items():
-            _put_plain(file.createGroup(name), arrays)
-
-
-def _dimension(file, axis, size):
-    """The dimension of an axis; one of its own where another variable has another size there.
-
-    Observables with few samples have as many blocks as samples, each its own number of them.
-    """
-    if axis in file.dimensions and file.dimensions[axis].size != size:
-        axis = f"{axis}_{size}"
-    if axis not in file.dimensions:
-        file.createDimension(axis, size)
-    return axis
-
-
-def _put_plain(group, arrays):
-    for name, array in arrays.items():
-        sizes = [_dimension(group, f"size_{size}", size) for size in array.shape]
-        compressed = {"zlib": True, "complevel": 1} if array.ndim else {}
-        group.createVariable(name, array.dtype, sizes, **compressed)[...] = array
-
-
-def _put(file, variables, attributes):
-    for name, (dimensions, values, units, long_name, *own) in variables.items():
-        values = np.asarray(values)
-        dimensions = [_dimension(file, *pair) for pair in zip(dimensions, values.shape)]
-        kind = str if values.dtype.kind in "UO" else values.dtype
-        compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
-        variable = file.createVariable(name, kind, dimensions, **compressed)
-        variable[...] = values.astype(object) if kind is str else values
-        variable.setncatts({"units": units, "long_name": long_name} | dict(*own))
-    file.setncatts(attributes)
 
 
 def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -229,7 +193,6 @@ def attribute(path: str | Path, name: str) -> Any:
 
 def check_input(path: str | Path) -> None:
     """Refuse to read what is no file."""
-    _check_name(path)
     there = _status(path)
     if there is None:
         raise UserError(f"{path}: there is no such file")
@@ -244,16 +207,25 @@ def attributes(path: str | Path) -> dict[str, Any]:
 
 
 @contextmanager
-def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[netCDF4.Dataset]:
-    """A NetCDF file, to read from or to write (``w``): the one way to open one.
+def opened(
+    path: str | Path, mode: Literal["r", "w"] = "r", size: int = 0
+) -> Iterator[netCDF4.Dataset]:
+    """A NetCDF file, to read from or to write (``w``, so many bytes): the one way to open one.
 
     One thread at a time has one open: the HDF5 library is not made for several. It gets the whole
     path: of a name it drops blanks in front, and takes some for addresses.
     """
     import netCDF4  # its library takes time to import
 
-    with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
-        yield file
+    try:
+        with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
+            yield file
+    except (OSError, RuntimeError) as problem:
+        if mode == "r":
+            raise
+        with open(path, "wb") as draft:  # of a full disk the library says "HDF error" or worse
+            os.posix_fallocate(draft.fileno(), 0, size + OVERHEAD)
+        raise OSError(reason(problem)) from None
 
 
 @contextmanager
@@ -299,7 +271,7 @@ def draft_of(path: Path) -> Iterator[Path]:
     TEMPORARY.add(draft)
     try:
         draft.unlink(missing_ok=True)  # of a process of that number, which was killed
-        os.close(os.open(draft, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        draft.touch(exist_ok=False)
         yield draft
     finally:
         with suppress(OSError):

@@ -113,23 +113,10 @@ class Checkpoint:
             return f"{self.path}: no checkpoint could be written ({reason(problem)})"
         return ""
 
-    def resume(
-        self, simulation: Simulation, observers: Sequence[Observer], steps: tuple[int, int]
-    ) -> str:
+    def resume(self, simulation: Simulation, observers: Sequence[Observer]) -> str:
         """Put simulation and observers where the file left them, wholly or not at all.
 
-        Parameters
-        ----------
-        simulation : Simulation
-            At its beginning, as the observers.
-        observers : list
-        steps : (int, int)
-            Of the run: to equilibrate, to sample.
-
-        Returns
-        -------
-        str
-            Why the file is refused, or nothing.
+        Returns why the file is refused, or nothing.
 
         Raises
         ------
@@ -144,7 +131,7 @@ class Checkpoint:
             return f"{self.path}: a damaged checkpoint; starting anew"
         if stored.key != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
-        if wrong := _cut_files(stored.arrays, observers, sum(steps)):
+        if wrong := _cut_files(stored.arrays, observers):
             return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
         simulation.state = put_back(stored.arrays, observers)
         self.is_ours = True
@@ -161,13 +148,12 @@ def file_of(observer: Any) -> Any:
     return getattr(observer, "file", None)
 
 
-def _cut_files(stored, observers, last):
+def _cut_files(stored, observers):
     """Let observers with files of their own go on where they were; why one cannot, or nothing."""
     for i, observer in enumerate(observers):
-        if file := file_of(observer):
-            frames, is_over = int(stored[f"{i}/taken"][0]), int(stored["step"]) == last
-            if wrong := file.cut(frames, stored.get(f"{i}/digests"), is_over):
-                return wrong
+        frames, digests = int(stored[f"{i}/taken"][0]), stored.get(f"{i}/digests")
+        if (file := file_of(observer)) and (wrong := file.cut(frames, digests)):
+            return wrong
     return ""
 
 

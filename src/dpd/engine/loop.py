@@ -79,7 +79,7 @@ def run(
     last = equilibrate + sample
     say = say or (lambda sentence: None)
     if checkpoint is not None:
-        say(checkpoint.resume(simulation, observers, steps))
+        say(checkpoint.resume(simulation, observers))
     recorders: Any = [each for each in observers if hasattr(each, "record")]
     lookers: Any = [each for each in observers if not hasattr(each, "record")]
     beads = simulation.state.identity.size

@@ -44,18 +44,18 @@ class Trajectory(Observable, key="trajectory"):
         return sum(scene.steps) if self.equilibration else int(scene.steps.sample)
 
     def opened(self, path: Path) -> Any:
-        from dpd.particles.trajectory_file import TrajectoryFile
+        from dpd.particles.gsd_files import TrajectoryFile
 
         return TrajectoryFile(path)
 
     def file_bytes(self, scene: Any) -> int:
-        from dpd.particles.trajectory_file import bytes_of
+        from dpd.particles.gsd_files import bytes_of
 
         frames, joined = self.watched(scene) // self.every, (len(scene.bonded), len(scene.angled))
         return bytes_of(frames, self.written(scene).sum(), *joined, self.velocities)
 
     def keeps(self, scene: Any) -> Any:
-        from dpd.particles.trajectory_file import DIGEST
+        from dpd.particles.gsd_files import DIGEST
 
         return {"digests": np.zeros((self.watched(scene) // self.every, DIGEST), np.uint8)}
 

@@ -24,22 +24,12 @@ _ASKED_FOR = (
 
 
 class Fields(NamedTuple):
-    """Densities of some species on a grid, in frames over time.
-
-    Attributes
-    ----------
-    time : (frames,) array
-        In tau since the end of equilibration.
-    box : (frames, dimension) array
-        Edges in r_c.
-    density : (frames, species, ...) array
-        In beads per r_c^dimension, with an axis of cells for each axis of the box.
-    """
+    """Densities of some species on a grid, in frames over time."""
 
     names: tuple[str, ...]
-    time: np.ndarray
-    box: np.ndarray
-    density: np.ndarray
+    time: np.ndarray  # (frames,) in tau since the end of equilibration
+    box: np.ndarray  # (frames, dimension) edges in r_c
+    density: np.ndarray  # (frames, species, ...) in beads per r_c^dimension; cells of each axis
 
     @property
     def dimension(self) -> int:
@@ -65,8 +55,7 @@ def read_fields(path: Path) -> Fields:
     if path.suffix.lower() != ".nc":
         files.check_input(path)
         raise UserError(f"{path}: {_ASKED_FOR}")
-    variables, _ = files.read(path)
-    return fields_of(variables, path)
+    return fields_of(files.read(path)[0], path)
 
 
 def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
@@ -91,10 +80,7 @@ def write_image(fields: Fields, frame: int, path: str | Path) -> None:
     The grid fills the box, whose corner is at 0. A field of two dimensions is one cell thick, in
     the middle of which is z = 0. Its time is not in the file.
 
-    Raises
-    ------
-    UserError
-        If the file cannot be written, or the library that writes it is not installed.
+    `UserError` if the file cannot be written, or the library that writes it is not installed.
     """
     try:
         from pyevtk.hl import imageToVTK

@@ -1,4 +1,4 @@
-"""Configurations in GSD files, with the schema of HOOMD-blue.
+"""Configurations and growing trajectories in GSD files, with the schema of HOOMD-blue.
 
 https://gsd.readthedocs.io/en/stable/schema-hoomd.html. The box is centred at 0. In two dimensions
 the file says so, its box is 2 thick, and all beads are at z = 0.
@@ -6,15 +6,20 @@ the file says so, its box is 2 thick, and all beads are at z = 0.
 
 from __future__ import annotations
 
-from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING, BinaryIO
+import hashlib
+import os
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import gsd.fl
 import gsd.hoomd
 import gsd.pygsd
 import numpy as np
 
-from dpd.errors import UserError, reason
+from dpd.errors import UserError, reason, remedy
+from dpd.files import check_output, draft_of, is_filled, unfinished
 from dpd.particles.particles import (
     FLAT,
     Particles,
@@ -27,29 +32,28 @@ from dpd.particles.particles import (
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
 SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
 NO_BODY = -1
+DIGEST = 8  # bytes, of each frame of a trajectory
+PATIENCE = 1.0  # s between frames that can be seen: to flush takes hundredths of a second
+PER_BEAD, OF_VELOCITY = 24, 12  # bytes of position and image in single precision; of the velocity
+PER_BOND, PER_ANGLE = 12, 16  # bytes, once
+PER_FRAME = 512  # bytes of the index, which doubles when it is full
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
 OTHERS = {"charge": 0, "body": NO_BODY, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
 def read_gsd(path: Path, frame: int = -1) -> Particles:
-    """Read one frame, counted from 0, or from the last with negative numbers.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be read, has no such frame, or holds what no simulation can begin with.
-    """
+    """One frame, counted from 0, or from the last with negative numbers; `UserError` if bad."""
     with trajectory_to_read(path) as trajectory:
         frames = len(trajectory)
         if not -frames <= frame < frames:
-            raise UserError(f"{path}: there is no frame {frame}; {frames_of(frames)}")
+            allowed = f"0 to {frames - 1}, or -1 for the last, to {-frames}" if frames else "none"
+            raise UserError(f"{path}: there is no frame {frame}; allowed: {allowed}")
         place = frame % frames
         _check_counts(path, trajectory.file, place)
         found = trajectory[place]
@@ -58,23 +62,14 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
     return _particles_of(path, found)
 
 
-def frames_of(count: int) -> str:
-    """Which frames a file of so many has, in words."""
-    if not count:
-        return "the file has no frames: it was cut off before the first was written"
-    return f"allowed: 0 to {count - 1}, or -1 for the last, to {-count}"
-
-
 @contextmanager
-def trajectory_to_read(
-    path: Path, opened: BinaryIO | None = None
-) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
-    """A GSD file, opened already or not, with a message for whatever is wrong with it.
+def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
+    """A GSD file, with a message for whatever is wrong with it.
 
     It is read by the library's Python code: its C code can end the process on a damaged file.
     """
     try:
-        with nullcontext(opened) if opened else open(path, "rb") as file:
+        with open(path, "rb") as file:
             found = gsd.pygsd.GSDFile(file)
             if found.schema != "hoomd":
                 raise UserError(
@@ -83,26 +78,22 @@ def trajectory_to_read(
             yield gsd.hoomd.HOOMDTrajectory(found)
     except UserError:
         raise
-    except OSError as problem:
-        if problem.errno:
-            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-        raise _damaged(path, "it ends too early") from None
     except Exception as problem:  # a dozen kinds, for numbers in it that cannot be
-        raise _damaged(path, str(problem).replace(str(path), "the file")) from None
-
-
-def _damaged(path, problem):
-    return UserError(
-        f"{path}: not a whole GSD file ({problem.splitlines()[0][:80] if problem else 'damaged'}); "
-        "copy or write it again"
-    )
+        if getattr(problem, "errno", None):
+            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+        said = (str(problem).replace(str(path), "the file").splitlines() or ["damaged"])[0][:80]
+        raise UserError(f"{path}: not a whole GSD file ({said}); copy or write it again") from None
 
 
 def _check_counts(path, file, frame):
     """Refuse counts that do not fit to what is there: as much memory would be asked for."""
+
+    def chunk(name):  # of the frame or, as the schema has it, of the first
+        places = (place for place in (frame, 0) if file.chunk_exists(place, name))
+        return next((file.read_chunk(place, name) for place in places), None)
+
     for name, array in (("particles", "position"), ("bonds", "group"), ("angles", "group")):
-        count = _chunk(file, frame, f"{name}/N")
-        there = _chunk(file, frame, f"{name}/{array}")
+        count, there = chunk(f"{name}/N"), chunk(f"{name}/{array}")
         said, found = 0 if count is None else int(count[0]), 0 if there is None else len(there)
         at_centre = name == "particles" and there is None and said == 1  # not written: a default
         if said != found and not at_centre:
@@ -110,14 +101,6 @@ def _check_counts(path, file, frame):
                 f"{path}: frame {frame} says that it has {said} {name}, and has {array} for "
                 f"{found}; the file is damaged or lacks them, write it again"
             )
-
-
-def _chunk(file, frame, name):
-    """An array of a frame or, as the schema has it, of the first frame; None if in neither."""
-    for place in (frame, 0):
-        if file.chunk_exists(place, name):
-            return file.read_chunk(place, name)
-    return None
 
 
 def _particles_of(path, frame):
@@ -129,11 +112,9 @@ def _particles_of(path, frame):
     for name, columns in (("position", 3), ("velocity", 3), ("image", 3)):
         if np.shape(getattr(beads, name)) != (beads.N, columns):
             raise UserError(f"{path}: {name} is not 3 numbers for each of {beads.N} beads")
-    if dimension == 2 and np.nanmax(np.abs(beads.position[:, 2])) > FLAT:
-        bead = int(np.nanargmax(np.abs(beads.position[:, 2])))
+    if dimension == 2 and (np.abs(beads.position[:, 2]) > FLAT).any():
         raise UserError(
-            f"{path}: two dimensions, and bead {bead} is at z = {beads.position[bead, 2]:g}; "
-            "allowed: 0"
+            f"{path}: two dimensions, and beads that are not at z = 0; mend one of both"
         )
     edges = box_of_file(box[:dimension], box[3:], path)
     position = beads.position[:, :dimension].T.astype(float) + centre(edges)
@@ -230,7 +211,172 @@ def _columns(array, kind):
 
 def write_gsd(particles: Particles, path: Path) -> None:
     """Write one configuration in double precision."""
-    path.touch()  # with the rights of any new file; the library would take some away
-    opened = gsd.fl.open(str(path), "w", APPLICATION, "hoomd", SCHEMA)
-    with gsd.hoomd.HOOMDTrajectory(opened, precision="double") as trajectory:
+    with gsd.hoomd.HOOMDTrajectory(_new_file(path), precision="double") as trajectory:
         trajectory.append(frame_of(particles))
+
+
+def _new_file(path):
+    path.touch()  # with the rights of any new file; the library would take some away
+    return gsd.fl.open(str(path), "w", APPLICATION, "hoomd", SCHEMA)
+
+
+def bytes_of(frames: int, beads: int, bonds: int, angles: int, velocities: bool) -> int:
+    """Bytes that a trajectory takes on the disk in the end, when it is there twice."""
+    each = PER_FRAME + (PER_BEAD + OF_VELOCITY * velocities) * beads
+    return 2 * (frames * each + PER_BOND * bonds + PER_ANGLE * angles)
+
+
+class TrajectoryFile:
+    """A trajectory ``run.gsd`` while a run goes on: the same bits, however often that is killed.
+
+    It grows as ``run.unfinished.gsd``, so that one can look at it meanwhile. In the end its frames
+    are written once more, in one go, as ``run.gsd``: where frames lie in a GSD file depends on when
+    it was flushed, and so on when the run was stopped. Until then the trajectory of a former run
+    stays there. Digests, (n, `DIGEST`) uint8 arrays, tell whether a file holds the frames that a
+    checkpoint counts. What cannot be written is a `UserError`.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.unfinished = unfinished(self.path)
+        self._trajectory: gsd.hoomd.HOOMDTrajectory | None = None
+        self._before: tuple[Path, int, np.ndarray] | None = None  # see `_copy`
+        self._is_longer = False  # than what is in its place, of which it has all frames
+        self._flushed = time.monotonic()
+
+    def refuse_other_files(self) -> None:
+        """Refuse if one of the two names is taken by what is no trajectory of this program."""
+        refuse_other_trajectory(self.path)
+        refuse_other_trajectory(self.unfinished)
+
+    def cut(self, frames: int, digests: np.ndarray) -> str:
+        """Go on after the first frames of what a former process left; return why that cannot be."""
+        source = self.unfinished if self.unfinished.exists() else self.path
+        with self._replacing(self.unfinished) as trajectory:
+            if problem := _copy(trajectory, source, frames, digests):
+                return problem
+            trajectory.flush()
+        self._trajectory, self._before = trajectory, None
+        return ""
+
+    def go_on_after(self, source: Path, frames: int, digests: np.ndarray) -> None:
+        """Begin with frames of a shorter run's trajectory, unless a checkpoint says more (`cut`).
+
+        It is read when the first frame is appended.
+        """
+        self._before = source, frames, digests.copy()
+        self._is_longer = source == self.path
+
+    def append(self, frame: gsd.hoomd.Frame) -> np.ndarray:
+        """Append a frame in single precision; return its digest."""
+        with self._writing():
+            self._opened().append(frame)
+        if time.monotonic() - self._flushed > PATIENCE:
+            self.flush()
+        return _digest(frame)
+
+    def flush(self) -> None:
+        """See to it that all frames are on the disk."""
+        if self._trajectory is None and self._before is None:
+            return  # there is no frame, or the trajectory is in its place already
+        with self._writing():
+            self._opened().flush()
+        self._flushed = time.monotonic()
+
+    def finish(self, frames: int, digests: np.ndarray, result: Path) -> str:
+        """Put the trajectory in its place, once the run is done; return what was lost, if anything.
+
+        A ``result`` of another run there, which would stand beside a trajectory that is not its own
+        if we were killed before ours is written, is removed with its trajectory.
+        """
+        trajectory = self._opened()
+        self.flush()
+        trajectory.close()
+        self._trajectory = None
+        with self._replacing(self.path) as trajectory:
+            problem = _copy(trajectory, self.unfinished, frames, digests)
+            trajectory.close()
+            if not self._is_longer:
+                result.unlink(missing_ok=True)
+        self.unfinished.unlink(missing_ok=True)
+        return f"{self.path}: its last frames are lost: {problem}" if problem else ""
+
+    def _opened(self):
+        """The file to append to; a new one at the beginning."""
+        if self._trajectory is None:
+            with self._replacing(self.unfinished) as trajectory:
+                if self._before and (problem := _copy(trajectory, *self._before)):
+                    raise UserError(
+                        f"{problem}; the run cannot be made longer without them: put the "
+                        "trajectory back that was made with it"
+                    )
+                trajectory.flush()
+            self._trajectory, self._before = trajectory, None
+        return self._trajectory
+
+    @contextmanager
+    def _replacing(self, path):
+        """A new trajectory to write to, which then takes the place of what is there."""
+        with self._writing(), draft_of(path) as draft:
+            yield gsd.hoomd.HOOMDTrajectory(_new_file(draft))
+            os.replace(draft, path)
+
+    @contextmanager
+    def _writing(self):
+        try:
+            yield
+        except OSError as problem:
+            raise UserError(
+                f"{self.unfinished}: cannot be written ({reason(problem)}); "
+                f"{remedy(problem, self.path.parent)}"
+            ) from None
+
+
+def refuse_other_trajectory(path: Path) -> None:
+    """Refuse to let a trajectory take the place of a file that is neither empty nor one of ours."""
+    check_output(path)
+    if not is_filled(path):
+        return
+    try:
+        with open(path, "rb") as file:
+            head = file.read(gsd.pygsd.gsd_header_struct.size)
+    except OSError as problem:
+        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+    if f"{APPLICATION}\0".encode() not in head:
+        raise UserError(
+            f"{path}: the trajectory of this run would take its place, and this program did not "
+            "write it; move it away, or choose another name for the result"
+        )
+
+
+def _copy(trajectory, source, frames, digests):
+    """Append frames from another file, up to the first that is not meant; return what is wrong."""
+    whole = 0
+    try:
+        for frame in _first_frames(source, frames):
+            if not np.array_equal(_digest(frame), digests[whole]):
+                return (
+                    f"{source}: its frames from {whole} on, of {frames}, are not those that the "
+                    "run has counted"
+                )
+            trajectory.append(frame)
+            whole += 1
+    except UserError as problem:
+        return str(problem)
+    return "" if whole == frames else f"{source}: has {whole} frames of {frames}"
+
+
+def _first_frames(path, count):
+    if count:
+        with trajectory_to_read(path) as trajectory:
+            yield from (trajectory[number] for number in range(min(count, len(trajectory))))
+
+
+def _digest(frame):
+    """Digest of a frame's step and beads; one that was read has zeros where none were written."""
+    beads = frame.particles
+    total = hashlib.sha256(str(int(frame.configuration.step)).encode())
+    for array in (beads.position, beads.velocity, beads.image):
+        if array is not None and np.any(array):
+            total.update(array.tobytes())
+    return np.frombuffer(total.digest()[:DIGEST], np.uint8)

@@ -100,10 +100,10 @@ class Data(NamedTuple):
         """(count, columns) numbers of a section, labels as the numbers of their types."""
         section = self.sections[name]
         where = f"line {section.line}: section {name}"
-        if len(section.lines) != count:
+        if len(section.lines) != count or not count:
             self.refuse(
-                f"{where} has {len(section.lines)} lines, and the header says {count}; the file is "
-                "cut off or damaged, write it again"
+                f"{where} has {len(section.lines)} lines, and the header says {count or 'more'}; "
+                "the file is cut off or damaged, write it again"
             )
         try:
             rows = np.loadtxt(

@@ -8,7 +8,6 @@ factors xy, xz and yz of the lattice of images. Velocities are then those about 
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,17 +66,16 @@ def attributes_of(particles: Particles) -> dict[str, Any]:
 def particles_of(
     variables: Mapping[str, np.ndarray], attributes: Mapping[str, Any], path: str | Path
 ) -> Particles:
-    """The configuration of a file that `dpd.files.read` has read.
+    """The last configuration of a file that `dpd.files.read` has read, yet to be `checked`.
 
-    Refused if a part of it is missing or has another shape. Whether its numbers make sense is for
-    `dpd.particles.particles.checked` to say.
+    `UserError` if something of it is missing or has another shape.
     """
     if POSITION not in variables:
         raise UserError(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "
             "its scene says 'keep_state: true'"
         )
-    edges = tuple(float(edge) for edge in np.atleast_1d(attributes.get("last_box", ())))
+    edges = np.atleast_1d(attributes.get("last_box", ()))
     box = box_of_file(edges, attributes.get("last_tilt", ()), path)
     sizes: dict[str, int] = {"axis": len(box), "end": 2, "corner": 3}
     arrays: dict[str, Any] = {}
@@ -104,7 +102,7 @@ def particles_of(
 
 
 def read_netcdf(path: Path) -> Particles:
-    """Read the configuration of a NetCDF file.
+    """The configuration of a NetCDF file.
 
     That is the last one of a result that keeps it, or what its observable ``configuration`` saw
     last, without velocities; or a first configuration; or what `dpd.particles.formats.write` made.
@@ -112,7 +110,7 @@ def read_netcdf(path: Path) -> Particles:
     variables, attributes = files.read(path)
     if POSITION in variables or "position" not in variables or "scene" not in attributes:
         return checked(particles_of(variables, attributes, path), path)
-    scene = _scene_of(attributes["scene"], path)
+    scene = Scene.of_result(attributes["scene"], str(path))
     step = sum(scene.steps) if "scene_digest" in attributes else 0
     box = box_at(scene, 0, int(attributes.get(SLID, 0)))
     if "box_tilt" in variables:
@@ -123,7 +121,7 @@ def read_netcdf(path: Path) -> Particles:
 
 
 def read_checkpoint(path: Path) -> Particles:
-    """Read the configuration of a checkpoint."""
+    """The configuration of a checkpoint."""
     found = stored_in(path)
     if found is None:
         raise UserError(
@@ -132,7 +130,7 @@ def read_checkpoint(path: Path) -> Particles:
         )
     if "scene" not in found.note:
         raise UserError(f"{path}: a checkpoint without its scene, of an older version; run again")
-    scene, stored = _scene_of(found.note["scene"], path), found.arrays
+    scene, stored = Scene.of_result(found.note["scene"], str(path)), found.arrays
     order = np.argsort(stored["identity"])
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
     beads |= {"image": stored["image"]} if "image" in stored else {}
@@ -141,17 +139,6 @@ def read_checkpoint(path: Path) -> Particles:
     if "box" in stored:
         box = tuple(map(float, stored["box"]))
     return _of_scene(scene, beads, step, box, path)
-
-
-def _scene_of(text, path):
-    """The scene that a file was made from."""
-    try:
-        data = json.loads(text)
-    except (ValueError, TypeError):
-        data = None
-    if not isinstance(data, dict):
-        raise UserError(f"{path}: its attribute 'scene' is damaged; make the file anew")
-    return Scene(data, str(path))
 
 
 def _of_scene(
@@ -166,11 +153,7 @@ def _of_scene(
                 f"{path}: {name} is {found.dtype} of shape {found.shape}, and the scene in the "
                 f"file has {shape}; make the file anew"
             )
-    image = beads.get("image", np.zeros(shape, np.int32))
-    position = beads["position"]
-    if (bad := ~np.isfinite(position).all(axis=0)).any():
-        raise UserError(
-            f"{path}: bead {np.argmax(bad)} has a position that is not a finite number; make the "
-            "file anew"
-        )
+    position, image = beads["position"], beads.get("image", np.zeros(shape, np.int32))
+    if not np.isfinite(position).all():
+        raise UserError(f"{path}: has positions that are not finite numbers; make the file anew")
     return checked(of_scene(scene, box, position, image, beads.get("velocity"), step), path)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.space import TURN, along_axes, tilted, wrapped
+from dpd.engine.space import TURN, along_axes, slide_of, tilted, wrapped
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -30,45 +30,20 @@ NO_ANGLES = np.zeros((0, 3), np.uint32)
 
 
 class Particles(NamedTuple):
-    """Beads in the order of their identities, with their bonds.
+    """Beads in the order of their identities, with their bonds."""
 
-    Attributes
-    ----------
-    box : tuple of float
-        Edges in r_c, two or three. The box goes from 0 to its edges; under shear it is a
-        `dpd.engine.space.TiltedBox`, whose images have slid.
-    position : (dimension, n) array
-        In r_c, inside the box.
-    image : (dimension, n) int32 array
-        How many boxes further the bead is than its position says.
-    velocity : None or (dimension, n) array
-        In r_c / tau; under shear about the flow.
-    species : (n,) uint8 array
-        Numbers in ``names``.
-    bonds : (bonds, 2) uint32 array
-        Identities of the two ends of each.
-    left_out : tuple of str
-        What the file held that has no place here, a sentence each.
-    angles : (angles, 3) uint32 array
-        Identities of the three beads of each, the middle one in between.
-    masses : None or (names,) array
-        Of a bead of each species; None where all are 1.
-    identity : None or (n,) array
-        What the file calls each bead; None where it counts them from 0.
-    """
-
-    box: tuple[float, ...]
-    position: np.ndarray
-    image: np.ndarray
-    velocity: np.ndarray | None
-    species: np.ndarray
+    box: tuple[float, ...]  # edges in r_c, from 0 on; a `TiltedBox` under shear
+    position: np.ndarray  # (dimension, n) in r_c, inside the box
+    image: np.ndarray  # (dimension, n) int32: how many boxes further the bead is
+    velocity: np.ndarray | None  # (dimension, n) in r_c / tau; under shear about the flow
+    species: np.ndarray  # (n,) uint8, numbers in names
     names: tuple[str, ...]
-    bonds: np.ndarray
+    bonds: np.ndarray  # (bonds, 2) uint32, identities of the two ends
     step: int = 0
-    left_out: tuple[str, ...] = ()
-    angles: np.ndarray = NO_ANGLES
-    masses: np.ndarray | None = None
-    identity: np.ndarray | None = None
+    left_out: tuple[str, ...] = ()  # what the file held that has no place here, a sentence each
+    angles: np.ndarray = NO_ANGLES  # (angles, 3) uint32, the middle bead in between
+    masses: np.ndarray | None = None  # (names,) of a bead of each species; None where all are 1
+    identity: np.ndarray | None = None  # what the file calls each bead; None for 0, 1 ...
 
     @property
     def dimension(self) -> int:
@@ -166,124 +141,80 @@ def molecules_of(particles: Particles) -> np.ndarray:
 
 
 def checked(particles: Particles, path: object, periodic: bool = False) -> Particles:
-    """Particles of a file that a simulation can begin with.
+    """Particles of a file that a simulation can begin with; `UserError` for others.
 
     Beads that are outside of the box by no more than `ROUNDING` are put inside; if it is periodic,
     as a format may have it, beads further outside as well, which is said.
-
-    Raises
-    ------
-    UserError
-        If the box has no volume, a number is not finite, a bead is outside the box, or a bond has
-        an end that is no bead, the same bead twice, or is there twice; the same for an angle.
     """
 
-    def refuse(problem: str) -> None:
-        raise UserError(f"{path}: {problem}")
+    def refuse_if(bad: Any, problem: str, remedy: str = "mend the file") -> None:
+        if np.any(bad):
+            which = f"{particles.called(np.argmax(bad))} " if np.ndim(bad) else ""
+            raise UserError(f"{path}: {which}{problem}; {remedy}")
 
-    box = np.array(particles.box, dtype=float)
-    if not (np.isfinite(box) & (box > 0)).all():
-        edges = " x ".join(f"{edge:g}" for edge in box)
-        refuse(f"the box of {edges} has an edge that is not a positive number; mend the box")
-    if not particles.beads:
-        refuse("holds no beads; at least one is needed")
-    if not 0 <= particles.step < LARGEST_STEP:
-        refuse(f"is of a step that is not from 0 to {LARGEST_STEP:g}; mend its number")
+    box, names, beads = np.array(particles.box, dtype=float), particles.names, particles.beads
+    edges = " x ".join(f"{edge:g}" for edge in box)
+    sound = (np.isfinite(box) & (box > 0)).all()
+    refuse_if(not sound, f"the box of {edges} has an edge that is not a positive number")
+    refuse_if(not beads, "holds no beads", "at least one is needed")
+    good = 0 <= particles.step < LARGEST_STEP
+    refuse_if(not good, f"is of a step that is not from 0 to {LARGEST_STEP:g}")
     for name in ("position", "velocity"):
         array = getattr(particles, name)
-        if array is not None and not np.isfinite(array).all():
-            bad = ~np.isfinite(array).all(axis=0)
-            refuse(
-                f"{particles.called(np.argmax(bad))} has a {name} that is not a finite number "
-                f"({bad.sum()} of {bad.size} beads have); write the file again from a run that is "
-                "whole"
-            )
-    position, image, far = _inside(particles, box[:, None], refuse)
-    if far.any() and not periodic:
-        bead = int(np.argmax(far.any(axis=0)))
-        axis = int(np.argmax(far[:, bead]))
-        refuse(
-            f"{particles.called(bead)} is at {particles.position[axis, bead]:g} along "
-            f"{'xyz'[axis]}, counted from the lower end of the box, whose edge is {box[axis]:g} "
-            f"({far.any(axis=0).sum()} of {particles.beads} beads are outside); wrap the positions "
-            "into the box, with image flags if they are to be kept, or mend the box"
-        )
-    wrapped_in = f"{far.any(axis=0).sum()} beads outside of the box are put in, and their images"
-    _check_species(particles, refuse)
-    _check_masses(particles, refuse)
+        bad = np.zeros(1, bool) if array is None else ~np.isfinite(array).all(axis=0)
+        refuse_if(bad, f"has a {name} that is not a finite number", "write it from a whole run")
+    position, image, far = _inside(particles, box[:, None])
+    away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
+    refuse_if(away, f"is {MOST_IMAGES} boxes away or more", "mend its position or its image flags")
+    refuse_if(
+        far & (not periodic),
+        f"is outside of the box of {edges} ({far.sum()} of {beads} are)",
+        "wrap the positions into the box, with image flags if they are to be kept, or mend the box",
+    )
+    twice = len(set(names)) < len(names)
+    refuse_if(twice, f"kinds of beads have the same name ({', '.join(names)})", "rename one")
+    refuse_if(
+        (particles.species < 0) | (particles.species >= len(names)),
+        f"is of a kind that is not one of the {len(names)} that are named",
+    )
+    for name, mass in particles.masses_by_name().items():
+        light = not (np.isfinite(mass) and mass > 0)
+        refuse_if(light, f"beads of {name} have the mass {mass:g}", "allowed: numbers above 0")
     for name in ("bond", "angle"):
-        _check_members(particles, name, refuse)
+        members = getattr(particles, f"{name}s")
+        outside = (members < 0) | (members >= beads)
+        refuse_if(outside.any(), f"{name}s have beads that are not from 0 to {beads - 1}")
+        ordered = np.sort(members, axis=1)
+        for bad in (ordered[:, 1:] == ordered[:, :-1]).any(axis=1).nonzero()[0]:
+            same = ", ".join(map(particles.called, members[bad]))
+            refuse_if(True, f"a bead is twice in the {name} of {same}", "remove it")
+        found, times = np.unique(ordered, axis=0, return_counts=True)
+        for pair in found[times > 1] if name == "bond" else ():
+            ends = " and ".join(map(particles.called, pair))
+            refuse_if(True, f"{ends} are bonded more than once", "keep one of these bonds")
+    wrapped_in = f"{far.sum()} beads outside of the box are put in, and their images counted"
     return particles._replace(
-        box=particles.box if _slid(particles.box) else tuple(map(float, box)),
+        box=particles.box if slide_of(particles.box) else tuple(map(float, box)),
         position=position,
-        image=image,
+        image=image.astype(np.int32),
         velocity=None if particles.velocity is None else particles.velocity.astype(float),
         species=particles.species.astype(np.uint8),
         bonds=particles.bonds.astype(np.uint32).reshape(-1, 2),
         angles=particles.angles.astype(np.uint32).reshape(-1, 3),
-        left_out=(*particles.left_out, *[f"{wrapped_in} counted"] * bool(far.any())),
+        left_out=(*particles.left_out, *[wrapped_in] * bool(far.any())),
     )
 
 
-def _slid(box):
-    return hasattr(box, "slide")
-
-
-def _inside(particles, edges, refuse):
-    """Positions in the box, their images, and along which axes they are outside beyond rounding."""
+def _inside(particles, edges):
+    """Positions in the box, their images, and which beads are outside beyond rounding."""
     box, position = particles.box, particles.position.astype(float)
     far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
-    if _slid(box):  # files may have them in the tilted box
-        far[box.slide.flow] = False
+    if slide := slide_of(box):  # files may have them in the tilted box
+        far[slide.flow] = False
     with np.errstate(over="ignore", invalid="ignore"):
         inside, _ = wrapped(position, box)
         image = particles.image + np.rint(along_axes(position - inside, box) / edges)
-    away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
-    if away.any():
-        refuse(
-            f"{particles.called(np.argmax(away))} is {MOST_IMAGES} boxes away or more "
-            f"({away.sum()} of {away.size} beads are); mend its position or its image flags"
-        )
-    return inside, image.astype(np.int32), far
-
-
-def _check_species(particles, refuse):
-    names, species = particles.names, particles.species
-    if len(set(names)) != len(names):
-        refuse(f"two kinds of beads have the same name ({', '.join(names)}); name them differently")
-    if not all(map(str.isprintable, names)):
-        refuse(f"names of kinds of beads have letters that cannot be shown ({names}); rename them")
-    if species.min() < 0 or species.max() >= len(names):
-        bead = int(np.argmax((species < 0) | (species >= len(names))))
-        refuse(
-            f"{particles.called(bead)} is of kind {species[bead]}, and there are {len(names)} "
-            "kinds, counted from 0; mend its kind"
-        )
-
-
-def _check_masses(particles, refuse):
-    for name, mass in particles.masses_by_name().items():
-        if not (np.isfinite(mass) and mass > 0):
-            refuse(f"beads of {name} have the mass {mass:g}; allowed: numbers above 0")
-
-
-def _check_members(particles, name, refuse):
-    """Refuse a bond or an angle of a bead that is not there, or with a bead twice."""
-    members, count = getattr(particles, f"{name}s"), particles.beads
-    if (bad := (members < 0) | (members >= count)).any():
-        number = int(np.argmax(bad.any(axis=1)))
-        refuse(
-            f"{name} {number} has bead {members[number][bad[number]][0]}, and beads go from 0 to "
-            f"{count - 1}; the file lacks beads, or the {name} is wrong"
-        )
-    inside = np.sort(members, axis=1)
-    if (twice := (inside[:, 1:] == inside[:, :-1]).any(axis=1)).any():
-        beads = ", ".join(map(particles.called, members[np.argmax(twice)]))
-        refuse(f"a bead is twice in the {name} of {beads}; remove it")
-    _, first, times = np.unique(inside, axis=0, return_index=True, return_counts=True)
-    if name == "bond" and (times > 1).any():
-        one, other = map(particles.called, inside[first[np.argmax(times > 1)]])
-        refuse(f"{one} and {other} are bonded {times.max()} times; keep one of these bonds")
+    return inside, image, far.any(axis=0)
 
 
 def shear_of(scene: Scene) -> Shear | None:
@@ -297,7 +228,7 @@ def box_at(scene: Scene, step: int, slid: int | None) -> tuple[float, ...]:
 
 def tilt_factors(box: Sequence[float]) -> list[float]:
     """xy, xz and yz of a box; zeros without shear."""
-    slide = getattr(box, "slide", None)
+    slide = slide_of(box)
     if slide is None:
         return [0.0] * len(FACTORS)
     axes = slide.flow, slide.gradient
@@ -305,7 +236,7 @@ def tilt_factors(box: Sequence[float]) -> list[float]:
 
 
 def box_of_file(
-    edges: Sequence[float], factors: Sequence[float] | np.ndarray, path: object
+    edges: Sequence[float] | np.ndarray, factors: Sequence[float] | np.ndarray, path: object
 ) -> tuple[float, ...]:
     """A box with tilt factors xy, xz and yz, if any, of which one may differ from 0.
 
@@ -332,7 +263,7 @@ def box_of_file(
 def in_tilted_box(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
     """Positions and images of beads put into the tilted box, as other programs want them."""
     position, image = particles.position.copy(), particles.image.copy()
-    slide = getattr(particles.box, "slide", None)
+    slide = slide_of(particles.box)
     if slide is not None:
         edge = particles.box[slide.flow]
         turns = np.floor(along_axes(position, particles.box)[slide.flow] / edge)
@@ -343,7 +274,7 @@ def in_tilted_box(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
 
 def centre(box: Sequence[float]) -> np.ndarray:
     """(dimension, 1) array: the middle of a box, tilted or not, whose corner is at 0."""
-    middle, slide = 0.5 * np.array(box, dtype=float), getattr(box, "slide", None)
+    middle, slide = 0.5 * np.array(box, dtype=float), slide_of(box)
     if slide is not None:
         middle[slide.flow] += slide.tilt[0] * middle[slide.gradient]
     return middle[:, None]
