@@ -5,7 +5,6 @@ Commands run in this process where they can, so that the campaign is fast.
 
 import itertools
 import os
-import socket
 from pathlib import Path
 
 import netCDF4
@@ -49,11 +48,6 @@ def device(name):
         os.symlink("/dev/null", name)
 
 
-def bind(name):
-    with socket.socket(socket.AF_UNIX) as server:
-        server.bind(name)
-
-
 def archive():
     with open("run.checkpoint", "wb") as file:
         np.savez(file, a=1)
@@ -62,21 +56,14 @@ def archive():
 # What is made before, and the output asked for.
 OUTPUTS = {
     "a device": (lambda: device("run.nc"), "run.nc"),
-    "a link to a device": (lambda: os.symlink("/dev/null", "run.nc"), "run.nc"),
     "a pipe": (lambda: os.mkfifo("run.nc"), "run.nc"),
-    "a socket": (lambda: bind("run.nc"), "run.nc"),
     "a folder": (lambda: os.mkdir("run.nc"), "run.nc"),
-    "this folder": (None, "."),
     "no name": (None, ""),
-    "only a suffix": (None, ".nc"),
     "no suffix": (None, "run"),
     "capitals, with the same files beside it": (None, "run.NC"),
     "suffix of a checkpoint": (None, "run.checkpoint"),
-    "suffix of a lock": (None, "run.nc.lock"),
     "a scene": (None, "scene.yaml"),
     "too long": (None, "r" * 253 + ".nc"),
-    "too long for a draft": (None, "r" * 245 + ".nc"),
-    "in a folder of too long a name": (None, "f" * 300 + "/run.nc"),
     "in a file": (None, "scene.yaml/run.nc"),
     "not UTF-8": (None, NOT_UTF8),
 }
@@ -85,11 +72,9 @@ BESIDE = {
     "checkpoint is a text": (lambda: Path("run.checkpoint").write_text("a: 1"), "run.nc"),
     "checkpoint is an archive": (archive, "run.nc"),
     "checkpoint is a folder": (lambda: os.mkdir("run.checkpoint"), "run.nc"),
-    "checkpoint is a device": (lambda: device("run.checkpoint"), "run.nc"),
     "checkpoint is a pipe": (lambda: os.mkfifo("run.checkpoint"), "run.nc"),
     "checkpoint leads nowhere": (lambda: os.symlink("gone", "run.checkpoint"), "run.nc"),
     "lock is a text": (lambda: Path("run.nc.lock").write_text("mine"), "run.nc"),
-    "lock is another record": (lambda: Path("run.nc.lock").write_text('{"pid": 1}'), "run.nc"),
     "lock is a folder": (lambda: os.mkdir("run.nc.lock"), "run.nc"),
     "too long for a checkpoint": (None, "r" * 235 + ".nc"),
 }
@@ -101,8 +86,9 @@ STAGES = {
     "measure": ("measure", "lammps"),
 }
 BAD_OUTPUTS = [
-    *itertools.product(STAGES, OUTPUTS),
-    *itertools.product(("run", "simulate"), BESIDE),
+    *itertools.product(("run",), OUTPUTS | BESIDE),
+    *itertools.product(STAGES, ("a pipe", "a folder", "no suffix", "in a file", "not UTF-8")),
+    *itertools.product(("simulate",), BESIDE),
 ]
 
 
@@ -164,11 +150,8 @@ def put(name, value):
 
 STARTS = {
     "no position": lambda: spoil_start(without("position")),
-    "no velocity": lambda: spoil_start(without("velocity")),
     "position is not a number": lambda: spoil_start(put("position", np.nan)),
-    "velocity is infinite": lambda: spoil_start(put("velocity", np.inf)),
     "cut": lambda: cut("start.nc"),
-    "empty": lambda: Path("start.nc").write_bytes(b""),
     "a text": lambda: Path("start.nc").write_text("start"),
 }
 
@@ -187,19 +170,15 @@ INPUTS = {
     "the start is the output": ("scene.yaml", "run.nc", "run.nc"),
     "the start is to be the scene": ("scene.yaml", "run.nc", "scene.yaml"),
     "the start is a device": ("scene.yaml", "run.nc", "/dev/null"),
-    "the start is a folder": ("scene.yaml", "run.nc", "."),
     "the start is not UTF-8": ("scene.yaml", "run.nc", NOT_UTF8),
     "a start without suffix": ("scene.yaml", "run.nc", "start"),
     "the output is the scene": ("scene.nc", "scene.nc", None),
     "the output is a link to the scene": ("scene.nc", "link.nc", None),
     "the output is the scene under another name": ("scene.nc", "same.nc", None),
-    "the output is the scene by way of a folder": ("scene.nc", "../here/scene.nc", None),
     "the checkpoint is the scene": ("run.checkpoint", "run.nc", None),
     "the scene is a folder": (".", "run.nc", None),
-    "the scene is a device": ("/dev/null", "run.nc", None),
     "the scene is a pipe": ("pipe", "run.nc", None),
     "no scene": ("none.yaml", "run.nc", None),
-    "a scene of too long a name": ("s" * 300, "run.nc", None),
     "a scene of no name": ("", "run.nc", None),
 }
 

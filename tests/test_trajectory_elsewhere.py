@@ -96,18 +96,8 @@ OF_PAPERS = ("--config", "study=smoke", "papers=[mine,other]")
 
 
 @pytest.mark.thorough
-def test_a_study_knows_of_trajectories(papers):
-    """Of those runs alone: not of others of the same name, nor of others of the same paper."""
-    jobs = planned(papers, *OF_PAPERS)
-    assert (jobs["simulate"], jobs["simulate_with_trajectory"]) == (4, 2)
-    asked = "results/smoke/mine/runs/fluid/replica=1/run.gsd"
-    assert planned(papers, asked, *OF_PAPERS)["simulate_with_trajectory"] == 1
-    refused = snakemake(papers, "-n", asked.replace("mine", "other"), *OF_PAPERS)
-    assert refused.returncode != 0 and "MissingRuleException" in refused.stdout + refused.stderr
-
-
-@pytest.mark.thorough
 def test_a_study_makes_trajectories(papers):
+    """Of those runs alone: not of others of the same name, nor of others of the same paper."""
     done = snakemake(papers, *OF_PAPERS)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
     results = papers / "results" / "smoke"

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.collections import PathCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
+from matplotlib.transforms import AffineDeltaTransform
 
 from dpd.engine.space import nearest
 from dpd.errors import UserError, shown
@@ -21,7 +23,7 @@ from dpd.particles.formats import read
 from dpd.particles.netcdf import particles_of
 from dpd.particles.particles import Particles, checked, molecules_of
 from dpd.report.colours import LOOK, MANY, OF_SPECIES
-from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend
+from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend, refuse_unknown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,20 +31,16 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-
 SCREEN = 96  # pixels of a browser per inch
 METADATA: dict[str, Any] = {".png": None, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 RASTER = 1000  # beads, from which on a PDF or SVG has them as pixels
 TALLEST = 2.0  # height of a picture, in its widths
 AROUND = 0.5  # inches that axes take beside the box
-NEARER = {"x": 1, "y": -1, "z": 1}  # whether a larger coordinate is nearer to the viewer
-DENSE, LARGEST, TOUCHING = 0.36, 0.4, 0.45  # radii: in mean distances, r_c, lengths of bonds
+DENSE, LARGEST, OF_BOND = 0.36, 0.4, 0.45  # radii: in mean distances, r_c, lengths of bonds
 BOND = 0.7  # width of a bond, in radii of beads
-LAYER, MOST_LAYERS = 0.5, 200  # thickness of what is drawn at once, in radii of beads
 PALEST = 0.7  # share of white in the colour of what is farthest
 RIM = 0.5  # share of black in the edge of a bead
 GRAY = "#B4B4B4"  # beads without bonds among molecules
-CLOSE = {2: 3.0, 3: 1.5}  # mean distances of beads within which molecules are neighbours
 
 
 class Picture(Figure):
@@ -64,9 +62,12 @@ def draw(
 ) -> Figure:  # fmt: skip
     """Draw a configuration; or, with ``slice`` or ``surface``, the density fields of a run.
 
+    A notebook shows the figure where it is the last line of a cell. `UserError` if the file cannot
+    be read or does not hold what is drawn, or a choice is not allowed.
+
     Parameters
     ----------
-    source : path, Particles or xarray.Dataset
+    source
         A file that `dpd.particles.formats.read` knows, as ``run.nc`` or ``run.gsd``; or a
         configuration; or a run.
     frame
@@ -91,16 +92,6 @@ def draw(
         Width of the picture in cm: usually 8.6, or 17.8 of several panels.
     dpi
         Pixels per inch.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A notebook shows it where it is the last line of a cell.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be read or does not hold what is drawn, or a choice is not allowed.
     """
     for name, value, least, most in (
         ("size", COLUMN if size is None else size, 2, 50), ("dpi", dpi, 20, 1200),
@@ -111,6 +102,8 @@ def draw(
     species, surface = (tuple([v] if isinstance(v, str) else v) for v in (species, surface))
     frames = [int(number) for number in np.atleast_1d(frame)]
     path = source if isinstance(source, (str, Path)) else "the particles or the run"
+    # What the dataset of a run holds; a configuration holds no fields.
+    held = {str(name): found.values for name, found in getattr(source, "variables", {}).items()}
     with mpl.rc_context(LOOK):
         figure = Picture(dpi=dpi, layout="constrained")
         if slice is not None or surface:
@@ -119,9 +112,7 @@ def draw(
             of_beads = {"colour": colour, "view": view, "slab": slab, "radius": radius}
             for name in [name for name, value in of_beads.items() if value is not None]:
                 raise UserError(f"{name}: has no effect on density fields; leave it out")
-            fields = (
-                read_fields(Path(source)) if source is path else fields_of(_variables(source), path)
-            )
+            fields = read_fields(Path(path)) if source is path else fields_of(held, path)
             draw_fields(figure, fields, frames, slice, surface, smooth, species, size, path)
             return figure
         if len(frames) != 1:
@@ -131,14 +122,24 @@ def draw(
         elif isinstance(source, (str, Path)):
             particles = read(source, frames[0])
         else:
-            particles = particles_of(_variables(source), source.attrs, path)
+            particles = particles_of(held, source.attrs, path)
         _draw_particles(figure, particles, species, colour, view, slab, radius, size, path)
     return figure
 
 
-def _variables(source: Any) -> dict[str, np.ndarray]:
-    """What the dataset of a run holds; a configuration holds no fields."""
-    return {str(name): found.values for name, found in getattr(source, "variables", {}).items()}
+def draw_file(source: str | Path, path: str | Path, **choices: Any) -> None:
+    """Draw into a ``.png``, ``.pdf`` or ``.svg``, with choices and errors as of `draw`."""
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in METADATA:
+        raise UserError(
+            f"{path}: its name does not say what kind of picture it is; allowed: "
+            f"{', '.join(METADATA)}"
+        )
+    check_output(path, inputs=[source])
+    figure, about = draw(source, **choices), {"metadata": METADATA[suffix], "dpi": "figure"}
+    with mpl.rc_context(LOOK):
+        replace_whole(path, lambda draft: figure.savefig(draft, format=suffix[1:], **about))
 
 
 def _draw_particles(
@@ -147,18 +148,17 @@ def _draw_particles(
     path: object,
 ) -> None:  # fmt: skip
     """Beads and bonds in the box with its scales, and a legend."""
-    for name in species:
-        if name not in particles.names:
-            allowed = ", ".join(particles.names)
-            raise UserError(f"{path}: no species is called {shown(name)}; allowed: {allowed}")
+    refuse_unknown(species, particles.names, path)
     axis, low, high = _seen(particles, view, slab, path)
     colours, legend = _colours(particles, colour, path)
     drawn = species or particles.names
     visible = np.isin(particles.species, [particles.names.index(name) for name in drawn])
+    depth = np.zeros(particles.beads)
     if axis:
         depth = particles.position[AXES.index(axis)]
         visible &= (depth >= low) & (depth <= high)
-    right, up = (k for k in range(particles.dimension) if AXES[k] != axis)
+        depth = -depth if axis == "y" else depth  # so that all axes are right-handed
+    plane = right, up = [k for k in range(particles.dimension) if AXES[k] != axis]
     width, edges = (size or COLUMN) / INCH, particles.box
     height = (width - AROUND) * edges[up] / edges[right] + AROUND
     figure.set_size_inches(width, min(height + 0.2 * bool(legend), TALLEST * width))
@@ -168,39 +168,10 @@ def _draw_particles(
         ylabel=f"${AXES[up]}$ / $r_c$",
         title="" if slab is None else f"{low:g} < ${axis}$ / $r_c$ < {high:g}",
     )  # fmt: skip
-    _draw_beads(axes, particles, visible, axis, colours, radius or usual_radius(particles))
+    if visible.any():
+        beads = _beads(axes, particles, plane, visible, depth, colours, radius)
+        axes.add_collection(beads, autolim=False)
     draw_legend(figure, {name: legend[name] for name in legend if name in drawn})
-
-
-def draw_file(source: str | Path, path: str | Path, **choices: Any) -> None:
-    """Draw into a ``.png``, ``.pdf`` or ``.svg``.
-
-    Parameters
-    ----------
-    **choices
-        As for `draw`.
-
-    Raises
-    ------
-    UserError
-        As `draw` does, or if the picture cannot be written.
-    """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in METADATA:
-        raise UserError(
-            f"{path}: its name does not say what kind of picture it is; allowed: "
-            f"{', '.join(METADATA)}"
-        )
-    check_output(path, inputs=[source])
-    figure = draw(source, **choices)
-    with mpl.rc_context(LOOK):
-        replace_whole(
-            path,
-            lambda draft: figure.savefig(
-                draft, dpi="figure", format=suffix[1:], metadata=METADATA[suffix]
-            ),
-        )
 
 
 def _seen(
@@ -226,23 +197,6 @@ def _seen(
     return axis, max(low, 0.0), high
 
 
-def usual_radius(particles: Particles) -> float:
-    """Radius in r_c at which neighbours, and bonds between them, can be told apart."""
-    spacing = (np.prod(particles.box) / particles.beads) ** (1 / particles.dimension)
-    radius = min(DENSE * float(spacing), LARGEST)
-    length = float(np.linalg.norm(_bonds(particles), axis=0).mean()) if len(particles.bonds) else 0
-    return min(radius, TOUCHING * length) if length > 0 else radius
-
-
-def _bonds(particles: Particles) -> np.ndarray:
-    """(dimension, bonds) from the first to the second bead, at the nearest image."""
-    one, other = particles.position[:, particles.bonds.T].swapaxes(0, 1)
-    return nearest(other - one, particles.box)
-
-
-# Colours.
-
-
 def _colours(
     particles: Particles, colour: str | None, path: object
 ) -> tuple[np.ndarray, dict[str, str]]:
@@ -255,104 +209,66 @@ def _colours(
             "molecule"
         )
     if colour == "molecule":
-        return np.array([to_rgb(name) for name in (*MANY, GRAY)])[_kinds(particles)], {}
+        molecules = molecules_of(particles)
+        alone = np.bincount(molecules)[molecules] == 1
+        chosen = np.where(alone, len(MANY), molecules % len(MANY))
+        return np.array([to_rgb(name) for name in (*MANY, GRAY)])[chosen], {}
     names = {name: OF_SPECIES[k % len(OF_SPECIES)] for k, name in enumerate(particles.names)}
-    return np.array([to_rgb(name) for name in names.values()])[particles.species], (
-        names if several else {}
-    )
+    found = np.array([to_rgb(name) for name in names.values()])[particles.species]
+    return found, names if several else {}
 
 
-def _kinds(particles: Particles) -> np.ndarray:
-    """(n,) numbers of colours; neighbouring molecules differ as far as there are colours.
-
-    One after the other takes the colour that the fewest of its neighbours have, and among such the
-    one that was taken least often. Beads without bonds have the last number.
-    """
-    from scipy.sparse import coo_array
-    from scipy.spatial import cKDTree
-
-    molecules = molecules_of(particles)
-    spacing = (np.prod(particles.box) / particles.beads) ** (1 / particles.dimension)
-    reach = min(CLOSE[particles.dimension] * spacing, 0.49 * min(particles.box))
-    tree = cKDTree(particles.position.T, boxsize=particles.box)
-    one, other = molecules[tree.query_pairs(reach, output_type="ndarray")].T
-    count = molecules.max() + 1
-    close = coo_array((np.ones(len(one)), (one, other)), (count, count))
-    close = (close + close.T).tocsr()
-    taken, often = np.full(count, len(MANY)), np.zeros(len(MANY))
-    for molecule in np.flatnonzero(np.bincount(molecules) > 1):
-        row = slice(*close.indptr[molecule : molecule + 2])
-        near = taken[close.indices[row]]
-        weights = np.bincount(near, close.data[row], len(MANY) + 1)[:-1]
-        taken[molecule] = np.lexsort((often, weights))[0]
-        often[taken[molecule]] += 1
-    return taken[molecules]
-
-
-# Beads and bonds.
-
-
-def _draw_beads(
-    axes: Axes, particles: Particles, visible: np.ndarray, axis: str, colours: np.ndarray,
-    radius: float,
-) -> None:  # fmt: skip
-    """Draw from the farthest layer to the nearest: in each the bonds, then the beads."""
-    plane = [number for number in range(particles.dimension) if AXES[number] != axis]
-    place, beads = particles.position[plane].T, np.flatnonzero(visible)
-    near = np.zeros(particles.beads)
-    if axis:
-        near = NEARER[axis] * particles.position[AXES.index(axis)]
-    low, high = (near[beads].min(), near[beads].max()) if len(beads) else (0.0, 0.0)
-    layers = int(np.clip((high - low) / (LAYER * radius), 1, MOST_LAYERS))
-    share = (near - low) / (high - low) if high > low else np.ones_like(near)
-    colours = 1 - (1 - colours) * (1 - PALEST * (1 - share[:, None]))
-    layer = np.clip((share * layers).astype(int), 0, layers - 1)
-    ends, owner = _half_bonds(particles, visible, plane)
-    rasterized = len(beads) > RASTER
-    for number in np.unique(layer[beads]):
-        of_bonds = layer[owner] == number
-        strips = PolyCollection(
-            list(_strips(ends[of_bonds], BOND * radius)), facecolors=colours[owner[of_bonds]],
-            linewidths=0, zorder=1 + number / layers, rasterized=rasterized,
-        )  # fmt: skip
-        axes.add_collection(strips, autolim=False)
-        here = beads[layer[beads] == number]
-        here = here[np.argsort(near[here], kind="stable")]
-        width = np.full(len(here), 2 * radius)
-        discs = EllipseCollection(
-            width, width, np.zeros(len(here)), units="xy", offsets=place[here],
-            offset_transform=axes.transData, facecolors=colours[here],
-            edgecolors=colours[here] * (1 - RIM), linewidths=0.3, rasterized=rasterized,
-            zorder=1 + (number + 0.5) / layers,
-        )  # fmt: skip
-        axes.add_collection(discs, autolim=False)
+def _beads(
+    axes: Axes, particles: Particles, plane: list[int], visible: np.ndarray, depth: np.ndarray,
+    colours: np.ndarray, radius: float | None,
+) -> PathCollection:  # fmt: skip
+    """Discs, each before the halves of its bonds, from the farthest to the nearest."""
+    one, other = particles.bonds.T
+    apart = nearest(particles.position[:, other] - particles.position[:, one], particles.box)
+    if radius is None:  # such that neighbours, and bonds between them, can be told apart
+        spacing = (np.prod(particles.box) / particles.beads) ** (1 / particles.dimension)
+        length = np.linalg.norm(apart, axis=0).mean() if len(one) else math.inf
+        radius = min(DENSE * float(spacing), LARGEST, OF_BOND * float(length) or LARGEST)
+    beads, place = np.flatnonzero(visible), particles.position[plane].T
+    both = visible[particles.bonds].all(axis=1)
+    first, ways, owner = _half_bonds(place, particles.bonds[both].T, apart[plane][:, both].T)
+    shapes = [
+        *map(Outline, _strips(ways, BOND * radius)),
+        *[Outline.circle(radius=radius)] * len(beads),
+    ]
+    offsets, whose = np.concatenate([first, place[beads]]), np.concatenate([owner, beads])
+    order = np.lexsort((np.arange(len(whose)) >= len(owner), whose, depth[whose]))
+    low, high = depth[beads].min(), depth[beads].max()
+    share = (depth - low) / (high - low) if high > low else np.ones_like(depth)
+    colours = (1 - (1 - colours) * (1 - PALEST * (1 - share[:, None])))[whose[order]]
+    found = PathCollection(
+        [shapes[k] for k in order], offsets=offsets[order], offset_transform=axes.transData,
+        facecolors=colours, edgecolors=colours * (1 - RIM),
+        linewidths=np.where(order < len(owner), 0, 0.3), rasterized=len(beads) > RASTER,
+    )  # fmt: skip
+    found.set_transform(AffineDeltaTransform(axes.transData))  # type: ignore[arg-type]
+    return found
 
 
 def _half_bonds(
-    particles: Particles, visible: np.ndarray, plane: list[int]
-) -> tuple[np.ndarray, np.ndarray]:
-    """(m, 2, 2) ends in the plane of both halves of bonds, and the beads that they belong to.
+    place: np.ndarray, bonds: np.ndarray, apart: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where both halves of bonds begin, (m, 2), their ways, and the beads that they belong to.
 
     A bond that crosses a face is there twice, from each of its beads on.
     """
-    shown = visible[particles.bonds].all(axis=1)
-    one, other = particles.bonds[shown].T
-    apart = _bonds(particles)[plane][:, shown].T
-    first, last = (particles.position[plane][:, bead].T for bead in (one, other))
-    crosses = (np.abs(first + apart - last) > 1e-6).any(axis=1)
-    halves = [(first, apart, one, other), (last, -apart, other, one)]
-    ends = [np.stack([begin, begin + way / 2], axis=1) for begin, way, _, _ in halves]
-    ends += [
-        np.stack([begin + way / 2, begin + way], axis=1)[crosses] for begin, way, _, _ in halves
-    ]
-    owner = [one, other, other[crosses], one[crosses]]
-    return np.concatenate(ends), np.concatenate(owner)
+    one, other = bonds
+    crosses = (np.abs(place[one] + apart - place[other]) > 1e-6).any(axis=1)
+    first, ways, owner = [], [], []
+    for bead, further, way in ((one, other, apart / 2), (other, one, -apart / 2)):
+        first += [place[bead], (place[bead] + way)[crosses]]
+        ways += [way, way[crosses]]
+        owner += [bead, further[crosses]]
+    return np.concatenate(first), np.concatenate(ways), np.concatenate(owner)
 
 
-def _strips(ends: np.ndarray, width: float) -> np.ndarray:
-    """(m, 4, 2) corners of strips around lines, whose ends are (m, 2, 2)."""
-    along = ends[:, 1] - ends[:, 0]
-    length = np.hypot(*along.T)[:, None]
-    across = along[:, ::-1] * [-0.5, 0.5] * width / np.where(length > 0, length, 1)
-    begin, end = ends[:, 0], ends[:, 1]
-    return np.stack([begin - across, end - across, end + across, begin + across], axis=1)
+def _strips(ways: np.ndarray, width: float) -> np.ndarray:
+    """(m, 4, 2) corners of strips along (m, 2) ways."""
+    length = np.hypot(*ways.T)[:, None]
+    across = ways[:, ::-1] * [-0.5, 0.5] * width / np.where(length > 0, length, 1)
+    return np.stack([-across, ways - across, ways + across, across], axis=1)

@@ -13,7 +13,7 @@ from dpd.errors import UserError, shown
 from dpd.report.colours import OF_SPECIES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import Any
 
     from matplotlib.figure import Figure
@@ -38,24 +38,14 @@ def draw_fields(
     surface: Sequence[str], smooth: float, species: Sequence[str], size: float | None,
     path: object,
 ) -> None:  # fmt: skip
-    """Draw slices of density fields, or surfaces in them; see `dpd.report.draw.draw`.
-
-    Raises
-    ------
-    UserError
-        If there is no such frame, species or place, or a surface is nowhere.
-    """
+    """Draw slices of density fields, or surfaces in them; see `dpd.report.draw.draw`."""
     if not 0 < len(frames) <= MOST_FRAMES:
         raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
     numbers = [fields.number(frame, path) for frame in frames]
     levels = dict(
         _split("surface", word, "a species and a density, as in A=0.4") for word in surface
     )
-    for name in (*species, *levels):
-        if name not in fields.names:
-            raise UserError(
-                f"{path}: no species is called {shown(name)}; allowed: {', '.join(fields.names)}"
-            )
+    refuse_unknown((*species, *levels), fields.names, path)
     names = tuple(species) or fields.names
     rows = len(names) if slice else -(-len(numbers) // IN_A_ROW)
     columns = len(numbers) if slice else -(-len(numbers) // rows)
@@ -74,31 +64,32 @@ def draw_fields(
         _draw_surfaces(figure, fields, numbers, levels, (rows, columns), smooth, path)
 
 
+def refuse_unknown(species: Iterable[str], names: Sequence[str], path: object) -> None:
+    """Refuse species that are not there."""
+    for name in species:
+        if name not in names:
+            raise UserError(
+                f"{path}: no species is called {shown(name)}; allowed: {', '.join(names)}"
+            )
+
+
 def _split(what: str, word: str, allowed: str) -> tuple[str, float]:
     """Name and number of a word like ``A=0.4``."""
+    name, _, number = str(word).partition("=")
     try:
-        name, value = word.split("=")
-        number = float(value)
-    except (ValueError, AttributeError):
-        name, number = "", np.nan
-    if not name or not np.isfinite(number):
-        raise UserError(f"{what}: {shown(word)}: allowed: {allowed}")
-    return name, number
+        return name, float(number)
+    except ValueError:
+        raise UserError(f"{what}: {shown(word)}: allowed: {allowed}") from None
 
 
 def _plane(fields: Fields, slice: str, path: object) -> tuple[int, float]:
     """Number of the axis across a plane, and where that is; z=0 is all of two dimensions."""
     axis, place = _split("slice", slice, "an axis and a place in r_c, as in z=5")
-    edges = dict(zip(AXES, (*fields.box.max(axis=0), 0.0)))
-    if fields.dimension == 2:
-        edges = {"z": 0.0}
+    edges = dict(zip(AXES, fields.box.max(axis=0))) if fields.dimension == 3 else {"z": 0.0}
     if axis not in edges or not 0 <= place <= edges[axis]:
         inside = ", ".join(f"{name}=0 to {edge:g}" for name, edge in edges.items())
         raise UserError(f"{path}: slice {slice}: is outside of the box; allowed: {inside}")
     return AXES.index(axis), place
-
-
-# Between the middles of cells.
 
 
 def smoothed(
@@ -107,21 +98,8 @@ def smoothed(
 ) -> np.ndarray:  # fmt: skip
     """A density averaged with a Gaussian, at some places; the box repeats.
 
-    Parameters
-    ----------
-    density : (...) array
-        With an axis of cells for each axis of the box.
-    box : sequence of float
-        Edges in r_c.
-    places : sequence of (n,) arrays
-        Coordinates along each axis in r_c.
-    width : float
-        Standard deviation of the Gaussian in r_c; half a cell at least.
-
-    Returns
-    -------
-    (...) array
-        With an axis of places for each axis of the box.
+    Arrays have an axis of cells, or of places, for each axis of the box. ``box`` and ``places`` are
+    in r_c, as ``width``, the standard deviation of the Gaussian: half a cell at least.
     """
     from scipy.ndimage import gaussian_filter, map_coordinates
 
@@ -139,9 +117,6 @@ def middles(count: int, edge: float) -> np.ndarray:
 def points_along(box: np.ndarray) -> list[np.ndarray]:
     """Where a density is looked at for a surface, from one face of the box to the other."""
     return [np.linspace(0, edge, min(int(np.ceil(edge / FINE)), MOST_POINTS) + 1) for edge in box]
-
-
-# Slices.
 
 
 def slice_of(
@@ -185,9 +160,6 @@ def _time(fields: Fields, number: int) -> str:
     return rf"$t$ = {fields.time[number]:.4g} $\tau$"
 
 
-# Surfaces.
-
-
 def _draw_surfaces(
     figure: Figure, fields: Fields, numbers: list[int], levels: dict[str, float],
     shape: tuple[int, int], width: float, path: object,
@@ -227,23 +199,9 @@ def triangles_around(
 ) -> np.ndarray:
     """The surface of what is denser than a value, closed where the box ends.
 
-    Parameters
-    ----------
-    field : (...) array
-        Over `points_along` the axes of the box.
-    value : float
-    box : sequence of float
-        Edges in r_c.
-
-    Returns
-    -------
-    (n, 3, 3) array
-        Triangle, corner, axis: in r_c, anticlockwise from outside.
-
-    Raises
-    ------
-    UserError
-        If the library that finds surfaces is not installed.
+    ``field`` is over `points_along` the axes of the box. Returned are triangles, (n, 3, 3) by
+    triangle, corner and axis, in r_c, anticlockwise from outside. `UserError` if the library that
+    finds surfaces is not installed.
     """
     try:
         from skimage.measure import marching_cubes
@@ -266,16 +224,7 @@ def triangles_around(
 def draw_bodies(
     axes: Any, bodies: Sequence[tuple[np.ndarray, Any]], box: Sequence[float] | np.ndarray
 ) -> None:
-    """Draw surfaces in the box with its scales.
-
-    Parameters
-    ----------
-    axes : mpl_toolkits.mplot3d.Axes3D
-    bodies : sequence of (triangles, colour)
-        From `triangles_around`.
-    box : sequence of float
-        Edges in r_c.
-    """
+    """Draw surfaces, (triangles, colour) from `triangles_around`, in the box with its scales."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     colours = [np.tile(to_rgb(colour), (len(triangles), 1)) for triangles, colour in bodies]
