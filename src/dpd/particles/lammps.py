@@ -26,7 +26,7 @@ from dpd.particles.particles import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
 # Columns of a line of Atoms by style; image flags may stand behind them.
@@ -45,19 +45,13 @@ STYLES = {
     "dipole": "id type charge x y z mu_x mu_y mu_z",
 }
 FLAGS = "ix", "iy", "iz"
-WHOLE = {"id", "molecule", "type", "flag", *FLAGS}  # columns of whole numbers
+WHOLE = ["id", "molecule", "type", "flag", *FLAGS]  # columns of whole numbers
 USED = {"id", "molecule", "type", "x", "y", "z", *FLAGS}
 TITLE = re.compile(r"atom_style (\S+)")  # where TopoTools, of VMD, has the style
 STEP = re.compile(r"timestep = ([0-9]+)")  # in the title, where LAMMPS puts it
 SECTION = re.compile(r"[A-Z][A-Za-z0-9]*( [A-Z][A-Za-z0-9]*)*")  # its name
-KINDS = "atom", "bond", "angle", "dihedral", "improper"
-EXTRAS = "ellipsoids", "lines", "triangles", "bodies"
-COUNTS = {
-    *(f"{kind}s" for kind in KINDS), *(f"{kind} types" for kind in KINDS), *EXTRAS,
-    *(f"extra {kind} per atom" for kind in (*KINDS[1:], "special")),
-}  # fmt: skip
 EDGES = {"xlo xhi": 2, "ylo yhi": 2, "zlo zhi": 2, "xy xz yz": 3}  # and how many numbers each has
-KNOWN = {"Velocities", "Masses", *(f"{kind}s".title() for kind in KINDS), *map(str.title, EXTRAS)}
+KNOWN = {"Atoms", "Velocities", "Masses", "Bonds", "Angles"}  # sections that are not left out
 LARGEST = 1e15  # of a whole number, which double precision holds exactly
 THIN = 2.0  # r_c: no box of three dimensions may be thinner
 HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is written
@@ -84,7 +78,10 @@ class Data(NamedTuple):
 
     def count(self, name: str) -> int:
         """A count of the header; 0 if it is not there."""
-        return int(self.header.get(name, (0,))[0])
+        number = self.header.get(name, [0.0])[0]
+        if number % 1 or not 0 <= number <= LARGEST:
+            self.refuse(f"the header says {number:.16g} {name}; allowed: a whole number")
+        return int(number)
 
     def labels(self, kind: str) -> dict[str, int]:
         """Numbers of types by their labels; ``kind`` is ``Atom``, ``Bond`` ..."""
@@ -96,7 +93,9 @@ class Data(NamedTuple):
             found[label[0]] = int(number)
         return found
 
-    def table(self, name: str, count: int, labels: Mapping[str, int]) -> np.ndarray:
+    def table(
+        self, name: str, count: int, columns: Sequence[str], labels: Mapping[str, int]
+    ) -> np.ndarray:
         """(count, columns) numbers of a section, labels as the numbers of their types."""
         section = self.sections[name]
         where = f"line {section.line}: section {name}"
@@ -105,24 +104,23 @@ class Data(NamedTuple):
                 f"{where} has {len(section.lines)} lines, and the header says {count or 'more'}; "
                 "the file is cut off or damaged, write it again"
             )
+        convert = (lambda word: float(labels.get(word, word))) if labels else None
         try:
-            rows = np.loadtxt(
-                section.lines, ndmin=2,
-                converters=(lambda word: float(labels.get(word, word))) if labels else None,
-            )  # fmt: skip
+            rows = np.loadtxt(section.lines, ndmin=2, converters=convert)
         except ValueError as problem:
             said = shown(str(problem).partition(";")[0], str).rstrip(".")
             self.refuse(f"{where}: {said} of the section; mend the line")
-        if not np.isfinite(rows).all():
-            row = int(np.argmin(np.isfinite(rows).all(axis=1)))
-            self.refuse(f"{where}: {shown(section.lines[row])} has a number that is not finite")
+        if rows.shape[1] < len(columns):
+            self.refuse(f"{where} has {rows.shape[1]} columns; needed are {len(columns)}")
+        rows = rows[:, : len(columns)]  # behind velocities of spheres stand those of rotation
+        whole = np.isin(columns, WHOLE)
+        with np.errstate(invalid="ignore"):
+            bad = ~np.isfinite(rows) | (whole & ((rows % 1 != 0) | (abs(rows) > LARGEST)))
+        for row, column in np.argwhere(bad)[:1]:
+            kind = "whole number" if whole[column] else "finite number"
+            found = f"{shown(section.lines[row])} has {rows[row, column]:.16g}"
+            self.refuse(f"{where}: {found} where a {kind} is needed; mend the line")
         return rows
-
-    def whole(self, name: str, rows: np.ndarray) -> np.ndarray:
-        """Numbers of a section as integers."""
-        if (bad := (rows % 1 != 0) | (abs(rows) > LARGEST)).any():
-            self.refuse(f"section {name} has {rows[bad][0]:.16g} where a whole number is needed")
-        return rows.astype(np.int64)
 
 
 def read_data(path: Path) -> Particles:
@@ -134,16 +132,12 @@ def read_data(path: Path) -> Particles:
     """
     data = _taken_apart(path)
     atoms, types, labels = data.count("atoms"), data.count("atom types"), data.labels("Atom")
-    if not atoms:
-        data.refuse("the header says 0 atoms; at least one is needed")
     if not 1 <= types <= MOST_TYPES:
         data.refuse(f"the header says {types} atom types; allowed: 1 to {MOST_TYPES}")
-    rows = data.table("Atoms", atoms, labels)
-    columns = _columns(data, rows)
+    columns = _columns(data)
+    rows = data.table("Atoms", atoms, columns, labels)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    wholes = [k for k, name in enumerate(columns) if name in WHOLE]
-    numbers = dict(zip((columns[k] for k in wholes), data.whole("Atoms", rows[:, wholes]).T))
-    identities, kinds = numbers["id"], numbers["type"]
+    identities, kinds = rows[:, [0, columns.index("type")]].T.astype(np.int64)
     if (twice := identities[1:] == identities[:-1]).any():
         data.refuse(f"atom {identities[np.argmax(twice)]} is there twice; number atoms differently")
     if (bad := (kinds < 1) | (kinds > types)).any():
@@ -165,12 +159,12 @@ def read_data(path: Path) -> Particles:
         if dimension == 2 and velocity[:, 2].any():
             left_out.append("velocities along z are left out: there are two dimensions")
         velocity = velocity[:, :dimension].T
-    image = [numbers.get(flag, np.zeros(atoms)) for flag in FLAGS[:dimension]]
+    image = rows[:, -3:] if columns[-1] == FLAGS[-1] else np.zeros((atoms, 3))
     return checked(
         Particles(
             box=box_of_file(edges[:dimension], factors, path),
             position=position[:, :dimension].T,
-            image=np.array(image),
+            image=image[:, :dimension].T,
             velocity=velocity,
             species=kinds - 1,
             names=names,
@@ -220,44 +214,39 @@ def _taken_apart(path):
 
 def _read_header(data, number, words):
     size = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
-    name, line = " ".join(words[size:]), shown(" ".join(words))
-    if name not in EDGES and name not in COUNTS:
-        data.refuse(
-            f"line {number}: {line} is neither a section nor a line that a header has, such as "
-            "'3 atoms', '0 5 xlo xhi' or '0 0 0 xy xz yz'; mend or remove it"
-        )
+    name = " ".join(words[size:])
     try:
-        data.header[name] = [int(word) if name in COUNTS else float(word) for word in words[:size]]
-        if size != EDGES.get(name, 1) or max(map(abs, data.header[name])) > LARGEST:
-            raise ValueError
+        data.header[name] = [float(word) for word in words[:size]]
+        good = size == EDGES.get(name, 1) and np.isfinite(data.header[name]).all()
     except ValueError:
-        kind = "whole number" if name in COUNTS else "numbers"
+        good = False
+    if not good:
         data.refuse(
-            f"line {number}: {line}: allowed before {name!r}: {EDGES.get(name, 1)} {kind} up to "
-            f"{LARGEST:g}"
+            f"line {number}: {shown(' '.join(words))} is neither a section nor a line that a "
+            "header has, such as '3 atoms', '0 5 xlo xhi' or '0 0 0 xy xz yz'; mend or remove it"
         )
 
 
-def _columns(data, rows):
+def _columns(data):
     """Names of the columns of Atoms: of the style that is named, or of the only one that fits."""
-    section, width = data.sections["Atoms"], rows.shape[1]
+    section = data.sections["Atoms"]
+    words = section.lines[0].partition("#")[0].split() if section.lines else []
     named = (section.comment.lower().split() or [""])[0]
     if named not in STYLES and (said := TITLE.search(data.title)):
         named = said[1]
     styles = [named] if named in STYLES else list(STYLES)
     plain = [tuple(STYLES[style].split()) for style in styles]
     with_flags = [columns + FLAGS for columns in plain]
-    fits = [columns for columns in dict.fromkeys(plain + with_flags) if len(columns) == width]
+    fits = [names for names in dict.fromkeys(plain + with_flags) if len(names) == len(words)]
     if named not in STYLES:
-        whole = (rows % 1 == 0).all(axis=0)
         fits = [
             columns for columns in fits
-            if all(whole[k] for k, name in enumerate(columns) if name in WHOLE)
+            if not any(name in WHOLE and "." in word for name, word in zip(columns, words))
             and ("molecule" in columns or not data.count("bonds"))
         ]  # fmt: skip
     if len(fits) != 1:
         data.refuse(
-            f"line {section.line}: the {width} columns of section Atoms fit to "
+            f"line {section.line}: the {len(words)} columns of section Atoms fit to "
             f"{'several styles' if fits else 'no style that is known'}; write the right one behind "
             f"it, as in 'Atoms # {styles[0]}'; allowed: {', '.join(STYLES)}"
         )
@@ -283,10 +272,10 @@ def _masses(data, labels):
     if "Masses" not in data.sections:
         return None
     masses = np.ones(data.count("atom types"))
-    rows = data.table("Masses", len(data.sections["Masses"].lines), labels)
-    kinds = data.whole("Masses", rows[:, 0])
-    if rows.shape[1] != 2 or ((kinds < 1) | (kinds > len(masses))).any():
-        data.refuse(f"section Masses: needed are a type from 1 to {len(masses)} and its mass")
+    rows = data.table("Masses", len(data.sections["Masses"].lines), ("type", "mass"), labels)
+    kinds = rows[:, 0].astype(np.int64)
+    if ((kinds < 1) | (kinds > len(masses))).any():
+        data.refuse(f"section Masses: a type is not from 1 to {len(masses)}; mend it")
     masses[kinds - 1] = rows[:, 1]
     return None if (masses == 1).all() else masses
 
@@ -315,26 +304,22 @@ def _velocities(data, identities):
     """(n, 3) array in the order of identities, or None."""
     if "Velocities" not in data.sections:
         return None
-    rows = data.table("Velocities", len(identities), {})
+    rows = data.table("Velocities", len(identities), ["id", *"xyz"], {})
     places = _places(identities, rows[:, 0])
-    if rows.shape[1] < 4 or not np.array_equal(np.sort(places), np.arange(len(identities))):
+    if not np.array_equal(np.sort(places), np.arange(len(identities))):
         data.refuse("section Velocities does not have each of the atoms once; write it again")
-    return rows[np.argsort(places), 1:4]  # spheres have three more, of rotation
+    return rows[np.argsort(places), 1:]
 
 
 def _members(data, identities, kind, size):
     """(n, size) array of the places of the atoms of bonds or angles, in the order of identities."""
     section, count = f"{kind}s", data.count(f"{kind.lower()}s")
-    if not count:
-        return np.zeros((0, size), np.int64)
     if section not in data.sections:
-        data.refuse(
-            f"the header says {count} {kind.lower()}s, and there is no section {section}; the "
-            "file is cut off or damaged, write it again"
-        )
-    rows = data.table(section, count, data.labels(kind))
-    if rows.shape[1] != size + 2:
-        data.refuse(f"section {section} has {rows.shape[1]} columns; allowed: {size + 2}")
+        if count:
+            data.refuse(f"the header says {count} {section}, and there is no such section")
+        return np.zeros((0, size), np.int64)
+    columns = ["id", "type", *["id"] * size]
+    rows = data.table(section, count, columns, data.labels(kind))
     places = _places(identities, rows[:, 2:])
     if (bad := (places < 0).any(axis=1)).any():
         line = data.sections[section].lines[int(np.argmax(bad))]
@@ -347,9 +332,6 @@ def _left_out(data: Data, columns: tuple[str, ...], rows: np.ndarray) -> Iterabl
     lost = [name for k, name in enumerate(columns) if name not in USED and rows[:, k].any()]
     if lost:
         yield f"{', '.join(lost)} of the atoms left out: beads have none here"
-    for name in ("dihedrals", "impropers", *EXTRAS):
-        if data.count(name):
-            yield f"{data.count(name)} {name} are left out: there are none here"
     for name in ("bond", "angle"):
         if (types := data.count(f"{name} types")) > 1:
             yield f"{name}s of {types} types become {name}s of one type"
