@@ -67,25 +67,6 @@ def test_image_data_holds_the_field(dimension, tmp_path):
         np.testing.assert_array_equal(arrays[name], expected.ravel(order="F"))
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_vtk_reads_image_data(dimension, tmp_path):
-    """The library that ParaView is made with, where it is installed; it takes half a gigabyte."""
-    xml = pytest.importorskip("vtkmodules.vtkIOXML")
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    fields = made_up(dimension)
-    write_image(fields, 2, tmp_path / "field.vti")
-    reader = xml.vtkXMLImageDataReader()
-    reader.SetFileName(str(tmp_path / "field.vti"))
-    reader.Update()
-    image = reader.GetOutput()
-    box = np.array(BOXES[dimension])
-    assert np.array(image.GetBounds()).reshape(3, 2)[:dimension].tolist() == [[0, e] for e in box]
-    for name, expected in zip(("density A", "density Tail"), fields.density[2]):
-        values = vtk_to_numpy(image.GetCellData().GetArray(name))
-        np.testing.assert_array_equal(values.reshape(expected.shape, order="F"), expected)
-
-
 SCENE = {
     "dimension": 3, "box": [4.0, 5.0, 6.0], "repulsion": {"A A": 25, "A B": 40, "B B": 25},
     "molecules": [{"architecture": "A", "count": 200}, {"architecture": "B", "count": 160}],
@@ -133,11 +114,8 @@ def test_what_is_no_field(run, tmp_path, capsys):
     """One sentence each, and no file."""
     other = tmp_path / "other.nc"
     files.write(other, {"kT": (("sample",), np.ones(3), "kT", "kT")}, {})
-    (tmp_path / "melt.gsd").write_text("no")
     cases = {
         other: ([], "holds no density field"),
-        tmp_path / "missing.nc": ([], "there is no such file"),
-        tmp_path / "melt.gsd": ([], "density_field: {every"),
         run: (["--frame", "3"], "no frame 3 of the density field; allowed: 0 to 2"),
     }
     for source, (options, said) in cases.items():

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from benchmarks.lammps import installed, lammps_module
-from dpd.analysis.statistics import mean_and_error
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
 from dpd.particles.formats import write
@@ -91,26 +90,3 @@ def test_ten_steps_without_friction(tmp_path):
         assert sums.walls[:, 0].sum() == pytest.approx(energy, rel=1e-8)
         np.testing.assert_allclose(sums.walls[:, 1], forces, rtol=1e-8)
     other.close()
-
-
-def test_pressure_and_density_at_walls(tmp_path):
-    """Means of both codes agree within four standard errors, of which one is below 1 %."""
-    scene = Scene(FLUID | {"steps": {"sample": 12_000}})
-    own = Simulation(system_of(scene), make_start(scene))
-    other = lammps_of(scene, own.state, tmp_path)
-    found = {"own": [], "lammps": []}
-    own.advance(500)
-    other.command("run 500 pre no post no")
-    low = own.system.origin[2]
-    for _ in range(600):
-        sums = own.advance_measured(20)
-        place = own.state.position[2] - low
-        found["own"].append([*sums.walls[:, 1] / 25, (np.abs(place - 3) > 2.2).sum()])
-        other.command("run 20 pre no post no")
-        place = gathered(other, "x")[2] - low
-        found["lammps"].append([*on_walls(other)[1] / 25, (np.abs(place - 3) > 2.2).sum()])
-    other.close()
-    for one, two in zip(np.array(found["own"]).T, np.array(found["lammps"]).T):
-        (mine, my_error, _), (its, its_error, _) = mean_and_error(one), mean_and_error(two)
-        assert max(my_error, its_error) < 0.01 * mine
-        assert abs(mine - its) < 4 * np.hypot(my_error, its_error)
