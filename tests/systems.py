@@ -9,7 +9,7 @@ from dpd.engine.state import State, System
 from dpd.jit import COMPILES
 from dpd.physics.angle import Angle
 from dpd.physics.bond import BondLaw
-from dpd.physics.common.records import bond_record
+from dpd.physics.common.forces import bond_record
 from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft

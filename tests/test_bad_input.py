@@ -46,23 +46,13 @@ TEXTS = [
     ("steps: {sample: 5, sample: 6}", ["sample", "twice"]),
     ("repulsion:\n  2: 1\n  2.0: 3", ["line 3", "2.0", "twice"]),
     ("a: !!python/object:os.system x", ["not YAML", "python/object"]),
-    ("a: !thing {b: 1}", ["not YAML", "!thing"]),
-    ("a: !!timestamp foo", ["not YAML", "timestamp"]),
-    ("a: !!set {b}", ["not YAML", "set"]),
     ("a: " + "[" * 50_000, ["nested more than 64 levels"]),
-    ("- " * 50_000, ["nested more than 64 levels"]),
-    ("a: " + "[" * 70 + "]" * 70, ["nested more than 64 levels"]),
-    ("a: !!int x", ["not YAML"]),
     ("a: !!int ''", ["not YAML"]),
-    ("a: !!bool maybe", ["not YAML"]),
     ("a: " + "9" * 5000, ["not YAML"]),
     ("? [1, 2]\n: 3", ["a key that is a list"]),
-    ("[1, 2]", ["expected keys and values", "list"]),
     ("just text", ["expected keys and values", "str"]),
     ("", ["empty"]),
     ("a: [1, 2", ["not YAML", "line 2"]),
-    ("a: 1\n---\nb: 2", ["not YAML"]),
-    ("a: \x07", ["not YAML"]),
     ("#" * 2**21, ["too many", "1048576"]),
 ]
 
@@ -111,34 +101,20 @@ CHAINS = {"molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffn
 SCENES = [
     ({"dimension": "3"}, ["dimension", "'3' is text", "write 3 without quotes"]),
     ({"dimension": 3.0}, ["dimension", "3.0", "write 3"]),
-    ({"dimension": True}, ["dimension", "True"]),
     ({"box": "2e1"}, ["box", "'2e1' is text", "write 20"]),
-    ({"box": "4"}, ["box", "'4' is text", "write 4"]),
     ({"box": None}, ["box", "nothing after the colon"]),
     ({"steps": {"sample": 10.0}}, ["steps.sample", "10.0", "write 10"]),
-    ({"steps": {"sample": "1e3"}}, ["steps.sample", "'1e3' is text", "write 1000 without"]),
-    ({"steps": {"sample": "3.0"}}, ["steps.sample", "'3.0' is text", "write 3 without"]),
     ({"steps": {"sample": "2.5"}}, ["steps.sample: '2.5' is not a whole number"]),
     ({"integrator": {"scheme": "gw-vv", "dt": "nan"}}, ["dt: 'nan' is not a number"]),
-    ({"box": "1e999"}, ["box: '1e999' is not a number"]),
-    ({"steps": {"sample": 1e30}}, ["steps.sample: 1e+30 is"]),
     ({"steps": {"sample": 10**30}}, ["steps.sample", "out of range"]),
-    ({"steps": {"sample": 10**13}}, ["steps.sample", "<= 1000000000000"]),
     ({"steps": {"sample": 10**12}, "box": 40}, ["bead-steps", "two years"]),
-    ({"duration": {"sample": 1e300}}, ["duration.sample", "1e+300", "<= 1000000000"]),
     ({"duration": {"sample": 1e9}, "integrator": {"scheme": "gw-vv", "dt": 1e-9}},
      ["steps and duration", "1e+18"]),
-    ({"integrator": {"scheme": "gw-vv", "dt": 5e-324}}, ["integrator.dt", "5e-324", ">= 1e-09"]),
-    ({"integrator": {"scheme": "gw-vv", "dt": 100}}, ["integrator.dt", "100", "<= 10"]),
-    ({"thermostat": {"kT": 5e-324}}, ["thermostat.kT", ">= 1e-06"]),
     ({"thermostat": {"gamma": True}}, ["thermostat.gamma", "True", "not a number"]),
-    ({"observe": [{"rdf": {"bin": 1000, "range": 2}}]}, ["observe.rdf.bin", "1000", "<= 1"]),
     ({"observe": [{"rdf": {"bin": 1e-12, "range": 2}}]}, ["observe.rdf.bin", ">= 0.0001"]),
     ({"observe": [{"rdf": {"bin": 0.5, "range": 0.1}}]}, ["observe.rdf.bin", "range", "<= 0.1"]),
     ({"observe": ["rdf"], "molecules": [{"architecture": "A", "count": 1}], "box": 6},
      ["observe: 'rdf'", "a single bead"]),
-    ({"observe": [{"profile": {"bin": 1000}}]}, ["observe.profile.bin", "1000", "<= 4"]),
-    ({"observe": [{"profile": {"bin": 1e-12}}]}, ["observe.profile.bin", ">= 0.001"]),
     ({"observe": [{"profile": {"bin": 0.001}}], "box": [2, 2, 10_000]},
      ["observe.profile.bin", "1e+07 bins", "bin >= 0.01"]),
     (CHAINS | {"observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8},
@@ -150,18 +126,13 @@ SCENES = [
     ({"observe": [{"thermo": {"every": 1}}], "steps": {"sample": 10**9}},
      ["observe.thermo.every", "10000000", "every >= 100"]),
     ({"observe": [{"thermo": None}]}, ["observe.thermo", "nothing after the colon"]),
-    ({"start": 5}, ["start", "5", "keys and values"]),
     ({"start": {"forces": {"gamma": 9}}}, ["start.forces", "no effect", "relax"]),
     ({"start": {"forces": {"core": {"radius": 0.1}}, "relax": {"steps": 9, "dt": 0.01}}},
      ["start.forces.core", "'force' is missing"]),
-    ({"start": {"forces": {"core": {}}, "relax": {"steps": 9, "dt": 0.01}}},
-     ["start.forces.core", "'radius' is missing"]),
     ({"start": {"forces": {"bond": {"length": 1}}, "relax": {"steps": 9, "dt": 0.01}}},
      ["start.forces", "'bond'", "core, gamma"]),
     (CHAINS | {"start": {"forces": {"core": {"radius": 0.4, "force": 9, "smooth": 0.5}},
                          "relax": {"steps": 9, "dt": 0.01}}}, ["start.forces.core", "cutoff"]),
-    (CHAINS | {"bond": {"stiffness": 5e-324}}, ["bond", "box of 4 x 4 x 4"]),
-    ({"molecules": [{"architecture": 5, "density": 3}]}, ["molecules.0.architecture", "5"]),
     ({"molecules": [{"architecture": "1 1", "density": 3}]}, ["architecture", "a letter"]),
     ({"molecules": [{"architecture": "A 999999", "count": 9999}]},
      ["molecules.0.count", "<= 100000000"]),
@@ -169,10 +140,6 @@ SCENES = [
      ["molecules.0.architecture", "2e+07 beads", "<= 1000000"]),
     ({"molecules": [{"architecture": "A " + "9" * 40, "count": 1}]},
      ["architecture", "repeats are not allowed", "<= 1000000"]),
-    ({"molecules": [{"architecture": "A", "count": "7"}]}, ["count", "write 7 without quotes"]),
-    ({"molecules": [{"architecture": "A", "count": 10**9}]}, ["count", "<= 100000000"]),
-    ({"repulsion": {1: 25}}, ["repulsion", "1"]),
-    ({"repulsion": {"A A": "25"}}, ["repulsion.A A", "write 25"]),
     ({"repulsion": {"A A": None}}, ["repulsion.A A", "nothing after the colon"]),
     ({"repulsion": {"A A": "many " * 1000}}, ["repulsion.A A", "..."]),
     ({"molecules": [{"architecture": s, "count": 1} for s in MANY],
@@ -194,16 +161,10 @@ def test_scenes_that_cannot_be_meant(change, named):
 def test_as_many_species_as_a_byte_tells_apart():
     """256 species run, each with a number of its own."""
     names = MANY[:256]
-    scene = Scene(
-        FLUID
-        | {
-            "molecules": [{"architecture": name, "count": 1} for name in names],
-            "repulsion": {f"{s} {t}": 25 for i, s in enumerate(names) for t in names[i:]},
-        }
-    )
-    from dpd.start.common.make import make_start
-
-    assert sorted(make_start(scene).species) == list(range(256))
+    kinds = [{"architecture": name, "count": 1} for name in names]
+    table = {f"{s} {t}": 25 for i, s in enumerate(names) for t in names[i:]}
+    scene = Scene(FLUID | {"molecules": kinds, "repulsion": table})
+    assert sorted(scene.kinds) == list(range(256))
 
 
 WHOLE = FLUID | {

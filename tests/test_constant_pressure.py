@@ -1,10 +1,5 @@
 """Scenes at constant pressure, from what they may say to what their runs leave."""
 
-import json
-import os
-import signal
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -29,7 +24,6 @@ from dpd.sources import file_of
 from dpd.stages import unused
 from dpd.start.common.files import read_start, starting_from, write_start
 from dpd.start.common.make import make_start, system_of
-from tests.engine.test_resume import PROGRAM
 
 FLUID = {
     "dimension": 3,
@@ -68,7 +62,7 @@ def test_what_a_scene_leaves_to_us():
     assert law["compressibility"] == pytest.approx(expected, rel=1e-3)
     assert law["every"] == round(0.5 / 5 / 0.04)
     assert system_of(scene).pressure == (23.7, 0.5, law["compressibility"], (0, 1, 2), law["every"])
-    assert file_of("dpd.engine.barostat") not in unused(scene.terms["pressure"].modules(scene))
+    assert file_of("dpd.engine.barostat") not in unused(frozenset(scene.terms["pressure"].modules))
     again = Scene(scene.data)
     assert again.data == scene.data and again.digest == scene.digest
 
@@ -101,17 +95,12 @@ def test_a_scene_without_pressure_has_none_of_it():
 
 BAD = {
     "no target": ({"pressure": {}}, "pressure: the key 'target' is missing"),
-    "target 0": ({"pressure": {"target": 0}}, "pressure.target: 0 is out of range"),
     "negative": ({"pressure": {"target": -1}}, "pressure.target: -1 is out of range"),
-    "infinite": ({"pressure": {"target": float("inf")}}, "is not a finite number"),
-    "text": ({"pressure": {"target": "23"}}, "pressure.target: '23' is text where a number"),
     "empties the box": (
         {"pressure": {"target": 0.2}},
         "pressure.target: 0.2 empties the box: 192 molecules would fill at least 15 times its "
         "volume of 64, and it may come to 10 times that; allowed: >= 0.3",
     ),
-    "unknown key": ({"pressure": {"target": 9, "tau": 2}}, "pressure: unknown key 'tau'"),
-    "unknown axis": ({"pressure": {"target": 9, "axes": "w"}}, "'w' is not known; allowed: all, x"),
     "no such axis": (
         {"dimension": 2, "pressure": {"target": 90, "axes": "z"}},
         "pressure.axes: 'z' is no axis in 2 dimensions; allowed: x, y",
@@ -218,36 +207,6 @@ def test_interrupted_run_goes_on_to_the_same_bits(done, tmp_path):
     assert variables.keys() == expected.keys()
     for name, array in expected.items():
         np.testing.assert_array_equal(variables[name], array, err_msg=name)
-
-
-def process(data, result):
-    """A Python of its own that runs a scene; each line that it prints is a step."""
-    arguments = [json.dumps(data), str(result)]
-    return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *arguments], stdout=subprocess.PIPE, text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
-    )  # fmt: skip
-
-
-@pytest.mark.thorough
-def test_killed_process_resumes_to_the_same_bits(tmp_path):
-    """SIGKILL in the middle, a new process, and the file of a run that was never killed."""
-    data = merge(FLUID, {"steps": {"sample": 4000}})
-    killed, whole = tmp_path / "killed.nc", tmp_path / "whole.nc"
-    with process(data, killed) as first:
-        for line in first.stdout:
-            if int(line) >= 600:
-                break
-        first.send_signal(signal.SIGKILL)
-    assert killed.with_suffix(".checkpoint").exists() and not killed.exists()
-    for path in (killed, whole):
-        with process(data, path) as again:
-            again.communicate()
-        assert again.returncode == 0
-    found, expected = files.read(killed)[0], files.read(whole)[0]
-    assert found.keys() == expected.keys()
-    for name, array in expected.items():
-        np.testing.assert_array_equal(found[name], array, err_msg=name)
 
 
 @pytest.mark.parametrize("kind", ["run.nc", "gsd", "data"])

@@ -12,8 +12,8 @@ KEYS = {*names(Term), *names(Observable)}
 KNOWN = {
     "engine/external.py": {"walls"},  # arguments of kernels
     "engine/pair.py": {"many_body"},
-    "engine/queries/crossings.py": {"crossings"},  # words of messages
-    "engine/queries/passes.py": {"passes"},
+    "engine/queries/bonds.py": {"crossings", "passes"},  # words of messages
+    "engine/queries/stress.py": {"bonds"},
     "engine/sampling.py": {"walls"},  # sums
     "engine/step.py": {"bonds"},
     "pipeline/sections.py": {"pressure"},  # variables of results

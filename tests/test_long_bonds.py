@@ -150,15 +150,3 @@ def test_numbers_just_below_the_limit_are_exact(tmp_path):
     with pytest.raises(UserError):
         Scene(DIMERS | FITTING | {"box": 6})
     assert_exact(Scene(DIMERS | FITTING), tmp_path)
-
-
-def test_bonds_that_were_long_before_the_run_samples_leave_nothing_behind(tmp_path):
-    """A start at kT 40: many reach across half the box at first."""
-    friction = {"thermostat": {"kind": "langevin", "gamma": 1}}
-    scene = Scene(DIMERS | FITTING | friction | {"start": {"kT": 40}})
-    system = system_of(scene)
-    simulation = Simulation(system, make_start(scene))
-    simulation.advance(40)
-    position = simulation.state.by_identity(simulation.state.position)
-    assert stretched(bonds_of(position, system.members, system.box), system.box) > 10
-    assert_exact(scene, tmp_path)

@@ -39,7 +39,6 @@ class Neighbours(Observable, key="neighbours"):
 '''
 BLOCKS = '''
 import numpy as np
-from beside import middle
 from dpd.page import Change, Observable, setting
 
 
@@ -57,7 +56,7 @@ class Share(Observable, key="share"):
 
     def measure(self, now):
         z = now.positions[:, 2]
-        low = z < middle(now.box)
+        low = z < now.box[2] / 2
         return {"share": [low[now.of(name)].mean() for name in now.scene.species],
                 "height": z.mean()}
 '''
@@ -122,30 +121,16 @@ def test_from_the_command_line(folder):
     assert found.attrs["mean"] == pytest.approx(found.values.mean())
     np.testing.assert_allclose(dpd.load("run.nc").neighbours_time, [0.8, 1.6, 2.4])
     assert command("extend", "run.nc", "--sample", 40, "-o", "longer.nc").returncode == 0
-    (folder / "long.yaml").write_text(
-        yaml.safe_dump(SCENE | {"steps": {"equilibrate": 4, "sample": 100}})
-    )
-    assert command("run", "long.yaml", "-o", "whole.nc", "--page", "mine.py").returncode == 0
-    whole, longer = read("whole.nc")[0], read("longer.nc")[0]
-    assert whole["neighbours"].tobytes() == longer["neighbours"].tobytes()
+    whole = SCENE | {"steps": {"equilibrate": 4, "sample": 100}, "pages": ["mine.py"]}
+    longer = read("longer.nc")[0]["neighbours"]
+    assert dpd.run(whole, progress=False).neighbours.values.tobytes() == longer.tobytes()
 
 
-def test_from_python_and_in_a_sweep(folder):
-    """Named in the scene; in processes of their own, which find the file again."""
-    scene = SCENE | {"pages": ["mine.py"]}
-    scene["observe"] = ["thermo", *scene["observe"]]
-    swept = dpd.sweep(scene, {"repulsion.A B": [30, 60]}, processes=2, progress=False)
-    assert swept.neighbours.dims[:1] == ("repulsion.A B",)
-    few, many = swept.neighbours.squeeze().values
-    assert 1 < few.mean() < 20 and (few != many).any()
-
-
-def test_blocks_axes_and_a_file_beside(folder):
-    """Two variables of one page, over blocks, with a coordinate; a helper of the same folder."""
+def test_blocks_and_axes(folder):
+    """Two variables of one page, over blocks, with a coordinate."""
     (folder / "share.py").write_text(BLOCKS)
-    (folder / "beside.py").write_text("def middle(box):\n    return box[2] / 2\n")
-    observe = [{"share": {"every": 1}}]
-    run = dpd.run(SCENE | {"pages": ["share.py"], "observe": ["thermo", *observe]}, progress=False)
+    own = {"pages": ["share.py"], "observe": ["thermo", {"share": {"every": 1}}]}
+    run = dpd.run(SCENE | own, progress=False)
     assert run.share.dims == ("block", "name") and list(run.name.values) == ["A", "B"]
     assert float(run.height.mean()) == pytest.approx(2, abs=0.3)
     assert float(run.share.mean()) == pytest.approx(0.5, abs=0.1)
@@ -169,20 +154,15 @@ def test_an_edited_page_runs_again_and_a_comment_does_not(folder):
     assert not is_made(scene(), "run.nc") and is_made(plain, "plain.nc")
     with pytest.raises(UserError, match="holds the result of a run with another page"):
         dpd.run(scene(), output="run.nc", progress=False)
-    dpd.run(scene(), output="again.nc", progress=False)
-    dpd.run(scene(), output="again.nc", overwrite=True, progress=False)
     assert dpd.run(scene(), progress=False).neighbours[-1] > 1.4 * neighbours_of(read("run.nc")[0])
     with pytest.raises(UserError, match=r"mine\.py: is not the file that this was made with"):
         Scene(yaml.safe_load(read("run.nc")[1]["scene"]), "run.nc")
-    done = command("extend", "run.nc", "--sample", 20)
-    assert done.returncode == 1 and "is not the file that this was made with" in done.stderr
 
 
 BAD = [
     (("now.beads", "now.bead"), "observe.neighbours: line 14: AttributeError: "),
     (("2 * len", "2 * ln"), "line 14: NameError: name 'ln' is not defined"),
     (("return 2", "return [1, 2]  # 2"), "'neighbours' has the shape (2,) instead of ()"),
-    (("return 2", "return {'near': 2}  # 2"), "it gives 'near', and 'gives' says: 'neighbours'"),
     (("return 2", "return float('nan')  # 2"), "'neighbours' has values that are not finite"),
     (("within: float", "within float"), "pages.0: "),
     (('key="neighbours"', 'key="rdf"'), "'rdf' is a page of the package"),
@@ -358,8 +338,6 @@ def test_a_function_is_an_observable(folder, monkeypatch):
     assert run["size"].long_name == "Mean square of the positions along each axis"
     assert run.height.attrs["mean"] == pytest.approx(run.height.values.mean())
     assert command("extend", "run.nc", "--sample", 40).returncode == 0
-    longer = dpd.run(named | {"steps": {"equilibrate": 4, "sample": 100}}, progress=False)
-    assert longer["size"].identical(dpd.load("run.nc")["size"])
     monkeypatch.syspath_prepend(folder)
     short = importlib.import_module("short")
     plain = SCENE | {"observe": ["thermo"]}
@@ -368,7 +346,7 @@ def test_a_function_is_an_observable(folder, monkeypatch):
     np.testing.assert_array_equal(given.height, run.height)
     swept = dpd.sweep(plain, {"box": [4]}, observe=[short.height], progress=False)
     assert swept.height.dims == ("box", "replica", "height_sample")
-    for wrong in (short.powers, short._hidden, lambda snapshot: 1, short):
+    for wrong in (short.powers, short._hidden):
         with pytest.raises(UserError, match="is no observable; allowed: names, functions of a"):
             dpd.run(plain, observe=[wrong], progress=False)
     (folder / "short.py").write_text(FUNCTIONS.replace("[:, 2]", "[:, 3]"))
@@ -404,10 +382,9 @@ def test_a_cell_of_a_notebook(folder, monkeypatch):
     with pytest.raises(UserError, match="'Morse' stands in no file"):
         exec(MORSE, names := {"__name__": "__main__"})
         Scene(asked, pages=[names["Morse"]])
-    for wrong, said in (("np.abs", "np.abs"), ("def size(snapshot)", "def size(snapshot=np.pi)")):
-        broken = cell(FUNCTIONS.replace("import numpy as np", "").replace(wrong, said), 4, np=np)
-        with pytest.raises(UserError, match=r"line \d+: NameError.*; a cell of a notebook that"):
-            dpd.run(SCENE | {"observe": []}, observe=[broken["size"]], progress=False)
+    broken = cell(FUNCTIONS.replace("import numpy as np", ""), 4, np=np)
+    with pytest.raises(UserError, match=r"line \d+: NameError.*; a cell of a notebook that"):
+        dpd.run(SCENE | {"observe": []}, observe=[broken["size"]], progress=False)
 
 
 def test_a_script_that_would_run_itself(folder):
@@ -446,15 +423,6 @@ def test_helpers_of_two_folders_with_one_name(folder):
     assert Scene(SCENE | both).page_files != before
 
 
-def test_a_default_that_is_edited_counts(folder):
-    """A result that was made with the former one is not that of the scene any more."""
-    scene = SCENE | {"pages": ["mine.py"], "observe": [{"neighbours": {"every": 20}}]}
-    dpd.run(scene, output="run.nc", progress=False)
-    (folder / "mine.py").write_text(PAGE.replace("0.8", "0.5"))
-    assert not is_made(Scene(scene), "run.nc")
-    assert command("extend", "run.nc", "--sample", 20).returncode == 1
-
-
 @pytest.mark.parametrize(
     "pages", [["evil.py"], [{"path": "evil.py", "sha256": ""}], [{"path": "/evil.py"}], "evil.py"]
 )
@@ -483,12 +451,8 @@ def test_a_page_changes_nothing_but_its_own(folder):
 def test_pairs_do_not_reach_through_walls(folder):
     """Along an axis that ends no images are near; nothing is within no distance."""
     walled = {"walls": {"axis": "z", "repulsion": 25}, "box": [8, 8, 5], "pages": ["mine.py"]}
-    far = (
-        SCENE
-        | walled
-        | {"observe": ["configuration", {"neighbours": {"within": 3.9, "every": 20}}]}
-    )
-    run = dpd.run(far, progress=False)
+    far = {"observe": ["configuration", {"neighbours": {"within": 3.9, "every": 20}}]}
+    run = dpd.run(SCENE | walled | far, progress=False)
     x = run.position.values
     apart = x[:, :, None] - x[:, None]
     apart[:2] -= 8 * np.round(apart[:2] / 8)

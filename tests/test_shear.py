@@ -6,7 +6,6 @@ import xarray as xr
 
 import dpd
 from dpd.analysis.viscosity import heating, viscosities, viscosity
-from dpd.digest import PACKAGE
 from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import TURN, tilted
@@ -86,9 +85,7 @@ def test_what_does_not_go_with_shear_is_refused(other):
 
 
 def test_only_observables_that_know_of_it_look_at_a_flow():
-    cannot = [
-        name for name in names(Observable) if not find(Observable, name).allows(Change.SLIDES)
-    ]
+    cannot = [name for name in names(Observable) if find(Observable, name).why_not(Change.SLIDES)]
     assert 5 < len(cannot) < 15
     for name in cannot:
         with pytest.raises(UserError):
@@ -114,10 +111,6 @@ def test_a_small_step_does_not_take_a_list_under_shear():
     assert system_of(Scene({k: v for k, v in small.items() if k != "shear"})).skin > 0
 
 
-def test_the_example_is_a_scene():
-    assert Scene.read(PACKAGE / "scenes" / "shear.yaml").data["shear"]["rate"] == 0.2
-
-
 def test_bonds_cross_at_the_images_that_have_slid():
     """Bond 0 goes up through a face; what is above it has slid by 1.8 r_c."""
     box = tilted((6.0, 5.0), Shear(0.1, 0, 1), 0.04, 0, round(0.3 * TURN))
@@ -131,10 +124,6 @@ def test_bonds_cross_at_the_images_that_have_slid():
     members = np.arange(8, dtype=np.uint32).reshape(-1, 2)
     found = crossing_bonds(np.ascontiguousarray(position), members, box)
     assert {tuple(pair) for pair in found.T.tolist()} == {(0, 1), (0, 2)}
-
-
-def test_a_run_says_that_it_is_sheared():
-    assert "rate: 0.3" in repr(Scene(FLUID))
 
 
 def melt(dimension, turns):
@@ -164,7 +153,7 @@ def far(particles, tilt):
 
 
 @pytest.mark.parametrize("kind", ["gsd", "nc", "data"])
-@pytest.mark.parametrize("turns", [-0.5, -0.21, 0.0, 0.37])
+@pytest.mark.parametrize("turns", [-0.5, 0.37])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_tilted_boxes_there_and_back(tmp_path, dimension, turns, kind):
     """Beads come back where they were, in the box of right angles; GSD has boxes and tilts in

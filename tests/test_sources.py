@@ -302,10 +302,10 @@ def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, nam
 
 
 @pytest.mark.thorough
-def test_an_edited_thermostat_changes_the_runs_that_have_it(changed):
-    """And compiled code, but no start: growth and relaxation have friction between pairs."""
-    names = changed("src/dpd/physics/common/langevin.py")
-    expected = runs(lambda scene: scene.data["thermostat"]["kind"] == "langevin")
+def test_an_edited_module_of_a_term_changes_the_runs_that_have_it(changed):
+    """And compiled code, but no start: the box keeps its size while it is made."""
+    names = changed("src/dpd/engine/barostat.py")
+    expected = runs(lambda scene: "pressure" in scene.terms)
     assert of_kind(names, "run") == expected != set()
     assert {name.replace("compile", "run") for name in of_kind(names, "compile")} == expected
     assert "kernels" in names and not of_kind(names, "start")

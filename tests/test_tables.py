@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 import dpd
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
-from dpd.physics.common.records import pair_record
+from dpd.physics.common.forces import pair_record
 from dpd.physics.pair import CELLS, on_grid, read_table
 from dpd.scene.scene import Scene
 from dpd.start import start_digest
@@ -113,12 +113,6 @@ def test_what_is_in_the_file_is_part_of_the_scene(folder):
     assert done.returncode == 1 and "is not the file that this was made with" in done.stderr
     write("deeper/unlike.csv", *UNLIKE)
     assert command("extend", "run.nc", "--sample", 20).returncode == 0
-
-
-def test_a_sweep_has_it(folder):
-    """In processes of their own."""
-    swept = dpd.sweep(OWN, {"repulsion.A A": [25, 35]}, processes=2, progress=False)
-    assert swept.pressure.size == 2 and np.isfinite(swept.pressure).all()
 
 
 GOOD = "r,energy,force\n" + "".join(f"{r},{(1 - r) ** 2},{2 * (1 - r)}\n" for r in np.arange(9) / 8)

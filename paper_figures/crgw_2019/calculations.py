@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from dpd.page import Positive, Refusals, Section, setting
-from dpd.page.calculation import Calculation, Quantity
+from dpd.page import Calculation, Positive, Quantity, Refusals, Section, setting
 
 Density = Annotated[float, Field(gt=0, le=1000)]
 Equation = Literal["GW", "rGW", "crGW"]

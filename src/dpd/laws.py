@@ -24,22 +24,6 @@ FAR = 10  # edges of the box: bonds without a pull are taken to get so long
 USUAL = 20.0  # kT above the least energy, up to which lengths of bonds are tried
 
 
-def law_between(page: Any, one: str, other: str) -> Any:
-    """A page whose settings by pairs of species are the numbers of one pair."""
-    numbers = {}
-    for name in type(page).model_fields:
-        if isinstance(value := getattr(page, name), dict):
-            numbers[name] = value.get(f"{one} {other}", value.get(f"{other} {one}"))
-    return page.model_copy(update=numbers)
-
-
-def laws_of_page(page: Any, scene: Any) -> dict[str, Any]:
-    """The laws of a page by pairs of bonded species; itself, by no name, if it has no table."""
-    if not page.tables():
-        return {"": page}
-    return {" ".join(pair): law_between(page, *pair) for pair in scene.species_along(2)}
-
-
 def energies(law: Any, r: np.ndarray) -> np.ndarray:
     """At some lengths, in kT; infinite where the formula has no number.
 
@@ -92,18 +76,7 @@ def stretched_share(law: Any, kT: float, box: Sequence[float]) -> float:
 
     From their weight r^(d-1) exp(-u / kT), in any direction, without other forces: where beads
     repel each other bonds are a little longer, which a run looks after itself
-    (`dpd.observe.common.measured`).
-
-    Parameters
-    ----------
-    law
-    kT : float
-    box : tuple of float
-
-    Returns
-    -------
-    float
-        Summed over axes, at most 1, which it is where no length has an energy.
+    (`dpd.observe.common.measured`). Summed over axes; at most 1, as where no length has an energy.
     """
     r, energy = around_rest(law, FAR * max(box), POINTS)
     if not np.isfinite(energy.min()):

@@ -10,18 +10,21 @@ import ast
 import linecache
 import os
 import sys
-from functools import cache
+from contextlib import contextmanager
+from functools import cache, partial
 from importlib import invalidate_caches
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import signature
+from itertools import combinations_with_replacement
 from pathlib import Path
+from traceback import extract_tb
 from types import FunctionType, new_class
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import cache_folder, text_digest
 from dpd.errors import OtherPage, UserError, reason, shown
 from dpd.files import draft_of
-from dpd.laws import law_between, usual_lengths
+from dpd.laws import usual_lengths
 from dpd.page import (
     KINDS,
     BondForce,
@@ -33,15 +36,14 @@ from dpd.page import (
     Start,
     Term,
     names,
-)
+)  # fmt: skip
 from dpd.sources import files_of, page_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
     from types import ModuleType
     from typing import Self
 
-PREFIX = "own_"  # of the names of modules
 STEP = 1e-6  # r_c, for the slope of an energy
 CELL = "cell_"  # of the names of files with what notebooks define
 TEXTS: dict[str, list[bytes]] = {}  # that modules were imported from
@@ -51,18 +53,9 @@ _importing: list[Path] = []  # files of pages that are imported just now
 def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any], str]:
     """The pages of a file, by their keys, and the digest of the file.
 
-    Parameters
-    ----------
-    path : path
-    where : str
-        File and key to name in messages.
-    digest : str
-        That the file must have, as a result says it; nothing where a person names the file.
-
-    Raises
-    ------
-    UserError
-        If there is no such file, it is another one, it cannot be imported, or has no page.
+    The digest that it must have is that of a result; nothing where a person names the file. A
+    UserError says if there is no such file, it is another one, it cannot be imported, or has no
+    page; ``where`` is file and key to name there.
     """
     path = Path(path)
     try:
@@ -70,7 +63,7 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     except OSError as problem:
         raise UserError(f"{where}: {path}: cannot be read ({reason(problem)})") from None
     except ValueError as problem:
-        raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
+        raise UserError(f"{where}: {path}: {_explained(problem, str(path))}") from None
     if digest and digest != found:
         raise OtherPage(
             f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "
@@ -78,15 +71,14 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
         )
     if path.suffix != ".py":
         raise UserError(f"{where}: {path}: a file of pages ends in .py")
-    pages = dict(_pages(_module(path, f"{PREFIX}{path.stem}_{found}", where)))
+    pages = dict(_pages(_module(path, f"own_{path.stem}_{found}", where)))
     if not pages:
         raise UserError(
             f"{where}: {path}: there is no page in it; a page is a class with a key, as 'class "
             "Mine(Observable, key=\"mine\")', or a function that measures, as 'def mine(snapshot)'"
         )
     for key, page in pages.items():
-        wrong = _wrong(key, page)
-        if wrong:
+        if wrong := _wrong(key, page):
             raise UserError(f"{where}: {path}: {wrong}")
     return pages, found
 
@@ -139,25 +131,19 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as problem:  # whatever a file of someone's own may raise
         del sys.modules[name]
-        raise UserError(f"{where}: {path}: {_told(problem, path)}") from None
+        raise UserError(f"{where}: {path}: {_explained(problem, str(path))}") from None
     finally:
         _importing.pop()
         sys.path.remove(folder)
-        for stem in beside:
-            if (own := sys.modules.pop(stem, None)) is not None:
-                sys.modules[f"{name}.{stem}"] = own
+        for stem in beside & sys.modules.keys():
+            sys.modules[f"{name}.{stem}"] = sys.modules.pop(stem)
         sys.modules.update(others)
     TEXTS[name] = text
     return module
 
 
 def refuse_to_run() -> None:
-    """Refuse what a file of pages, such as a script, would run whenever it is imported.
-
-    Raises
-    ------
-    UserError
-    """
+    """Refuse what a file of pages, such as a script, would run whenever it is imported."""
     if _importing:
         raise UserError(
             "this file is imported wherever its pages are needed, and would run something then; "
@@ -187,12 +173,8 @@ class Function(Observable):
         """Itself, with the shape of what it gives."""
         import numpy as np
 
-        try:
+        with blaming(self):
             shape = np.shape(self.measure(now))
-        except UserError:
-            raise
-        except (Exception, SystemExit) as problem:  # whatever a function may raise
-            raise UserError(f"observe.{self.key}: {told_of(problem, type(self))}") from None
         shaped = self.model_copy()
         shaped._shape = shape
         return shaped
@@ -233,12 +215,7 @@ def file_of(page: Any) -> str:
     """The file of a page: a path as it is, or that in which a class or a function stands.
 
     What a cell of a notebook defines gets a file in the user's cache, with all in that cell that it
-    uses, under a name by its digest.
-
-    Raises
-    ------
-    UserError
-        If it stands in no file, where no other process could find it.
+    uses, under a name by its digest. A page that stands in no file is refused.
     """
     if isinstance(page, str | os.PathLike):
         return os.path.abspath(page)
@@ -283,23 +260,17 @@ def _defined(node: ast.stmt) -> set[str]:
         return {(name.asname or name.name).split(".")[0] for name in node.names}
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return {node.name}
-    targets = node.targets if isinstance(node, ast.Assign) else []
-    targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
-    return {each.id for one in targets for each in ast.walk(one) if isinstance(each, ast.Name)}
+    names = [each for each in ast.walk(node) if isinstance(each, ast.Name)]
+    return {each.id for each in names if isinstance(each.ctx, ast.Store)}
 
 
 def check_slope(page: PairForce | BondForce, scene: Any) -> None:
     """Hold a force to the slope of its energy, in plain Python, before anything is compiled.
 
     At some 50 distances for each pair of species, or at as many usual lengths of each bond.
-
-    Raises
-    ------
-    UserError
-        If a formula fails, or the force is not minus the slope.
     """
-    try:
-        for of, force, energy, distances in _tried(page, scene):
+    with blaming(page, f"{scene.where}: {page.key}"):
+        for of, force, energy, distances in _formulas(page, scene):
             for r in distances:
                 found, slope = force(r), (energy(r + STEP) - energy(r - STEP)) / (2 * STEP)
                 if not abs(found + slope) <= 1e-5 * (1 + abs(slope)):
@@ -307,58 +278,56 @@ def check_slope(page: PairForce | BondForce, scene: Any) -> None:
                         f"{scene.where}: {page.key}: its force is not minus the slope of its "
                         f"energy: {of} at r = {r:.3f} it is {found:.6g}, and should be {-slope:.6g}"
                     )
-    except UserError:
-        raise
-    except Exception as problem:  # whatever a formula may raise
-        raise UserError(f"{scene.where}: {page.key}: {told_of(problem, type(page))}") from None
 
 
-def _tried(page, scene):
+def _formulas(page, scene):
     """Laws of a page: what each is for, its force and energy over r, and where to try them."""
     if isinstance(page, BondForce):
         for name, law in page.laws(scene).items():
             of = f"of bonds {name}" if name else "of a bond"
             yield of, law.force, law.energy, usual_lengths(law, scene.kT)
         return
-    for i, one in enumerate(scene.species):
-        for other in scene.species[i:]:
-            law = law_between(page, one, other)
-            distances = [k / 50 - 0.003 for k in range(1, 50)]
-            yield f"between {one} and {other}", _of_r(law.force), _of_r(law.energy), distances
+    distances = [k / 50 - 0.003 for k in range(1, 50)]
+    for one, other in combinations_with_replacement(scene.species, 2):
+        law, of = page.between(one, other), f"between {one} and {other}"
+        yield of, partial(_of_r, law.force), partial(_of_r, law.energy), distances
 
 
-def _of_r(formula):
-    """A formula of r and w."""
-    return lambda r: formula(r, 1 - r)
+def _of_r(formula, r):
+    return formula(r, 1 - r)
 
 
-def blame(problem: BaseException, files: Iterable[str]) -> str:
+def blame(problem: BaseException, files: Collection[str]) -> str:
     """The file of pages in which something went wrong, its line, and what; nothing if in none."""
-    at = problem.__traceback__
-    found = ""
-    while at:
-        file = at.tb_frame.f_code.co_filename
-        found = f"{file}: {_told(problem, Path(file))}" if file in files else found
-        at = at.tb_next
-    return found
+    at = [each.filename for each in extract_tb(problem.__traceback__) if each.filename in files]
+    return f"{at[-1]}: {_explained(problem, at[-1])}" if at else ""
 
 
-def told_of(problem: BaseException, page: type[Page]) -> str:
+@contextmanager
+def blaming(page: Page, place: str = "") -> Iterator[None]:
+    """Say in a sentence where in its file a page fails, at a place, or when it is observed."""
+    try:
+        yield
+    except UserError:
+        raise
+    except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
+        said = explained(problem, type(page))
+        raise UserError(f"{place or f'observe.{page.key}'}: {said}") from None
+
+
+def explained(problem: BaseException, page: type[Page]) -> str:
     """Where in the file of a page something went wrong, and what."""
-    return _told(problem, Path(getattr(sys.modules[page.__module__], "__file__", "") or ""))
+    return _explained(problem, getattr(sys.modules[page.__module__], "__file__", "") or "")
 
 
-def _told(problem: BaseException, path: Path) -> str:
+def _explained(problem: BaseException, path: str) -> str:
     if isinstance(problem, SyntaxError):
         return f"line {problem.lineno}: {problem.msg}"
-    at, line = problem.__traceback__, ""
-    while at:
-        if at.tb_frame.f_code.co_filename == str(path):
-            line = f"line {at.tb_lineno}: "
-        at = at.tb_next
+    at = [each.lineno for each in extract_tb(problem.__traceback__) if each.filename == path]
+    line = f"line {at[-1]}: " if at else ""
     if isinstance(problem, UserError):
         return f"{line}{problem}"
     hint = ""
-    if isinstance(problem, NameError) and path.name.startswith(CELL):
+    if isinstance(problem, NameError) and Path(path).name.startswith(CELL):
         hint = "; a cell of a notebook that has a page must import and define what that uses"
     return f"{line}{type(problem).__name__}: {shown(problem, str)}{hint}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from dpd.errors import UserError, shown, suggestion
-from dpd.page import NAMES, Section
+from dpd.page import NAMES, Section, inside
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -30,23 +30,9 @@ EXACT = 2**53  # up to which every whole number is one with a decimal point
 
 
 def read_section(model: type[Section], value: Any, where: str, key: str = "") -> Any:
-    """Settings from plain data.
+    """Settings from plain data; a UserError has a line for each mistake.
 
-    Parameters
-    ----------
-    model : type
-        A section.
-    value : object
-        As it stands in the file.
-    where : str
-        File (and part) to name in messages.
-    key : str
-        Of the section in the file.
-
-    Raises
-    ------
-    UserError
-        With a line for each mistake.
+    ``where`` is the file (and part) to name in messages, ``key`` that of the section in it.
     """
     found, wrong = attempt(model, value, key)
     if wrong:
@@ -63,11 +49,8 @@ def attempt(
         found = model.model_validate({bare: value} if bare else value)
     except ValidationError as problem:
         return None, _sentences(problem, model, key, more)
-    wrong = []
-    for inside, text in found.conflicts():
-        place = ".".join(filter(None, (key, inside)))
-        wrong.append(f"{place}: {text}" if place else text)
-    return found, wrong
+    problems = inside(key, found.conflicts())
+    return found, [f"{place}: {text}" if place else text for place, text in problems]
 
 
 def _sentences(problem, model, key, more):
@@ -90,9 +73,11 @@ def _sentences(problem, model, key, more):
         field, siblings = _setting(model, error)
         if error["type"] == "missing" and loc[:-1] in guessed:
             continue
-        text = _text(error, field, [*siblings, *(more if len(loc) == 1 else [])])
+        text = _text(error, [*siblings, *(more if len(loc) == 1 else [])])
         if error["type"] in UNKNOWN:
             guessed.append(loc[:-1])
+        elif error["type"] != "value_error":
+            text += meaning_of(field)
         if error["type"] in (*UNKNOWN, "missing"):
             loc = loc[:-1]
         place = ".".join(filter(None, (key, *loc)))
@@ -101,44 +86,40 @@ def _sentences(problem, model, key, more):
     return found
 
 
-def _text(error, field, siblings):
+def _text(error, siblings):
     """What is wrong, without file and key."""
     kind, value, ctx = error["type"], error["input"], error.get("ctx") or {}
-    meaning = meaning_of(field)
     if kind in UNKNOWN:
         name = error["loc"][-1] if kind == "extra_forbidden" else value
         return f"unknown key {shown(name)}; {suggestion(name, siblings)}"
     if kind == "missing":
-        return f"the key {error['loc'][-1]!r} is missing{meaning}"
+        return f"the key {error['loc'][-1]!r} is missing"
+    if kind == "value_error":
+        return str(ctx["error"])
+    if kind in ("too_short", "too_long"):
+        limit = f">= {ctx['min_length']}" if "min_length" in ctx else f"<= {ctx['max_length']}"
+        return f"{ctx['actual_length']} entries; allowed: {limit}"
+    if value is None:
+        return "None (nothing after the colon) where a value is needed"
     if kind in SIGNS:
         limit = next(v for v in ctx.values() if isinstance(v, int | float))
         limit = limit if isinstance(limit, int) else f"{limit:.10g}"
-        return f"{shown(value)} is out of range; allowed: {SIGNS[kind]} {limit}{meaning}"
-    if kind == "literal_error":
+        said = f" is out of range; allowed: {SIGNS[kind]} {limit}"
+    elif kind == "literal_error":
         allowed = re.findall(r"'([^']*)'|(-?\d+)", ctx["expected"])
-        words = [word or number for word, number in allowed]
-        hint = _hint(value, "") or f" is not known; {suggestion(value, words)}"
-        return f"{shown(value)}{hint}{meaning}"
-    if kind in KINDS:
-        return f"{shown(value)}{_hint(value, kind) or f' is not {KINDS[kind]}'}{meaning}"
-    if kind == "string_pattern_mismatch":
-        if ctx["pattern"] in NAMES:
-            return f"{shown(value)} is no name here; allowed: {NAMES[ctx['pattern']]}{meaning}"
-        return f"{shown(value)} is not allowed{meaning}"
-    if kind == "finite_number":
-        return f"{shown(value)} is not a finite number{meaning}"
-    if kind in ("too_short", "too_long"):
-        limit = f">= {ctx['min_length']}" if "min_length" in ctx else f"<= {ctx['max_length']}"
-        return f"{ctx['actual_length']} entries; allowed: {limit}{meaning}"
-    if kind == "value_error":
-        return str(ctx["error"])
-    return f"{shown(value)}: {error['msg']}{meaning}"
+        said = f" is not known; {suggestion(value, [word or number for word, number in allowed])}"
+    elif kind in KINDS:
+        said = _number(value, kind) or f" is not {KINDS[kind]}"
+    elif kind == "string_pattern_mismatch":
+        name = NAMES.get(ctx["pattern"])
+        said = f" is no name here; allowed: {name}" if name else " is not allowed"
+    else:
+        said = " is not a finite number" if kind == "finite_number" else f": {error['msg']}"
+    return f"{shown(value)}{said}"
 
 
-def _hint(value, kind):
-    """For a value that looks like what is meant."""
-    if value is None:
-        return " (nothing after the colon) where a value is needed"
+def _number(value, kind):
+    """Of a value that looks like the number that is meant, what to write."""
     if kind not in ("float_type", "int_type", "int_from_float"):
         return ""
     if isinstance(value, bool):
@@ -155,8 +136,7 @@ def _hint(value, kind):
         return " is out of range for a whole number"
     if isinstance(value, float):
         return f" has a decimal point; a whole number is meant: write {value:.0f}"
-    plain = f"{number:.0f}" if number.is_integer() and abs(number) < EXACT else repr(number)
-    return f" is text where a number is meant; write {plain} without quotes"
+    return f" is text where a number is meant; write {number:.15g} without quotes"
 
 
 def _setting(model: Any, error: Any) -> tuple[FieldInfo | None, list[str]]:

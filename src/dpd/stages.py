@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from dpd.digest import PACKAGE, ROOT, text_digest
+from dpd.digest import ROOT, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
 from dpd.scene.reading import NEEDED
 from dpd.sources import file_of, kept, source_of, sources_digest
@@ -92,7 +92,7 @@ def calculation_sources(paper: str) -> str:
 def _terms(scene, of_kernels=False):
     """Modules of all that acts in a scene, or of what its kernels know."""
     terms = [term for term in scene.terms.values() if term.in_kernels or not of_kernels]
-    named = (module for term in terms for module in term.modules(scene))
+    named = (module for term in terms for module in term.modules)
     return {type(term).__module__ for term in terms}.union(named)
 
 
@@ -100,7 +100,7 @@ def _terms_of_start(scene):
     """The same while its first configuration is made: friction is that of pairs."""
     acting = scene.start_terms if scene.start.acts else {}
     terms = [*(scene.terms[key] for key in NEEDED), *acting.values()]
-    named = (module for term in acting.values() for module in term.modules(scene))
+    named = (module for term in acting.values() for module in term.modules)
     return {type(term).__module__ for term in terms}.union(named)
 
 
@@ -129,7 +129,7 @@ def unused(pages: frozenset[str]) -> frozenset[Path]:
         Modules of what acts in a scene.
     """
     terms = {Term.folder / f"{key}.py" for key in names(Term)}
-    brought = (source_of(path).named for path in (*terms, PACKAGE / "page" / "term.py"))
+    brought = (source_of(path).named for path in terms)
     acting, waiting = set(), {path for page in pages if (path := file_of(page))}
     while waiting:
         acting |= waiting  # a page may take from another

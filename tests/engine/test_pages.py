@@ -10,7 +10,7 @@ import pytest
 
 from dpd.digest import ROOT
 from dpd.physics.bond import BondLaw
-from dpd.physics.common.records import bond_record, curvature_of_bond
+from dpd.physics.common.forces import bond_record, curvature_of_bond
 from dpd.physics.core import Core
 from dpd.physics.fene import Fene
 from dpd.physics.morse_bond import MorseBonds

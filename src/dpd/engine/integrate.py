@@ -19,10 +19,9 @@ from dpd.engine.rows import difference_along, flat, push_apart
 from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.threads import Share
 from dpd.jit import inlined
-from dpd.physics.common.exchange import SHARDLOW
 from dpd.physics.common.forces import change
 from dpd.physics.common.noise import Keys, gaussian_noise, pair_word, uniform_noise
-from dpd.physics.integrator import Scheme
+from dpd.physics.integrator import SHARDLOW, Scheme
 
 IN_CACHE = np.uint64(256)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way

@@ -9,7 +9,7 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.physics.common.forces import Forces
-from dpd.physics.thermostat import Friction
+from dpd.physics.thermostat import Friction, Langevin
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +93,7 @@ class System:
     scheme: Scheme  # from `dpd.physics.integrator.scheme_named`
     seed: int  # seed of the noise
     members: np.ndarray | None = None  # (n, 2) uint32: identities of the two ends of each bond
-    # the law of all bonds, or of each, see `dpd.physics.common.records.bond_record`
+    # the law of all bonds, or of each, see `dpd.physics.common.forces.bond_record`
     bond: Any = None
     # (n, 3) uint32: identities of the three beads of each angle, the middle one in between
     angle_members: np.ndarray | None = None
@@ -180,15 +180,13 @@ class System:
             gamma, shares = 1.0, np.ascontiguousarray(gamma, dtype=np.float64)
         gamma = float(gamma)
         if self.scheme.exchange is not None:
-            from dpd.physics.common.exchange import Exchange
+            from dpd.physics.integrator import Exchange
 
             kind, kT = self.scheme.exchange, float(self.kT)
             return {"exchange": Exchange(kind, gamma, kT, gaussian, shares)}
         amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
         if not self.per_bead:
             return {"friction": Friction(gamma, amplitude, gaussian, shares)}
-        from dpd.physics.common.langevin import Langevin
-
         return {"langevin": Langevin(gamma, amplitude, gaussian, shares)}
 
     def mass_of(self, species: np.ndarray | None) -> np.ndarray | float:

@@ -6,6 +6,7 @@ its file, so reading a scene imports no page that the scene does not name. Nothi
 page imports Numba: kernels come with the first step.
 """
 
+# ruff: noqa: F401
 from dpd.page.base import (
     LARGEST_SEED,
     MOST_STEPS,
@@ -14,6 +15,7 @@ from dpd.page.base import (
     OR_TABLE,
     PARTS,
     Axis,
+    Calculation,
     Change,
     NotNegative,
     OneOrMore,
@@ -24,30 +26,24 @@ from dpd.page.base import (
     PerPair,
     PerSpecies,
     Positive,
+    Quantity,
     Refusals,
     Section,
     Species,
     Triple,
+    check_species,
+    check_table,
     find,
     inside,
     interval_setting,
     is_table,
     module_of,
     names,
+    no_species,
     once,
     part,
     setting,
 )  # fmt: skip
 from dpd.page.observable import KINDS, Given, Observable
 from dpd.page.start import Start
-from dpd.page.tables import check_species, check_table, no_species
 from dpd.page.term import BondedForce, BondForce, PairForce, Term
-
-__all__ = [
-    "KINDS", "LARGEST_SEED", "MOST_STEPS", "NAMES", "OR_LIST", "OR_TABLE", "PARTS", "Axis",
-    "BondForce", "BondedForce", "Change", "Given", "NotNegative", "Observable", "OneOrMore",
-    "OneOrTable", "Page", "Pair", "PairForce", "PairTable", "PerPair", "PerSpecies", "Positive",
-    "Refusals", "Section", "Species", "Start", "Term", "Triple", "check_species", "check_table",
-    "find", "inside", "interval_setting", "is_table", "module_of", "names", "no_species", "once",
-    "part", "setting",
-]  # fmt: skip

@@ -1,23 +1,31 @@
-"""What pages of all kinds have in common: settings, changes of the world, the registry."""
+"""What pages of all kinds have in common: settings, their tables, changes, the registry."""
 
 from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, TypeVar
 
 # To look for plugins of pydantic among all installed packages takes 8 ms.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator
+
+from dpd.errors import shown, suggestion
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    import numpy as np
 
 Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
 
 PACKAGE = Path(__file__).parent.parent
 MOST_STEPS = 10**12
 LARGEST_SEED = 2**63 - 1
+MOST_NAMED = 20  # pairs or triples in a message
 
 
 class Change(Enum):
@@ -46,8 +54,6 @@ NAMES = {
 Species = Annotated[str, Field(pattern=SPECIES)]
 Pair = Annotated[str, Field(pattern=PAIR)]
 Triple = Annotated[str, Field(pattern=TRIPLE)]
-
-
 # Which branch a value is meant for, by its kind: so only errors of that are told.
 OR_TABLE = Discriminator(lambda value: "=table" if isinstance(value, dict | BaseModel) else "=one")
 OR_LIST = Discriminator(lambda value: "=list" if isinstance(value, list) else "=one")
@@ -76,11 +82,8 @@ def is_table(value: object) -> bool:
 def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bounds: Any) -> Any:
     """A setting: what it is, its default, its unit, and bounds as pydantic has them.
 
-    Parameters
-    ----------
-    of : str
-        What it names or is given for, which a scene must have: ``axis``, ``species`` (a value for
-        each, if it is a table), or ``some species``.
+    It may be ``of`` what a scene must have: an ``axis``, ``species`` (a table has a value for each)
+    or ``some species``.
     """
     extra: Any = {key: value for key, value in {"unit": unit, "of": of}.items() if value}
     given = {"default_factory": default} if callable(default) else {"default": default}
@@ -123,45 +126,43 @@ class Section(BaseModel):
 
 
 class Page(Section):
-    """A page; pages of a kind stand in one folder.
-
-    Attributes
-    ----------
-    bare : str
-        The setting that the whole section stands for, if it is no table of settings.
-    stands : frozenset of Change
-        Changes that it was made for.
-    cannot : dict of Change to str
-        Why not, where `Change` does not say it best.
-    """
+    """A page; pages of a kind stand in one folder."""
 
     folder: ClassVar[Path]  # each page in a file that is called by its key
     package: ClassVar[str]
     key: ClassVar[str] = ""
-    bare: ClassVar[str] = ""
-    stands: ClassVar[frozenset[Change]] = frozenset()
-    cannot: ClassVar[Mapping[Change, str]] = {}
+    bare: ClassVar[str] = ""  # setting that the section stands for, if it is no table of settings
+    stands: ClassVar[frozenset[Change]] = frozenset()  # changes that it was made for
+    cannot: ClassVar[Mapping[Change, str]] = {}  # why not, where `Change` does not say it best
     _pages: ClassVar[dict[str, type[Page]]]
 
     @classmethod
-    def allows(cls, change: Change) -> bool:
-        """Whether it can stand a change."""
-        return change in cls.stands and change not in cls.cannot
-
-    @classmethod
     def why_not(cls, change: Change) -> str:
-        """Why it cannot stand a change."""
-        return cls.cannot.get(change, change.value)
+        """Why it cannot stand a change; nothing if it can."""
+        stands = change in cls.stands and change not in cls.cannot
+        return "" if stands else cls.cannot.get(change, change.value)
 
     @classmethod
     def has_required(cls) -> bool:
         """Whether a setting has no default."""
         return any(field.is_required() for field in cls.model_fields.values())
 
+    def found(self, folder: str | Path, where: str) -> Self:
+        """Itself, once it has looked at the files that it names, from a folder on."""
+        return self
+
+    def refuses(self, scene: Any) -> Refusals:
+        """What it cannot stand in a scene that is otherwise allowed."""
+        return iter(())
+
     def plain(self) -> Any:
         """Its settings as plain data, as they stand in a file."""
         data = self.model_dump(exclude_none=True, by_alias=True)
         return data[self.bare] if self.bare else data
+
+    def content(self) -> Any:
+        """Its settings as far as they decide a run: of a file what is in it, not where it lies."""
+        return self.plain()
 
     @classmethod
     def summary(cls) -> str:
@@ -180,14 +181,36 @@ class Page(Section):
         """Pydantic hands on the words of the class line, all of which are used by now."""
 
 
+class Quantity(NamedTuple):
+    """A calculated number or array; what has the name of its only dimension is a coordinate."""
+
+    value: float | np.ndarray
+    units: str
+    long_name: str
+    dims: tuple[str, ...] = ()
+
+
+class Calculation(Page):
+    """What a sweep of theory calculates at a point: a page of a paper, in its calculations.py.
+
+    A setting ``seed`` that is not given is the seed of the study.
+    """
+
+    package: ClassVar[str] = "paper_figures"
+
+    def calculate(self) -> dict[str, Quantity]:
+        """Numbers and arrays by name; a ValueError says why there is no solution."""
+        raise NotImplementedError
+
+
 def once(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a method of a page that takes a scene: what it finds is kept with the scene."""
+    """Mark a method of a page that takes a scene: what it finds is cached with the scene."""
 
     def found(page: Any, scene: Any) -> Any:
-        kept, key = vars(scene).setdefault("_once", {}), (id(page), method.__name__)
-        if key not in kept:
-            kept[key] = page, method(page, scene)  # the page too, so that no other has its id
-        return kept[key][1]
+        cache, key = vars(scene).setdefault("_once", {}), (id(page), method.__name__)
+        if key not in cache:
+            cache[key] = page, method(page, scene)  # the page too, so that no other has its id
+        return cache[key][1]
 
     found.__doc__ = method.__doc__
     return found
@@ -221,3 +244,59 @@ def find(kind: type[Page], key: str) -> Any:
     if key not in kind._pages:
         importlib.import_module(module_of(kind, key))
     return kind._pages[key]
+
+
+# --- tables by species, by pairs of species, or by species along bonds
+
+
+def no_species(name: str, species: Sequence[str]) -> str:
+    """In words that no molecule has a species, and what may be meant."""
+    found = f"no molecule has the species {name!r}"
+    for other in species:
+        if other.startswith(name) and other[len(name) :].isdigit():
+            meant = f"'{name} {other[len(name) :]}', several beads of {name}"
+            return f"{found}; allowed: {', '.join(species)}; did you mean {meant}?"
+    return f"{found}; {suggestion(name, species)}"
+
+
+def check_species(
+    table: Mapping[str, Any], species: Sequence[str], example: float | str = "..."
+) -> Refusals:
+    """Species that there are not, and those without a value; they may be left out if ''."""
+    wrong = [name for name in table if name not in species]
+    for name in wrong:
+        pair = "one value for each species, not for pairs" if " " in name else ""
+        yield name, pair or no_species(name, species)
+    for name in () if wrong or example == "" else species:
+        if name not in table:
+            text = f"add '{name}: {example}', or give one number for all"
+            yield "", f"no value for the species {name!r}; {text}"
+
+
+def check_table(
+    table: Mapping[str, Any], scene: Any, there: Sequence[tuple[str, ...]],
+    example: float | str = "...",
+) -> Refusals:  # fmt: skip
+    """Names of pairs or triples that there are not, two values of one, and those without.
+
+    Names may be read from either end; all ``there`` are, each as its lesser direction. The example
+    is a usual value, or '' where values may be left out.
+    """
+    species, known, wrong = set(scene.species), set(there), False
+    for name, value in table.items():
+        along = tuple(name.split())
+        back = " ".join(along[::-1])
+        problems = [no_species(each, scene.species) for each in {*along} - species]
+        if not problems and min(along, along[::-1]) not in known:
+            allowed = ", ".join(repr(" ".join(each)) for each in there[:MOST_NAMED])
+            problems.append(f"no molecule has these beads bonded; allowed: {allowed}")
+        if name < back and (other := table.get(back, value)) != value:
+            values = [shown(f"{x:g}" if isinstance(x, float) else x, str) for x in (value, other)]
+            problems.append(f"{values[0]}, but {values[1]} in the other order; keep one")
+        for problem in problems:
+            yield name, problem
+        wrong = wrong or bool(problems)
+    for along in () if wrong or example == "" else there:
+        name, back = " ".join(along), " ".join(along[::-1])
+        if name not in table and back not in table:
+            yield "", f"no value for the pair {name!r}; add '{name}: {example}'"

@@ -138,10 +138,6 @@ class Observable(Page):
         """Steps of the run that it looks at."""
         return int(scene.steps.sample)
 
-    def refuses(self, scene: Any) -> Refusals:
-        """What it cannot measure in a scene that is otherwise allowed."""
-        return iter(())
-
     def refusals(self, scene: Any, made: Mapping[Change, str]) -> Refusals:
         """All that it has against a scene; the changes that are made, by a key of the scene."""
         if scene.dimension not in self.dimensions:
@@ -149,8 +145,8 @@ class Observable(Page):
         if self.needs_bonds and not any(len(kind.beads) > 1 for kind in scene.molecules):
             yield "", f"{self.key!r} has nothing to measure: every molecule is a single bead"
         for change, key in made.items():
-            if not self.allows(change):
-                yield "", f"{self.key!r} {self.why_not(change)}; not allowed with {key!r}"
+            if why := self.why_not(change):
+                yield "", f"{self.key!r} {why}; not allowed with {key!r}"
         yield from self._sizes(scene)
         yield from self.refuses(scene)
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from pydantic import ConfigDict
 
 from dpd.page.base import LARGEST_SEED, PACKAGE, Page, Refusals, Section, setting
-
-if TYPE_CHECKING:
-    from pathlib import Path
-    from typing import Self
 
 
 class StartForces(Section):
@@ -29,28 +25,17 @@ class Relax(Section):
 
 
 class Start(Page):
-    """The first configuration.
-
-    Attributes
-    ----------
-    work : int
-        Steps of the engine that take about as long as it does, beside those of ``relax``. Where it
-        takes any, forces act in it, and a job of its own makes it for all runs that share it.
-    joins : int
-        Beads that laws along bonds join at most which act in it.
-    records : dict of str to tuple
-        What it tells of how it came about, by name: dimensions, units, long_name.
-    places : tuple of str
-        Settings that say where something lies, which decides nothing.
-    """
+    """The first configuration."""
 
     folder = PACKAGE / "start"
     package = "dpd.start"
     _pages: ClassVar[dict[str, type[Page]]] = {}
+    # Steps of the engine that take about as long as it does, beside those of ``relax``. Where it
+    # takes any, forces act in it, and a job of its own makes it for all runs that share it.
     work: ClassVar[int] = 0
-    joins: ClassVar[int] = 3
+    joins: ClassVar[int] = 3  # beads that laws along bonds join at most which act in it
+    # what it says of how it came about, by name: dimensions, units, long_name
     records: ClassVar[Mapping[str, tuple[tuple[str, ...], str, str]]] = {}
-    places: ClassVar[tuple[str, ...]] = ()
 
     method: str = setting("How beads are placed.", "random")
     kT: float | None = setting(
@@ -87,14 +72,6 @@ class Start(Page):
         data = self.model_dump(exclude_none=True, by_alias=True)
         return {key: value for key, value in data.items() if key not in Start.model_fields}
 
-    def found(self, folder: str | Path, where: str) -> Self:
-        """Itself, once it has looked at the files that it names, from a folder on."""
-        return self
-
-    def refuses(self, scene: Any) -> Refusals:
-        """What it cannot begin."""
-        return iter(())
-
     def decides(self, scene: Any) -> dict[str, Any]:
         """What decides the places of beads, beside box, molecules, seed and walls."""
         return {"settings": self.own()}
@@ -102,10 +79,7 @@ class Start(Page):
     def positions(self, scene: Any, rng: Any) -> Any:
         """(beads, dimension) array of places, molecule after molecule, each from 0 to the box.
 
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Of the start's seed.
+        The random numbers, `numpy.random.Generator`, are of the start's seed.
         """
         raise NotImplementedError
 
@@ -116,12 +90,8 @@ class Start(Page):
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
         """A `dpd.engine.state.State` and its records, of one that does more than to place beads.
 
-        Parameters
-        ----------
-        progress : callable or None
-            Called with the number of beads that are in their molecules, then of steps more.
-        say : callable
-            Called with a sentence for what a person should know.
+        ``progress``, or None, is called with the number of beads that are in their molecules, then
+        of steps more; ``say`` with a sentence for what a person should know.
         """
         return None
 

@@ -5,49 +5,32 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from dpd.page.base import PACKAGE, Change, Page, Refusals, inside, is_table
-from dpd.page.tables import check_table
+from dpd.page.base import PACKAGE, Change, Page, Refusals, check_table, inside, is_table
 
 if TYPE_CHECKING:
-    from pathlib import Path
     from typing import Self
 
 
 class Term(Page):
-    """Something that acts on beads or on the box; its key is a section of the scene.
-
-    Attributes
-    ----------
-    mainly : Change or None
-        What it is there for, by which the axes come first that the fluid changes across.
-    makes : frozenset of Change
-        What it does to the world; see `changes`.
-    in_kernels : bool
-        Whether kernels know it.
-    in_start : bool
-        Whether it acts while a start grows and relaxes.
-    own_in_start : bool
-        Whether it may do so with other settings, which ``start.forces`` has under its key.
-    joins : int
-        Beads along bonds that a law of it joins; 0 if it is none of bonds.
-    keeps_apart : bool
-        Whether it keeps beads apart that attract each other otherwise: repulsions may be negative.
-    caption : str or None
-        What captions say of it, with its settings in braces; what stands in brackets is left out
-        where they are as by default. If not given, its settings by name; None for nothing.
-    """
+    """Something that acts on beads or on the box; its key is a section of the scene."""
 
     folder = PACKAGE / "physics"
     package = "dpd.physics"
     _pages: ClassVar[dict[str, type[Page]]] = {}
     stands = frozenset(Change)
+    makes: ClassVar[frozenset[Change]] = frozenset()  # what it does to the world; see `changes`
+    # what it is there for, by which the axes come first that the fluid changes across
     mainly: ClassVar[Change | None] = None
-    makes: ClassVar[frozenset[Change]] = frozenset()
-    in_kernels: ClassVar[bool] = True
-    in_start: ClassVar[bool] = False
-    own_in_start: ClassVar[bool] = False
-    joins: ClassVar[int] = 0
-    keeps_apart: ClassVar[bool] = False
+    modules: ClassVar[tuple[str, ...]] = ()  # that act with it, beside its own, and never else
+    in_kernels: ClassVar[bool] = True  # whether kernels know it
+    in_start: ClassVar[bool] = False  # whether it acts while a start grows and relaxes
+    own_in_start: ClassVar[bool] = False  # and has other settings there, under ``start.forces``
+    joins: ClassVar[int] = 0  # beads along bonds that a law of it joins; 0 if it is none of bonds
+    # why scheme ``auto``, whose table was measured without it, cannot choose a step
+    untried: ClassVar[str] = ""
+    keeps_apart: ClassVar[bool] = False  # beads that attract each other: repulsions may be < 0
+    # What captions say of it, with its settings in braces; what stands in brackets is left out
+    # where they are as by default. If not given, its settings by name; None for nothing.
     caption: ClassVar[str | None] = ""
 
     def changes(self, scene: Any) -> frozenset[Change]:
@@ -57,18 +40,6 @@ class Term(Page):
     def unknown(self, scene: Any) -> Refusals:
         """Tables that do not fit the species, but for settings that say what they are ``of``."""
         return iter(())
-
-    def refuses(self, scene: Any) -> Refusals:
-        """What it cannot stand: boxes, numbers of beads, other settings."""
-        return iter(())
-
-    def found(self, folder: str | Path, where: str) -> Self:
-        """Itself, once it has looked at the files that it names, from a folder on."""
-        return self
-
-    def content(self) -> Any:
-        """Its settings as far as they decide a run: of a file what is in it, not where it lies."""
-        return self.plain()
 
     def completed(self, scene: Any) -> Self:
         """Itself, with what its settings leave to the scene."""
@@ -94,14 +65,6 @@ class Term(Page):
         """Whether it takes up momentum, along all axes, by a friction with what is no bead."""
         return False
 
-    def is_no_pair(self, scene: Any) -> bool:
-        """Whether it is a friction with what is no pair: then pairs exchange no momentum."""
-        return self.brakes(scene)
-
-    def modules(self, scene: Any) -> tuple[str, ...]:
-        """Modules that act in a scene because of it, beside its own, and in no scene else."""
-        return ()
-
     def repulsions(self, scene: Any) -> Mapping[str, float]:
         """Largest repulsions a_ij that it gives, by pairs of species as "A B"."""
         return {}
@@ -109,10 +72,6 @@ class Term(Page):
     def notes(self, scene: Any) -> Iterator[str]:
         """Sentences for a person on what it makes of the scene."""
         return iter(())
-
-    def untried(self) -> str:
-        """Why scheme ``auto``, whose table was measured without it, cannot choose a step."""
-        return ""
 
     def held(self, values: Mapping[str, Any]) -> tuple[Any, float]:
         """The series of a pressure that it holds, out of what a run measured; and at what value."""
@@ -125,14 +84,19 @@ class Term(Page):
             return {name: law | given for name, law in plain.items()}
         return plain | given
 
-    def record(self, scene: Any) -> Any:
-        """What kernels get under its key; None where nothing of it acts."""
-        return None
+    def between(self, one: str, other: str) -> Self:
+        """Itself, with the numbers of one pair of species in the place of its tables."""
+        tables = {name: value for name, value in self if isinstance(value, dict)}
+        return self.model_copy(
+            update={
+                name: table.get(f"{one} {other}", table.get(f"{other} {one}"))
+                for name, table in tables.items()
+            }
+        )
 
     def records(self, scene: Any) -> dict[str, Any]:
-        """The same and what else they get of it, by names of `dpd.engine.state.System`."""
-        record = self.record(scene)
-        return {} if record is None else {self.key: record}
+        """What kernels get of it, by names of `dpd.engine.state.System`."""
+        return {}
 
 
 class PairForce(Term):
@@ -145,6 +109,7 @@ class PairForce(Term):
     """
 
     in_start = True
+    untried = "schemes were measured without {key!r}; take gw-vv and try dt"
 
     def force(self, r: float, w: float) -> float:
         """Minus the slope of the energy, in kT / r_c; positive where beads are pushed apart."""
@@ -156,13 +121,9 @@ class PairForce(Term):
 
     def unknown(self, scene: Any) -> Refusals:
         """Tables that have not a value for each pair of species."""
-        for name in type(self).model_fields:
-            if isinstance(value := getattr(self, name), dict):
+        for name, value in self:
+            if isinstance(value, dict):
                 yield from inside(name, check_table(value, scene, scene.pairs, 1))
-
-    def modules(self, scene: Any) -> tuple[str, ...]:
-        """What adds it to the repulsion."""
-        return ("dpd.physics.common.records",)
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """What its formulas see as ``self``, where that is not its settings.
@@ -170,10 +131,6 @@ class PairForce(Term):
         Numbers, columns with one for each pair of species, and arrays of more dimensions.
         """
         return {}
-
-    def untried(self) -> str:
-        """Without it is how schemes were measured."""
-        return f"schemes were measured without {self.key!r}; take gw-vv and try dt"
 
 
 class BondedForce(Term):
@@ -185,20 +142,17 @@ class BondedForce(Term):
 
     def tables(self) -> dict[str, dict[str, Any]]:
         """Its tables by the species that it joins, by settings; a bare one by no name."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return {
-            "" if name == self.bare else name: value
-            for name, value in fields.items() if isinstance(value, dict)
-        }  # fmt: skip
+        found = {name: value for name, value in self if isinstance(value, dict)}
+        return {"" if name == self.bare else name: value for name, value in found.items()}
 
     def laws(self, scene: Any) -> dict[str, Any]:
         """Pages of numbers by the species that they join; one for all by no name."""
-        if self.bare:
-            law = getattr(self, self.bare)
-            return law if isinstance(law, dict) else {"": law}
-        from dpd.laws import laws_of_page
-
-        return laws_of_page(self, scene)
+        law = getattr(self, self.bare) if self.bare else self
+        if isinstance(law, dict):
+            return law
+        if self.bare or not self.tables():
+            return {"": law}
+        return {" ".join(pair): self.between(*pair) for pair in scene.species_along(2)}
 
 
 class BondForce(BondedForce):
@@ -208,14 +162,10 @@ class BondForce(BondedForce):
     all or a table by pairs of species that are bonded, and formulas are plain Python with `math`; r
     is the length in r_c. A page may have a ``curvature(r)``, the slope of the slope of the energy,
     instead of a difference of forces.
-
-    Attributes
-    ----------
-    example : str
-        Of its section, for who needs bonds and has none.
     """
 
-    example: ClassVar[str] = ""
+    untried = "schemes were measured with 'bond', not {key!r}; take gw-vv and try dt"
+    example: ClassVar[str] = ""  # of its section, for who needs bonds and has none
 
     def force(self, r: float) -> float:
         """Minus the slope of the energy, in kT / r_c; positive where the ends are pushed apart."""
@@ -248,7 +198,3 @@ class BondForce(BondedForce):
         from dpd.laws import too_long
 
         yield from too_long(self.laws(scene), scene)
-
-    def untried(self) -> str:
-        """With harmonic bonds is how schemes were measured."""
-        return f"schemes were measured with 'bond', not {self.key!r}; take gw-vv and try dt"

@@ -218,7 +218,7 @@ def _inside(particles, edges):
 
 
 def shear_of(scene: Scene) -> Shear | None:
-    return scene.terms["shear"].record(scene) if "shear" in scene.terms else None
+    return scene.terms["shear"].records(scene)["shear"] if "shear" in scene.terms else None
 
 
 def box_at(scene: Scene, step: int, slid: int | None) -> tuple[float, ...]:

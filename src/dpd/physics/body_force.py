@@ -7,6 +7,7 @@ needed (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ class DrivingForce(Term, key="body_force"):
 
     caption = "body force of {strength} kT/r_c along {axis}[, turned round across {opposite}]"
     mainly = Change.FLOWS
+    untried = "schemes were measured in the bulk at rest; with a body force take gw-vv"
     axis: Axis = setting("The axis that it acts along.", of="axis")
     strength: PerSpecies[Annotated[float, Field(ge=-1000, le=1000)]] = setting(
         "Force on each bead, one number or one per species, as {A: 0.02, B: 0}.",
@@ -35,33 +37,21 @@ class DrivingForce(Term, key="body_force"):
     def conflicts(self) -> Refusals:
         """Two flows that would not lie side by side."""
         if self.opposite == self.axis:
-            yield (
-                "opposite",
-                f"{self.axis} is the axis that the force acts along; take another one, across "
-                "which the two flows lie",
-            )
+            text = f"{self.axis} is the axis that the force acts along; take another one, across "
+            yield "opposite", f"{text}which the two flows lie"
 
     def refuses(self, scene: Any) -> Refusals:
         """A force that nothing stands against."""
         if self.opposite and "xyz".index(self.opposite) in scene.ended:
-            yield (
-                "opposite",
-                f"there are walls along {self.opposite}, between which one flow is enough; remove "
-                "the key, or name an axis without walls",
-            )
+            text = f"there are walls along {self.opposite}, between which one flow is enough; "
+            yield "opposite", f"{text}remove the key, or name an axis without walls"
         if not (self.opposite or self._is_held(scene) or scene.brakes or self._adds_up(scene)):
-            yield (
-                "",
-                f"along {self.axis} nothing brakes the beads, and they would go faster and "
-                "faster; give walls with a gamma, or 'opposite', or strengths of which the sum "
-                "over all beads is 0",
-            )
+            text = f"along {self.axis} nothing brakes the beads, and they would go faster and "
+            text += "faster; give walls with a gamma, or 'opposite', or strengths of which the sum "
+            yield "", f"{text}over all beads is 0"
         if Change.FLOWS in self.changes(scene) and not scene.takes_heat:
-            yield (
-                "",
-                "every gamma is 0: nothing takes up the heat of the flow that it drives; allowed: "
-                "thermostat.gamma > 0, or walls with a gamma",
-            )
+            text = "every gamma is 0: nothing takes up the heat of the flow that it drives; "
+            yield "", f"{text}allowed: thermostat.gamma > 0, or walls with a gamma"
 
     def _is_held(self, scene):
         """Whether a wall stands against it."""
@@ -76,26 +66,19 @@ class DrivingForce(Term, key="body_force"):
     def changes(self, scene: Any) -> frozenset[Change]:
         """A flow, unless there is no force, or a wall stands against it."""
         drives = any(scene.by_species(self.strength))
-        if drives and (self.opposite is not None or not self._is_held(scene)):
-            return frozenset({Change.FLOWS})
-        return frozenset()
+        flows = drives and (self.opposite is not None or not self._is_held(scene))
+        return frozenset({Change.FLOWS} if flows else ())
 
     def across(self, scene: Any) -> tuple[int, ...]:
         """The axis across which it turns round."""
         return ("xyz".index(self.opposite),) if self.opposite else ()
 
-    def untried(self) -> str:
-        return "schemes were measured in the bulk at rest; with a body force take gw-vv"
-
-    def record(self, scene: Any) -> BodyForce:
+    def records(self, scene: Any) -> dict[str, Any]:
         """The force on each species, and where it turns round."""
-        axis = "xyz".index(self.axis)
-        across, middle = axis, float("inf")
-        if self.opposite:
-            across = "xyz".index(self.opposite)
-            middle = 0.5 * scene.box[across]
+        axis, across = "xyz".index(self.axis), "xyz".index(self.opposite or self.axis)
+        middle = 0.5 * scene.box[across] if self.opposite else math.inf
         strength = np.array(scene.by_species(self.strength))
-        return BodyForce(strength, axis, across, float(middle))
+        return {"body_force": BodyForce(strength, axis, across, float(middle))}
 
 
 class BodyForce(NamedTuple):
@@ -107,5 +90,5 @@ class BodyForce(NamedTuple):
     middle: float  # where on that axis it turns round, in r_c; infinite if it acts in one direction
 
     def force(self, strength: float, x: float) -> float:
-        """Force on a bead at the place x on the axis across."""
+        """On a bead at the place x on the axis across."""
         return strength if x < self.middle else -strength

@@ -42,9 +42,7 @@ class HarmonicBonds(BondForce, key="bond"):
     """
 
     bare = "law"
+    untried = ""
     example = "{stiffness: 2, length: 0}"
     caption = "bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
     law: OneOrTable[BondLaw, Pair] = setting("One law, or one for each pair of species.")
-
-    def untried(self) -> str:
-        return ""

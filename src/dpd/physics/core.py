@@ -28,6 +28,7 @@ class RigidCore(Term, key="core"):
     caption = "rigid core r_s = {radius} r_c, F_max = {force} kT/r_c[, its edge {smooth} r_c wide]"
     in_start = True
     own_in_start = True
+    untried = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
     radius: float = setting("Core radius r_s; 0 for none.", unit="r_c", ge=0, lt=0.5)
     force: NotNegative = setting("Force F_max.", unit="kT / r_c")
     smooth: float = setting(
@@ -39,35 +40,25 @@ class RigidCore(Term, key="core"):
         """An edge beyond the cutoff."""
         room = CUTOFF - 2 * self.radius
         if self.smooth > room:
-            yield (
-                "smooth",
-                f"{self.smooth:g} beyond a core of diameter {2 * self.radius:g} goes past the "
-                f"cutoff; allowed: <= {room:g}",
-            )
-
-    def untried(self) -> str:
-        text = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
-        return text if self.radius else ""
+            text = f"{self.smooth:g} beyond a core of diameter {2 * self.radius:g} goes past the "
+            yield "smooth", f"{text}cutoff; allowed: <= {room:g}"
 
     def changes(self, scene: Any) -> frozenset[Change]:
         """A jump of the force, where there is a core."""
-        return frozenset({Change.JUMPS}) if self.radius else frozenset()
+        return frozenset({Change.JUMPS} if self.radius else ())
 
     def records(self, scene: Any) -> dict[str, Any]:
         """The repulsion with the core."""
-        if not self.radius:
-            return {}
         core = Core(scene.repulsion, 2.0 * self.radius, float(self.force), self.smooth or None)
-        return {"pair": core}
+        return {"pair": core} if self.radius else {}
 
 
 class Core(NamedTuple):
     """A rigid core and the soft repulsion around it."""
 
     repulsion: np.ndarray  # (species, species): a_ij in kT / r_c
-    # 2 r_s in r_c, and F_max in kT / r_c
-    diameter: float
-    push: float
+    diameter: float  # 2 r_s in r_c
+    push: float  # F_max in kT / r_c
     width: float | None = None  # of the straight line, in r_c; None for a jump
 
     def force(self, a: float, r: float, w: float) -> float:

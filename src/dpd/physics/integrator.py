@@ -11,35 +11,53 @@ forces are the predictor-corrector
 with their own acceleration term c, prediction lambda and correction b. DPD-VV then takes
 the friction in f' once more, with the velocity v that it has led to.
 
-The others split friction and noise off: pairs exchange momentum (see
-`dpd.physics.common.exchange`) after a step of the conservative forces alone, or in its middle.
+The others split friction and noise off: pairs exchange momentum after a step of the conservative
+forces alone, or in its middle. Each pair's relative velocity u = e . v_ij along its line is
+advanced by a step on its own, while the pair stands still. With g = gamma w^2 dt and a random
+number theta of unit variance it becomes
+
+    Shardlow (2003), half explicit and half implicit:
+        u' = (u - g u + 2 sqrt(2 kT g) theta) / (1 + g)
+    exact, as the Ornstein-Uhlenbeck process that it is (Serrano, De Fabritiis, Espanol and
+    Coveney 2006):
+        u' = u exp(-2 g) + sqrt(2 kT (1 - exp(-4 g))) theta
+    Lowe (1999), with probability gamma dt:
+        u' = sqrt(2 kT) theta
+
+and half of the change goes to each bead. At rest u has the variance 2 kT.
+
+This is for masses of 1. Two beads with the reduced mass mu exchange the momentum mu (u' - u), and
+u / s, with s = 1 / sqrt(2 mu), follows the same equations with g / (2 mu) in the place of g.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import Field, PrivateAttr
 
 from dpd.page import Change, Refusals, Term, setting
-from dpd.physics.common.exchange import EXACT, LOWE, SHARDLOW
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Self
 
+    import numpy as np
+
+SHARDLOW, EXACT, LOWE = 0, 1, 2
+
 
 class Scheme(NamedTuple):
     """One scheme."""
 
-    # c and b
-    acceleration: float
+    acceleration: float  # c
     # lambda. None where what is predicted is the velocity with the first share of its kick, 1 - b,
     # or nothing.
     prediction: float | None
-    correction: float
+    correction: float  # b
     renewal: bool | None = None  # whether friction is taken once more at the end of a step
-    exchange: int | None = None  # kind of the exchange of momentum
+    exchange: int | None = None  # `SHARDLOW`, `EXACT` or `LOWE`
     # whether force and exchange come after half a drift, the other half at the end
     middle: bool | None = None
 
@@ -66,6 +84,29 @@ def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
     if chosen.prediction == 1.0 - chosen.correction:
         return chosen._replace(prediction=None)
     return chosen
+
+
+class Exchange(NamedTuple):
+    """Exchange of momentum between pairs."""
+
+    kind: int  # `SHARDLOW`, `EXACT` or `LOWE`
+    gamma: float  # friction, or for Lowe's the rate of exchanges in 1 / tau
+    kT: float
+    # Gaussian instead of uniform random numbers, for Shardlow's; the others always take Gaussian
+    # ones, without which they are not exact
+    gaussian: bool
+    # (species, species): gamma_ij / gamma where pairs of species differ
+    shares: np.ndarray | None = None
+
+    def change(self, u: float, g: float, theta: float, drawn: bool) -> float:
+        """Change of a relative velocity u; ``drawn`` says whether Lowe's pair is due."""
+        if self.kind == SHARDLOW:
+            push = math.sqrt(2.0 * self.kT * g) * theta
+            return (u - g * u + 2.0 * push) / (1.0 + g) - u
+        if self.kind == EXACT:
+            decay = math.exp(-2.0 * g)
+            return u * decay + math.sqrt(2.0 * self.kT * (1.0 - decay * decay)) * theta - u
+        return math.sqrt(2.0 * self.kT) * theta - u if drawn else 0.0
 
 
 class Integrator(Term, key="integrator"):
@@ -105,7 +146,6 @@ class Integrator(Term, key="integrator"):
 
     @property
     def is_auto(self) -> bool:
-        """Whether scheme and step are left to us."""
         return self.scheme == "auto"
 
     @property
@@ -125,34 +165,19 @@ class Integrator(Term, key="integrator"):
 
     def notes(self, scene: Any) -> Iterator[str]:
         if self.is_auto:
-            yield (
-                f"integrator.scheme: auto begins with {self.named.scheme}, dt {scene.dt:g}, a "
-                "first guess, which a run tries"
-            )
-
-    @property
-    def exchanges(self) -> bool:
-        """Whether pairs exchange momentum, in the place of friction as a force."""
-        return scheme_named(self.named.scheme).exchange is not None
-
-    def modules(self, scene: Any) -> tuple[str, ...]:
-        return ("dpd.physics.common.exchange",) if self.exchanges else ()
+            found = f"{self.named.scheme}, dt {scene.dt:g}, a first guess, which a run tries"
+            yield f"integrator.scheme: auto begins with {found}"
 
     def refuses(self, scene: Any) -> Refusals:
         """Exchanges of momentum where pairs are not alone."""
-        if not self.exchanges:
+        if scheme_named(self.named.scheme).exchange is None:
             return
         for term in scene.terms.values():
-            if term.is_no_pair(scene):
-                yield (
-                    "scheme",
-                    f"{self.scheme!r} lets pairs exchange momentum, and the friction of "
-                    f"{term.key!r} is a force on beads; allowed: {WITHOUT_EXCHANGE}",
-                )
+            if term.brakes(scene):
+                text = f"{self.scheme!r} lets pairs exchange momentum, and the friction of "
+                text += f"{term.key!r} is a force on beads; allowed: {WITHOUT_EXCHANGE}"
+                yield "scheme", text
             if Change.SLIDES in term.changes(scene):
-                yield (
-                    "scheme",
-                    f"{self.scheme!r} lets pairs exchange momentum by their direction alone, and "
-                    "how the flow moves them apart depends on their distance; allowed with "
-                    f"{term.key!r}: {WITHOUT_EXCHANGE}",
-                )
+                text = f"{self.scheme!r} lets pairs exchange momentum by their direction alone, "
+                text += "and how the flow moves them apart depends on their distance; allowed with "
+                yield "scheme", f"{text}{term.key!r}: {WITHOUT_EXCHANGE}"

@@ -32,6 +32,7 @@ class ManyBodyForces(Term, key="many_body"):
     caption = "many-body forces of B = {repulsion}, r_d = {range} r_c"
     in_start = True
     keeps_apart = True
+    untried = "schemes were measured without many-body forces; take gw-vv and dt 0.01"
     repulsion: Positive = setting(
         "B, the same for all pairs of species, whose force is B (rho_i + rho_j) (1 - r / range), "
         "with the local densities rho of the two beads.", unit="kT r_c^(dimension - 1)",
@@ -40,20 +41,16 @@ class ManyBodyForces(Term, key="many_body"):
         "r_d, within which beads count in the local density.", 0.75, unit="r_c", gt=0, le=1
     )
 
-    def untried(self) -> str:
-        return "schemes were measured without many-body forces; take gw-vv and dt 0.01"
-
-    def record(self, scene: Any) -> ManyBody:
-        return many_body(self.repulsion, self.range, scene.dimension)
+    def records(self, scene: Any) -> dict[str, Any]:
+        return {"many_body": many_body(self.repulsion, self.range, scene.dimension)}
 
 
 class ManyBody(NamedTuple):
     """Many-body forces; methods for a pair take rho_i + rho_j, the crowd."""
 
-    # B, r_d and N
-    repulsion: float
-    range: float
-    norm: float
+    repulsion: float  # B
+    range: float  # r_d
+    norm: float  # N
 
     def weight(self, r: float) -> float:
         """What beads at distance r add to each other's density."""

@@ -75,7 +75,6 @@ class TabulatedForces(PairForce, key="pair"):
         return self.model_copy(update={"files": found})
 
     def content(self) -> Any:
-        """What is in the files, not where they lie."""
         return {pair: file["sha256"] for pair, file in self.plain().items()}
 
     def unknown(self, scene: Any) -> Refusals:
@@ -87,7 +86,7 @@ class TabulatedForces(PairForce, key="pair"):
         import numpy as np
 
         number, tables = np.zeros((len(scene.species),) * 2, np.int64), [np.zeros((CELLS, 5))]
-        ends, files = [1.0], self.files  # type: tuple[list[float], Any]
+        ends, files = [1.0], dict[str, Any](self.files)
         for pair, file in files.items():
             where = f"{scene.where}: pair.{pair}"
             table = read_table(file.path, where)
@@ -140,13 +139,10 @@ def on_grid(table: Table) -> np.ndarray:
 
 
 def read_table(path: str, where: str) -> Table:
-    """A table of a CSV file.
+    """A table of a CSV file; a UserError says what is wrong, with file, row and column.
 
-    Raises
-    ------
-    UserError
-        With file, row and column, if it cannot be read, is no table of numbers, does not reach from
-        near 0 to where the force ends, or has a force that is not minus the slope of the energy.
+    Refused is what is no table of numbers, does not reach from near 0 to where the force ends, or
+    has a force that is not minus the slope of the energy.
     """
     import numpy as np
 
@@ -154,28 +150,28 @@ def read_table(path: str, where: str) -> Table:
     try:
         with open(path, "rb") as file:
             content = file.read()
-        lines = csv.reader(content.decode().splitlines())
-        rows = [(lines.line_num, [cell.strip() for cell in row]) for row in lines if row]
+        lines = enumerate(csv.reader(content.decode().splitlines()), 1)
+        rows = [(n, [cell.strip() for cell in row]) for n, row in lines if row]
     except (OSError, UnicodeDecodeError, csv.Error) as problem:
         raise UserError(f"{where}: cannot be read ({reason(problem)})") from None
     header = rows[0][1] if rows else []
     if sorted(header) != sorted(COLUMNS):
         named = f"{shown(', '.join(header), str)}" if header else "nothing"
         raise UserError(f"{where}: row 1: {named} instead of the columns {', '.join(COLUMNS)}")
-    values = [[_number(row, header, name, n, where) for name in COLUMNS] for n, row in rows[1:]]
+    values = []
+    for n, row in rows[1:]:
+        given = dict(zip(header, row))
+        values.append([_number(given.get(name, ""), name, n, where) for name in COLUMNS])
     if len(values) < LEAST_ROWS:
         raise UserError(f"{where}: {len(values)} rows of numbers; allowed: >= {LEAST_ROWS}")
-    numbers = [n for n, _ in rows[1:]]
     r, energy, force = np.array(values).T
     table = Table(r, energy, force, hashlib.sha256(content).hexdigest())
-    _check(table, numbers, where)
+    for place, column, text in _problems(table):
+        raise UserError(f"{where}: row {rows[1:][place][0]}, column {column}: {text}")
     return table
 
 
-def _number(row, header, name, n, where):
-    """The number in a row and a column."""
-    place = header.index(name)
-    text = row[place] if place < len(row) else ""
+def _number(text, name, n, where):
     try:
         value = float(text)
     except ValueError:
@@ -185,37 +181,30 @@ def _number(row, header, name, n, where):
     return value
 
 
-def _check(table, numbers, where):
-    """Where rows lie, how they end, and that their force is minus the slope of their energy."""
+def _problems(table):
+    """Where rows lie, how they end, and whether their force is minus the slope of their energy."""
     import numpy as np
     from scipy.interpolate import CubicSpline
 
     r, energy, force = table.r, table.energy, table.force
-    for place, n in enumerate(numbers):
-        if not 0 <= r[place] <= 1:
-            raise UserError(f"{where}: row {n}, column r: {r[place]:g}; allowed: from 0 to 1")
-        if place and r[place] <= r[place - 1]:
-            text = f"{r[place]:g} is not above that before, {r[place - 1]:g}"
-            raise UserError(f"{where}: row {n}, column r: {text}; let r ascend")
+    for place, here in enumerate(r):
+        if not 0 <= here <= 1:
+            yield place, "r", f"{here:g}; allowed: from 0 to 1"
+        if place and here <= r[place - 1]:
+            yield place, "r", f"{here:g} is not above that before, {r[place - 1]:g}; let r ascend"
     if r[0] > NEAR:
-        text = f"{r[0]:g} is far from 0; allowed: <= {NEAR:g}"
-        raise UserError(f"{where}: row {numbers[0]}, column r: {text}")
+        yield 0, "r", f"{r[0]:g} is far from 0; allowed: <= {NEAR:g}"
     for name, column in (("energy", energy), ("force", force)):
         if abs(column[-1]) > ENDS * abs(column).max():
-            raise UserError(
-                f"{where}: row {numbers[-1]}, column {name}: {column[-1]:g} where the force ends; "
-                "allowed: 0. Shift the energy, or let the table go on to where both vanish"
-            )
-    spline = CubicSpline(r, force).antiderivative()
-    work, fall, h = np.diff(spline(r)), -np.diff(energy), np.diff(r)
+            text = f"{column[-1]:g} where the force ends; allowed: 0. Shift the energy, or let the "
+            yield -1, name, f"{text}table go on to where both vanish"
+    work, fall, h = np.diff(CubicSpline(r, force).antiderivative()(r)), -np.diff(energy), np.diff(r)
     size = h * (abs(force[1:]) + abs(force[:-1]))
     rounding = 1e-12 + 1e-4 * np.maximum(abs(energy[1:]), abs(energy[:-1]))
     allowed = ALIKE * (size + h * abs(force).max() / 10) + rounding
-    place = int(np.argmax(abs(work - fall) / allowed)) + 1
-    if abs(work - fall)[place - 1] > allowed[place - 1]:
-        mean, slope = work[place - 1] / h[place - 1], fall[place - 1] / h[place - 1]
-        raise UserError(
-            f"{where}: row {numbers[place]}, column force: since the row before the mean force is "
-            f"{mean:.6g}, and the energy falls by {slope:.6g} for each r_c; the force must be "
-            "minus the slope of the energy"
-        )
+    worst = int(np.argmax(abs(work - fall) / allowed))
+    if abs(work - fall)[worst] > allowed[worst]:
+        mean, slope = work[worst] / h[worst], fall[worst] / h[worst]
+        text = f"since the row before the mean force is {mean:.6g}, and the energy falls by "
+        text += f"{slope:.6g} for each r_c; the force must be minus the slope of the energy"
+        yield worst + 1, "force", text

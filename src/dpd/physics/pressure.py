@@ -56,6 +56,7 @@ class ConstantPressure(Term, key="pressure"):
 
     caption = "constant pressure {target} kT/r_c^{dimension}[, stretched along {axes}]"
     makes = frozenset({Change.STRETCHES})
+    modules = ("dpd.engine.barostat",)
     cannot = {
         Change.SLIDES: "cannot be held in a box whose images slide",
         Change.ENDS: "cannot be held in a box that ends",
@@ -66,9 +67,7 @@ class ConstantPressure(Term, key="pressure"):
         "Along which the box is stretched, all alike, or one alone, whose normal pressure is then "
         "held.", "all", of="axis",
     )  # fmt: skip
-    time: float = setting(
-        "Relaxation time of the volume.", 2.0, unit="tau", ge=1e-3, le=1e6
-    )  # fmt: skip
+    time: float = setting("Relaxation time of the volume.", 2.0, unit="tau", ge=1e-3, le=1e6)
     compressibility: float | None = setting(
         "Estimate of the isothermal compressibility; it decides how fast the volume moves, not "
         "where to. If not given, that of the soft repulsion at the density of the start; needed "
@@ -80,9 +79,6 @@ class ConstantPressure(Term, key="pressure"):
         "speed, not the result. If not given, a fifth of the relaxation time.", None, ge=1,
         le=10**15,
     )  # fmt: skip
-
-    def modules(self, scene: Any) -> tuple[str, ...]:
-        return ("dpd.engine.barostat",)
 
     def completed(self, scene: Any) -> Self:
         """With a compressibility; and a time between trials, unless the step is yet to be tried."""
@@ -107,42 +103,34 @@ class ConstantPressure(Term, key="pressure"):
         gas of the molecules.
         """
         if self.compressibility is None:
-            yield (
-                "compressibility",
-                "the key is missing: beads attract each other, and it cannot be estimated; give "
-                "that of the liquid, as 0.003",
-            )
+            text = "the key is missing: beads attract each other, and it cannot be estimated; give "
+            yield "compressibility", f"{text}that of the liquid, as 0.003"
         if not scene.is_auto:
             most = math.floor(self.time / scene.dt * (1 + 1e-9))
             if most < 1:
                 yield "time", f"{self.time:g} is less than a step; allowed: >= {scene.dt:g}"
             elif self.every is not None and self.every > most:
-                yield (
-                    "every",
-                    f"{self.every} steps are longer than the relaxation time; allowed: <= {most}",
-                )
+                text = f"{self.every} steps are longer than the relaxation time; allowed: <= {most}"
+                yield "every", text
         ideal = len(scene.lengths) * scene.kT
         least = ideal / (MOST_TIMES * scene.volume)
         if self.target < least and scene.repulsion.min() >= 0:
-            yield (
-                "target",
-                f"{self.target:g} empties the box: {len(scene.lengths)} molecules would fill at "
-                f"least {ideal / self.target / scene.volume:.3g} times its volume of "
-                f"{scene.volume:g}, and it may come to {MOST_TIMES} times that; "
-                f"allowed: >= {least:.3g}",
-            )
+            times = ideal / self.target / scene.volume
+            text = f"{self.target:g} empties the box: {len(scene.lengths)} molecules would fill at "
+            text += f"least {times:.3g} times its volume of {scene.volume:g}, and it may come to "
+            yield "target", f"{text}{MOST_TIMES} times that; allowed: >= {least:.3g}"
 
     def stretched(self) -> str:
         return self.axes
 
-    def record(self, scene: Any) -> Pressure | None:
+    def records(self, scene: Any) -> dict[str, Any]:
         """The law; none where the time step is yet to be chosen."""
         if self.every is None:
-            return None
+            return {}
         every_axis = tuple(range(scene.dimension))
         axes = every_axis if self.axes == "all" else ("xyz".index(self.axes),)
         given = self.compressibility or estimated_compressibility(scene)
-        return Pressure(self.target, self.time, given, axes, self.every)
+        return {"pressure": Pressure(self.target, self.time, given, axes, self.every)}
 
 
 def estimated_compressibility(scene: Any) -> float:

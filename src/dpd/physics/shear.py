@@ -34,13 +34,12 @@ class SteadyShear(Term, key="shear"):
     caption = "shear at a rate of {rate} / tau along {flow}, across {gradient}"
     mainly = Change.SLIDES
     makes = frozenset({Change.SLIDES})
+    untried = "steps are tried at rest, which says nothing of shear; take gw-vv and dt 0.04"
     cannot = {
         Change.STRETCHES: "takes the box to keep its size, for which alone it is known how far "
         "images have slid"
     }
-    rate: float = setting(
-        "Shear rate, positive or negative.", unit="1 / tau", ge=-1000, le=1000
-    )  # fmt: skip
+    rate: float = setting("Shear rate, positive or negative.", unit="1 / tau", ge=-1000, le=1000)
     flow: Literal["x", "y"] = setting("Axis along which the fluid flows.", "x", of="axis")
     gradient: Literal["y", "z"] = setting(
         "Axis along which its speed grows, after the other in x, y, z.", "y", of="axis"
@@ -52,18 +51,13 @@ class SteadyShear(Term, key="shear"):
     def across(self, scene: Any) -> tuple[int, ...]:
         return ("xyz".index(self.gradient),)
 
-    def untried(self) -> str:
-        return "steps are tried at rest, which says nothing of shear; take gw-vv and dt 0.04"
-
     def conflicts(self) -> Refusals:
         """No shear at all, and axes in another order: files could not hold their tilted box."""
         if self.rate == 0:
             yield "rate", "0 is no shear; allowed: a number that is not 0. Or remove the key"
         if self.flow >= self.gradient:
-            yield (
-                "gradient",
-                f"{self.gradient!r} is the axis of the flow itself; allowed: an axis after it",
-            )
+            text = f"{self.gradient!r} is the axis of the flow itself; allowed: an axis after it"
+            yield "gradient", text
 
     def refuses(self, scene: Any) -> Refusals:
         """Images that slide too fast, a box too short for them, and a list of pairs."""
@@ -71,26 +65,18 @@ class SteadyShear(Term, key="shear"):
         dt, height = scene.dt, scene.box[gradient]
         most = CUTOFF / (dt * height)
         if abs(self.rate) > most:
-            yield (
-                "rate",
-                f"{self.rate:g} moves images by {abs(self.rate) * dt * height:.3g} r_c in a step, "
-                f"more than a cutoff; allowed at dt {dt:g} in a box of {height:g} along "
-                f"{self.gradient}: -{most:.4g} to {most:.4g}",
-            )
+            moved = abs(self.rate) * dt * height
+            text = f"{self.rate:g} moves images by {moved:.3g} r_c in a step, more than a cutoff; "
+            text += f"allowed at dt {dt:g} in a box of {height:g} along {self.gradient}: "
+            yield "rate", f"{text}-{most:.4g} to {most:.4g}"
         if self.room(scene)[flow] < 2 * CUTOFF:
             least = 2 / (1 - 1 / height**2) ** 0.5
-            yield (
-                "",
-                f"the box has an edge of {scene.box[flow]:g} along the flow, too short for images "
-                f"that slide: a bead could meet another one twice; allowed with {height:g} along "
-                f"{self.gradient}: >= {least:.4g}",
-            )
+            text = f"the box has an edge of {scene.box[flow]:g} along the flow, too short for "
+            text += "images that slide: a bead could meet another one twice; allowed with "
+            yield "", f"{text}{height:g} along {self.gradient}: >= {least:.4g}"
         if scene.data["pairs"]["search"] == "list":
-            yield (
-                "",
-                "moves all beads past each other, and 'pairs.search: list' would not last; take "
-                "cells, or remove the key",
-            )
+            text = "moves all beads past each other, and 'pairs.search: list' would not last; take "
+            yield "", f"{text}cells, or remove the key"
 
     def room(self, scene: Any) -> tuple[float, ...]:
         """Edges of the box; along the flow the least distance that images may have.
@@ -102,14 +88,13 @@ class SteadyShear(Term, key="shear"):
         edges[flow] /= hypot(1.0, 0.5 * edges[flow] / edges[gradient])
         return tuple(edges)
 
-    def record(self, scene: Any) -> Shear:
-        return Shear(self.rate, *self.axes())
+    def records(self, scene: Any) -> dict[str, Any]:
+        return {"shear": Shear(self.rate, *self.axes())}
 
 
 class Shear(NamedTuple):
     """Steady shear."""
 
     rate: float  # g in 1 / tau
-    # number of the axis along which the fluid flows, and of that along which its speed grows
-    flow: int
-    gradient: int
+    flow: int  # axis along which the fluid flows
+    gradient: int  # axis along which its speed grows

@@ -9,6 +9,12 @@ Eqs. 5, 6 and 8), with w = 1 - r and random numbers theta of zero mean and unit 
 The two belong together: with that sigma they hold the temperature kT, and since they act on both
 beads of a pair they conserve momentum. Where pairs of species differ in their friction, gamma and
 sigma are those of the pair, gamma_ij = gamma_ji.
+
+Langevin friction and noise act on each bead on its own, along each axis:
+
+    F = -gamma v + sigma zeta dt^(-1/2),     sigma^2 = 2 gamma kT
+
+They do not conserve momentum: beside pair friction they tell what that does to a system.
 """
 
 from __future__ import annotations
@@ -49,14 +55,14 @@ class Thermostat(Term, key="thermostat"):
         """A table that has not a friction for each pair of species, or for each species."""
         if not isinstance(self.gamma, dict):
             return
-        single = [name for name in self.gamma if " " not in name and self.kind == "dpd"]
-        if single:
-            text = f"one value for each pair of species: write '{single[0]} {single[0]}'"
-            yield f"gamma.{single[0]}", text
-        elif self.kind == "dpd":
-            yield from inside("gamma", check_table(self.gamma, scene, scene.pairs, 4.5))
-        else:
+        single = next((name for name in self.gamma if " " not in name), "")
+        if self.kind == "langevin":
             yield from inside("gamma", check_species(self.gamma, scene.species, 4.5))
+        elif single:
+            text = f"one value for each pair of species: write '{single} {single}'"
+            yield f"gamma.{single}", text
+        else:
+            yield from inside("gamma", check_table(self.gamma, scene, scene.pairs, 4.5))
 
     def frictions(self) -> list[float]:
         return list(self.gamma.values()) if isinstance(self.gamma, dict) else [self.gamma]
@@ -64,23 +70,6 @@ class Thermostat(Term, key="thermostat"):
     def brakes(self, scene: Any) -> bool:
         """What acts on each bead does."""
         return self.kind == "langevin" and any(self.frictions())
-
-    def is_no_pair(self, scene: Any) -> bool:
-        """Langevin's, also where all its frictions are 0."""
-        return self.kind == "langevin"
-
-    def modules(self, scene: Any) -> tuple[str, ...]:
-        return ("dpd.physics.common.langevin",) if self.kind == "langevin" else ()
-
-    def untried(self) -> str:
-        if self.kind == "langevin":
-            return (
-                "schemes were measured with friction between pairs; for Langevin take gw-vv or "
-                "dpd-vv"
-            )
-        if not any(self.frictions()):
-            return "schemes were measured with a thermostat; without friction take gw-vv"
-        return ""
 
 
 class Friction(NamedTuple):
@@ -97,3 +86,21 @@ class Friction(NamedTuple):
         """Force F_D + F_R on a pair with r . v_ij = approach and 1 / r = inverse."""
         drag = self.gamma * w * approach * inverse
         return w * (self.amplitude * theta - drag)
+
+
+class Langevin(NamedTuple):
+    """Friction and noise on each bead."""
+
+    gamma: float  # friction in kT tau / r_c^2
+    amplitude: float  # sigma dt^(-1/2), in kT / r_c
+    gaussian: bool  # Gaussian instead of uniform random numbers
+    # (species,): gamma_i / gamma where species differ. The velocity then comes multiplied by the
+    # share of its bead, and zeta by the root of that.
+    shares: np.ndarray | None = None
+
+    def random(self, zeta: float) -> float:
+        return self.amplitude * zeta
+
+    def drag(self, velocity: float) -> float:
+        """Friction along an axis, which the force takes off."""
+        return self.gamma * velocity

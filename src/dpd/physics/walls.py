@@ -32,7 +32,7 @@ from dpd.page import (
     Refusals,
     Term,
     setting,
-)
+)  # fmt: skip
 
 RANGE = 1.0  # of a wall's force in r_c
 # A bead gets behind a plane by chance, and because its neighbours push it. There is room for it as
@@ -58,6 +58,7 @@ class SoftWalls(Term, key="walls"):
     caption = "walls along {axis}, a_w = {repulsion} kT/r_c[, friction gamma = {gamma}]"
     in_start = True
     mainly = Change.ENDS
+    untried = "schemes were measured in the bulk at rest; with walls take gw-vv"
     cannot = {
         Change.SLIDES: "stand still, and the fluid would flow through or past them",
         Change.STRETCHES: "stand where they are",
@@ -93,11 +94,8 @@ class SoftWalls(Term, key="walls"):
             yield "velocity", "has no meaning for walls along several axes; keep one axis"
         for side, velocity in zip(("lower", "upper"), self.velocity):
             if len(axes) == 1 and axes[0] < len(velocity) and velocity[axes[0]]:
-                yield (
-                    "velocity",
-                    f"the {side} wall would move along its own normal {self.axis}; allowed there: "
-                    "0",
-                )
+                text = f"the {side} wall would move along its own normal {self.axis}"
+                yield "velocity", f"{text}; allowed there: 0"
         if not self.gamma:
             yield "velocity", "has no effect on walls without friction; add walls.gamma"
 
@@ -105,27 +103,19 @@ class SoftWalls(Term, key="walls"):
         """A box that is too narrow, and walls that are too soft for its fluid."""
         for axis in self.axes():
             if scene.box[axis] < 2 * RANGE:
-                yield (
-                    "axis",
-                    f"the box has an edge of {scene.box[axis]:g} along {'xyz'[axis]}, and a bead "
-                    f"would feel both walls at the same time; allowed: >= {2 * RANGE:g}",
-                )
+                text = f"the box has an edge of {scene.box[axis]:g} along {'xyz'[axis]}, and a "
+                text += "bead would feel both walls at the same time"
+                yield "axis", f"{text}; allowed: >= {2 * RANGE:g}"
         for side, velocity in zip(("lower", "upper"), self.velocity or ()):
             if len(velocity) != scene.dimension:
-                yield (
-                    "velocity",
-                    f"{len(velocity)} components for the {side} wall; allowed: {scene.dimension}, "
-                    "one per axis",
-                )
+                text = f"{len(velocity)} components for the {side} wall; allowed: {scene.dimension}"
+                yield "velocity", f"{text}, one per axis"
                 break
         softest, least = min(scene.by_species(self.repulsion)), self._most(scene) * 2
         least /= (DEEPEST + RANGE) ** 2
         if softest < least:
-            yield (
-                "repulsion",
-                f"{softest:g} is too soft: beads would get more than {DEEPEST} r_c behind the "
-                f"planes; allowed: >= {least:.3g} for this fluid",
-            )
+            text = f"{softest:g} is too soft: beads would get more than {DEEPEST} r_c behind the "
+            yield "repulsion", f"{text}planes; allowed: >= {least:.3g} for this fluid"
 
     def _most(self, scene):
         """Energy that a bead at a wall may have, in kT, up to a chance that is `RARE`."""
@@ -158,18 +148,12 @@ class SoftWalls(Term, key="walls"):
     def brakes(self, scene: Any) -> bool:
         return self.gamma > 0
 
-    def untried(self) -> str:
-        return "schemes were measured in the bulk at rest; with walls take gw-vv"
-
     def records(self, scene: Any) -> dict[str, Any]:
-        return {"walls": self.record(scene), "wall_friction": float(self.gamma)}
-
-    def record(self, scene: Any) -> Walls:
         """The planes at both ends of each axis."""
         axes = list(self.axes())
         low = np.array(scene.origin)
         at_rest = [[0.0] * scene.dimension] * 2
-        return Walls(
+        walls = Walls(
             repulsion=np.array(scene.by_species(self.repulsion)),
             axis=np.repeat(np.array(axes, np.int64), 2),
             place=np.stack([low, low + scene.box], axis=1)[axes].ravel(),
@@ -177,6 +161,7 @@ class SoftWalls(Term, key="walls"):
             velocity=np.tile(np.array(self.velocity or at_rest), (len(axes), 1)),
             reach=self.reach(scene),
         )
+        return {"walls": walls, "wall_friction": float(self.gamma)}
 
 
 class WallFriction(NamedTuple):

@@ -12,8 +12,8 @@ import xarray as xr
 
 from dpd.analysis.collect import load
 from dpd.errors import UserError
-from dpd.own import told_of
-from dpd.page.calculation import Quantity
+from dpd.own import explained
+from dpd.page import Quantity
 from dpd.stages import calculation_sources
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def calculated(point: TheoryPoint) -> dict[str, Quantity]:
     except ValueError as problem:
         raise UserError(f"{point.where}: {calculation.key}: {problem}") from None
     except Exception as problem:  # whatever a paper's own file may raise
-        said = told_of(problem, type(calculation))
+        said = explained(problem, type(calculation))
         raise UserError(f"{point.where}: {calculation.key}: calculations.py: {said}") from None
 
 

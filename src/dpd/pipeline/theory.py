@@ -15,7 +15,7 @@ from typing import Any
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError, suggestion
 from dpd.own import blame
-from dpd.page.calculation import Calculation
+from dpd.page import Calculation
 from dpd.pipeline.points import check_axes
 from dpd.pipeline.sweep import Axis, axes_of, placed, places
 from dpd.sentences import read_section

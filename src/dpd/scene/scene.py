@@ -222,12 +222,10 @@ class Scene(Composition):
         Of a file to start from its content counts, not where it lies; pages of one's own count as
         sources.
         """
-        places, start = self.start.places, self.data["start"]
-        start = {key: value for key, value in start.items() if key not in places}
         observe = {key: page.plain() for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
         terms = {key: term.content() for key, term in self.terms.items()}
-        return value_digest(without | {"observe": observe, "start": start} | terms)
+        return value_digest(without | {"observe": observe, "start": self.start.content()} | terms)
 
     def files_beside(self, path: str | Path) -> dict[str, Path]:
         """Files that observables write beside the result at a path, as run.gsd, by their keys."""

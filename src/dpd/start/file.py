@@ -20,8 +20,6 @@ LAST_FRAME = -1  # of a file with several configurations
 class FromFile(Start, key="file"):
     """As it stands in a file."""
 
-    places = ("path",)
-
     path: str = setting(
         "GSD (.gsd), LAMMPS data (.data, .lmp, data.NAME), or a run.nc, start.nc or .checkpoint of "
         "this program; it must have the box and the molecules of the scene; at constant pressure "
@@ -45,6 +43,9 @@ class FromFile(Start, key="file"):
         path = os.path.abspath(os.path.join(folder, self.path))
         digest = self.sha256 or file_digest(path, where)
         return self.model_copy(update={"path": path, "sha256": digest})
+
+    def content(self) -> Any:
+        return {key: value for key, value in self.plain().items() if key != "path"}
 
     def decides(self, scene: Any) -> dict[str, Any]:
         """What is in the file; whether its box is taken, along which axes it may differ."""

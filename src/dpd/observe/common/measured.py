@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,12 +11,11 @@ from dpd.errors import LostRun, UserError, suggestion
 from dpd.laws import MOST_STRETCHED, STRETCHED
 from dpd.observe.common.accumulators import MultipleTau, Series
 from dpd.observe.common.snapshot import Snapshot, snapshot_of
-from dpd.own import told_of
+from dpd.own import blaming
 from dpd.page import Observable
 from dpd.page import names as pages
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from dpd.engine.simulation import Simulation
@@ -79,17 +77,6 @@ def _refuse_names_taken_twice(asked):
 def _is_same(one, other):
     """Whether both are the same coordinate, as that of species."""
     return one[0] == other[0] and len(one[1]) > 0 and np.array_equal(one[1], other[1])
-
-
-@contextmanager
-def blaming(page: Observable) -> Iterator[None]:
-    """Say in a sentence where in its file a page fails."""
-    try:
-        yield
-    except UserError:
-        raise
-    except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
-        raise UserError(f"observe.{page.key}: {told_of(problem, type(page))}") from None
 
 
 class Measured:

@@ -27,27 +27,27 @@ def choose(scene: Any, tolerance: float) -> dict[str, Any]:
 
     The step is that of the measured system, shorter where this one is stiffer (as
     1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
-    the highest friction. The tolerance is a relative error in pressure and kT.
-
-    Raises
-    ------
-    UserError
-        Where nothing was measured that would tell: more friction or a smaller tolerance than in
-        the table, or what was not there (`dpd.page.Term.untried`).
+    the highest friction. The tolerance is a relative error in pressure and kT. A UserError says
+    what is beyond the table, or was not there (`dpd.page.Term.untried`).
     """
-    for term in scene.terms.values():
-        if why := term.untried():
-            raise UserError(f"{scene.where}: integrator.scheme: 'auto' cannot choose here: {why}")
+    thermostat = scene.terms["thermostat"]
+    untried = [term.untried.format(key=key) for key, term in scene.terms.items() if term.untried]
+    if thermostat.kind == "langevin":
+        text = "schemes were measured with friction between pairs"
+        untried.append(f"{text}; for Langevin take gw-vv or dpd-vv")
+    elif not any(thermostat.frictions()):
+        untried.append("schemes were measured with a thermostat; without friction take gw-vv")
+    if untried:
+        text = f"{scene.where}: integrator.scheme: 'auto' cannot choose here"
+        raise UserError(f"{text}: {untried[0]}")
     system = "melt" if (bond := scene.bond_force) else "fluid"
     measured = yaml.safe_load(TABLE.read_text())[system]
-    gamma = max(scene.terms["thermostat"].frictions()) / min(1.0, scene.lightest)
+    gamma = max(thermostat.frictions()) / min(1.0, scene.lightest)
     choice = _row(measured["choices"], gamma, tolerance, scene.where)
     # C and a rho in kT / r_c^2 over those of the measured system
     known = measured["stiffness"]
-    ratios = [
-        scene.kT,
-        max(scene.repulsions.values()) * max(scene.density, DENSITY[system]) / known["repulsion"],
-    ]
+    steepest = max(scene.repulsions.values()) * max(scene.density, DENSITY[system])
+    ratios = [scene.kT, steepest / known["repulsion"]]
     if bond:
         ratios.append(max(law.stiffness for law in bond.laws(scene).values()) / known["bond"])
     slower = max(1.0, max(ratios) / min(1.0, scene.lightest)) ** 0.5

@@ -13,10 +13,10 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.own import told_of
+from dpd.own import blaming
 from dpd.page import Change, PairForce
 from dpd.particles.particles import box_at, whole_images
-from dpd.physics.common.records import bond_record, with_own
+from dpd.physics.common.forces import bond_record, with_own
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import joined
@@ -161,11 +161,9 @@ def _placed(scene):
 def _asked(scene, method, rng):
     """(dimension, beads) array of what a page gives; None if that is None."""
     name, place = method.__name__, f"{scene.where}: start: {scene.start.key!r}"
-    try:
+    with blaming(scene.start, place):
         given = method(scene, rng)
         found = given if given is None else np.array(given, float)
-    except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
-        raise UserError(f"{place}: {told_of(problem, type(scene.start))}") from None
     if found is None and method == scene.start.velocities:
         return None
     wanted = (scene.beads, scene.dimension)
