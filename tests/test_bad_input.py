@@ -149,7 +149,76 @@ SCENES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "named"), SCENES, ids=lambda part: str(part)[:40])
+BLEND = {
+    "molecules": [{"architecture": "A", "count": 99}, {"architecture": "B", "count": 99}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
+}
+LANGEVIN = BLEND | {"thermostat": {"kind": "langevin", "gamma": {"A": 4.5, "B": 9}}}
+WALLS = {"axis": "z", "repulsion": 25}
+ROUGH = WALLS | {"gamma": 9}
+DRIVEN = {"axis": "x", "strength": 0.1}
+SHEAR = {"shear": {"rate": 0.3}, "box": [4.5, 4, 4]}
+# The same of pages: what each alone can refuse.
+PAGES = [
+    (BLEND | {"thermostat": {"gamma": {"A A": 4.5, "B B": 2}}},
+     ["gamma: no value for the pair 'A B'; add"]),
+    (BLEND | {"thermostat": {"gamma": {"A A": 4, "A B": 2, "B A": 3, "B B": 1}}},
+     ["2, but 3 in the other"]),
+    ({"thermostat": {"gamma": {"A A": -4}}}, ["gamma.A A: -4 is out of range; allowed: >= 0"]),
+    (BLEND | {"thermostat": {"gamma": {"A": 4.5, "B": 4.5}}},
+     ["gamma.A: ", "pair of species: write 'A A'"]),
+    (BLEND | {"thermostat": {"kind": "langevin", "gamma": {"A": 4.5}}},
+     ["no value for the species 'B'; add 'B: 4.5'"]),
+    (BLEND | {"thermostat": {"kind": "langevin", "gamma": {"A A": 4.5}}},
+     ["for each species, not for pairs"]),
+    (LANGEVIN | {"start": {"relax": {"steps": 10, "dt": 0.01}}}, ["add start.forces.gamma"]),
+    ({"mass": {"C": 2}}, ["mass.C: no molecule has the species 'C'; allowed: A"]),
+    ({"molecules": [{"architecture": "A3 B", "count": 1}]},
+     ["repulsion.A A: no molecule has the species 'A'; allowed: A3, B; did you mean 'A 3'"]),
+    ({"walls": WALLS, "dimension": 2}, ["walls.axis", "'z' is no axis", "x, y"]),
+    ({"walls": WALLS, "box": [5, 5, 1.9]}, ["box", "1.9"]),
+    ({"walls": WALLS | {"repulsion": 0.1}}, ["walls.repulsion", "0.1 is too soft", ">= 0.75"]),
+    ({"walls": WALLS | {"repulsion": {"A": 25, "C": 1}}}, ["walls.repulsion.C", "allowed: A"]),
+    ({"walls": ROUGH, "integrator": {"scheme": "shardlow", "dt": 0.04}},
+     ["integrator.scheme", "'shardlow'", "'walls'", "gw-vv"]),
+    ({"walls": WALLS, "integrator": {"scheme": "auto"}}, ["integrator.scheme", "walls"]),
+    ({"walls": WALLS, "observe": [{"rdf": {"range": 2}}]}, ["observe", "'rdf'", "'walls'"]),
+    ({"observe": ["walls"]}, ["observe", "'walls' has nothing to measure"]),
+    ({"walls": WALLS | {"velocity": [[1, 0, 0], [0, 0, 0]]}}, ["walls.velocity", "walls.gamma"]),
+    ({"walls": ROUGH | {"velocity": [[0, 0, 1], [0, 0, 0]]}}, ["walls.velocity", "lower", "z"]),
+    ({"walls": ROUGH | {"axis": ["x", "z"], "velocity": [[0, 1, 0], [0, 0, 0]]}},
+     ["walls.velocity", "several axes"]),
+    ({"body_force": DRIVEN}, ["body_force", "faster", "'opposite'"]),
+    ({"body_force": DRIVEN, "walls": WALLS}, ["body_force", "gamma"]),
+    ({"body_force": DRIVEN | {"opposite": "x"}}, ["body_force.opposite"]),
+    ({"body_force": DRIVEN | {"opposite": "z"}, "walls": ROUGH},
+     ["body_force.opposite", "walls along z"]),
+    ({"body_force": DRIVEN | {"strength": {"B": 0.1}}}, ["body_force.strength.B"]),
+    ({"body_force": DRIVEN, "walls": ROUGH, "observe": ["configurational"]},
+     ["observe", "'configurational'"]),
+    ({"shear": {"rate": 0}}, ["shear.rate", "0 is no shear", "remove the key"]),
+    (SHEAR | {"shear": {"rate": -6.3}}, ["-6.3", "1.01 r_c in a step", "-6.25 to 6.25"]),
+    ({"shear": {"rate": 1, "flow": "y"}}, ["shear.gradient", "'y'", "flow itself"]),
+    (SHEAR | {"box": [2.05, 4, 4]}, ["box", "2.05 along the flow", "4 along y", ">= 2.066"]),
+    (SHEAR | {"pairs": {"search": "list"}}, ["pairs.search", "list", "cells"]),
+    (SHEAR | {"integrator": {"scheme": "aboba", "dt": 0.04}}, ["scheme", "aboba", "dpd-vv"]),
+    (SHEAR | {"observe": ["configurational"]}, ["observe", "configurational", "equilibrium"]),
+    (SHEAR | {"observe": [{"rdf": {"range": 2.1}}]}, ["observe.rdf.range", "2.1", "<= 2"]),
+    (SHEAR | {"walls": {"axis": "y", "repulsion": 25}}, ["remove one of them"]),
+    (SHEAR | {"pressure": {"target": 24}}, ["'pressure'", "remove one of them"]),
+    ({"pressure": {"target": 0.2}},
+     ["pressure.target: 0.2 empties the box: 192 molecules would fill at least 15 times its "
+      "volume of 64, and it may come to 10 times that; allowed: >= 0.3"]),
+    ({"pressure": {"target": 9, "time": 0.4, "every": 11}},
+     ["pressure.every: 11 steps are longer than the relaxation time; allowed: <= 10"]),
+    ({"pressure": {"target": 9, "time": 0.02}},
+     ["pressure.time: 0.02 is less than a step; allowed: >= 0.04"]),
+    ({"pressure": {"target": 24}, "observe": ["trace"]},
+     ["observe: 'trace' cannot follow a molecule in a box that"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "named"), SCENES + PAGES, ids=lambda part: str(part)[:40])
 def test_scenes_that_cannot_be_meant(change, named):
     """Named with key, value, and what is allowed."""
     message = refusal(Scene, FLUID | change, "my.yaml")

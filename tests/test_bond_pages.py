@@ -13,6 +13,7 @@ from dpd.jit import COMPILES
 from dpd.scene.scene import Scene
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, system_of
+from tests import test_own_forces
 
 QUARTIC = '''"""Bonds with a term of fourth order."""
 
@@ -39,14 +40,9 @@ class Quartic(BondForce, key="quartic"):
         x = beyond(r, self.length)
         return -self.stiffness * x - self.fourth * x**3
 '''
-PLAIN = {
-    "dimension": 3,
-    "box": 4,
+PLAIN = test_own_forces.PLAIN | {
     "molecules": [{"architecture": "A 2 B 2", "count": 30}, {"architecture": "B", "count": 60}],
-    "repulsion": {"A A": 25, "A B": 30, "B B": 20},
     "integrator": {"scheme": "gw-vv", "dt": 0.01},
-    "steps": {"equilibrate": 10, "sample": 40},
-    "observe": [{"thermo": {"every": 10}}, {"configuration": {"every": 10}}],
 }
 BOND = {"bond": {"stiffness": 50}}
 STIFF = {"A A": 50, "B A": 30, "B B": 80}

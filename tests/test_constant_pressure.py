@@ -24,14 +24,10 @@ from dpd.sources import file_of
 from dpd.stages import unused
 from dpd.start.common.files import read_start, starting_from, write_start
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE
 
-FLUID = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
+FLUID = SCENE | {
     "pressure": {"target": 23.7, "time": 0.5},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 100, "sample": 400},
     "observe": [
         {"thermo": {"every": 3}}, {"rdf": {"range": 1.5, "every": 10}}, {"profile": {"every": 3}},
@@ -91,39 +87,6 @@ def test_a_scene_without_pressure_has_none_of_it():
     assert simulation.state.box is None and simulation.box == scene.box
     for observer in observables(scene, system_of(scene)):
         assert not {"volume", "edges", "length"} & observer.arrays.keys()
-
-
-BAD = {
-    "no target": ({"pressure": {}}, "pressure: the key 'target' is missing"),
-    "negative": ({"pressure": {"target": -1}}, "pressure.target: -1 is out of range"),
-    "empties the box": (
-        {"pressure": {"target": 0.2}},
-        "pressure.target: 0.2 empties the box: 192 molecules would fill at least 15 times its "
-        "volume of 64, and it may come to 10 times that; allowed: >= 0.3",
-    ),
-    "no such axis": (
-        {"dimension": 2, "pressure": {"target": 90, "axes": "z"}},
-        "pressure.axes: 'z' is no axis in 2 dimensions; allowed: x, y",
-    ),
-    "every": (
-        {"pressure": {"target": 9, "time": 0.4, "every": 11}},
-        "pressure.every: 11 steps are longer than the relaxation time; allowed: <= 10",
-    ),
-    "time": (
-        {"pressure": {"target": 9, "time": 0.02}},
-        "pressure.time: 0.02 is less than a step; allowed: >= 0.04",
-    ),
-    "trace": ({"observe": ["trace"]}, "observe: 'trace' cannot follow a molecule in a box that"),
-}
-
-
-@pytest.mark.parametrize("change, sentence", BAD.values(), ids=BAD)
-def test_bad_input(change, sentence):
-    """File, key, value, and what is allowed."""
-    with pytest.raises(UserError) as problem:
-        Scene(FLUID | change, "bad.yaml")
-    assert str(problem.value).startswith("bad.yaml: ")
-    assert sentence in str(problem.value)
 
 
 def test_box_that_becomes_too_small(tmp_path):

@@ -13,6 +13,7 @@ from dpd.analysis.statistics import mean_and_error
 from dpd.analysis.viscosity import channel_flow, viscosity_of_two_flows
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
+from tests.conftest import SCENE
 
 STRENGTH = 0.03
 EDGE, APART = 14.0, 12.0  # of the box with two flows, and of the walls
@@ -194,11 +195,7 @@ def test_moving_walls_shear_the_fluid():
 
 def test_axes_across_which_the_fluid_changes():
     """Walls first, then that across which a force turns round; a shear's where there are none."""
-    data = {
-        "dimension": 3, "box": [6, 6, 6], "molecules": [{"architecture": "A", "density": 3}],
-        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-        "steps": {"sample": 10},
-    }  # fmt: skip
+    data = SCENE | {"box": [6, 6, 6], "observe": ["thermo"]}
     force = {"body_force": {"axis": "x", "strength": 0.1, "opposite": "y"}}
     walls = {"walls": {"axis": "z", "repulsion": 25, "gamma": 5}}
     shear = {"shear": {"rate": 0.1, "gradient": "z"}}
@@ -212,10 +209,6 @@ def test_axes_across_which_the_fluid_changes():
 
 
 def test_langevin_and_exchanges_of_momentum_do_not_go_together():
-    data = {
-        "dimension": 3, "box": 6, "molecules": [{"architecture": "A", "density": 3}],
-        "repulsion": {"A A": 25}, "integrator": {"scheme": "shardlow", "dt": 0.04},
-        "steps": {"sample": 10},
-    }  # fmt: skip
+    data = SCENE | {"integrator": {"scheme": "shardlow", "dt": 0.04}}
     with pytest.raises(UserError, match="'shardlow' lets pairs exchange momentum"):
         Scene(data | {"thermostat": {"kind": "langevin"}})

@@ -12,7 +12,6 @@ from dpd.errors import UserError
 from dpd.pipeline.study import read_config, read_paper, read_study
 from tests.test_bad_input import FLUID, with_value
 from tests.test_bad_papers import PAPER
-from tests.test_pipeline import copy_repository, edit, snakemake
 
 HOSTILE = (
     "$(touch X)", "`touch X`", "${HOME}", "a&touch X", "a|touch X", "a>X", "a;touch X", "a b",
@@ -133,29 +132,3 @@ def test_labels_of_axes(config, name):
         assert set(names) == {"choice=plain,replica=0", f"choice={name},replica=0"}
         return
     assert_one_sentence(lambda: read_paper("mine", "smoke"), name)
-
-
-PLACES = {
-    "study": (None, ("--config", "study=$(touch X)")),
-    "paper": (None, ("--config", "study=smoke", "papers=['`touch X`']")),
-    "sweep": ("\n  fluid:", ("--config", "study=smoke")),
-    "label": ("values: [", ("--config", "study=smoke")),
-}
-
-
-@pytest.mark.few(1)
-@pytest.mark.parametrize("place", PLACES)
-def test_snakemake_refuses_them(tmp_path, place):
-    """One sentence, nothing planned, nothing executed."""
-    folder = copy_repository(tmp_path / "copy")
-    old, arguments = PLACES[place]
-    if old:
-        path = folder / "config" / "papers" / "groot_warren_1997.yaml"
-        new = '\n  "a$(touch X)":' if place == "sweep" else "values: ['$(touch X)', "
-        edit(path, old, new)
-    done = snakemake(folder, *arguments)
-    said = done.stdout + done.stderr
-    assert done.returncode != 0 and "Traceback" not in said, said
-    assert len([line for line in said.splitlines() if "touch X" in line]) == 1, said
-    assert "letters" in said, said
-    assert not list(folder.rglob("X")) and not (folder / "results").exists()

@@ -14,7 +14,7 @@ from dpd.files import read
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.test_own_pages import command
+from tests.test_own_pages import SCENE, command
 
 MORSE = '''"""A Morse attraction between beads, times w^2 so that it ends smoothly at the cutoff."""
 
@@ -44,10 +44,7 @@ class Morse(PairForce, key="morse"):
         well, slope = e * e - 2.0 * e, -2.0 * self.alpha * (e * e - e)
         return -self.depth * (slope * w * w - 2.0 * w * well)
 '''
-PLAIN = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 2}, {"architecture": "B", "density": 1}],
+PLAIN = SCENE | {
     "repulsion": {"A A": 25, "A B": 30, "B B": 20},
     "integrator": {"scheme": "gw-vv", "dt": 0.02},
     "steps": {"equilibrate": 10, "sample": 40},

@@ -17,6 +17,7 @@ from dpd.scene.scene import Scene
 from dpd.start import start_digest, start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
+from tests import test_own_pages
 from tests.test_own_pages import command
 
 PAGE = '''"""Beads on a line."""
@@ -40,13 +41,9 @@ MOVING = """
     def velocities(self, scene, rng):
         return np.full((scene.beads, 3), [0.5, 0, -0.5])
 """
-SCENE = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 2}, {"architecture": "B", "density": 1}],
-    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+SCENE = test_own_pages.SCENE | {
     "steps": {"sample": 20},
+    "observe": ["thermo"],
     "start": {"method": "line", "step": 0.05, "seed": 4},
     "pages": ["line.py"],
 }

@@ -41,37 +41,6 @@ def test_tables_of_a_scene():
     assert system_of(Scene(one)).masses is None
 
 
-BAD = [
-    ({"thermostat": {"gamma": {"A A": 4.5, "B B": 2}}}, "gamma: no value for the pair 'A B'; add"),
-    ({"thermostat": {"gamma": {"A A": 4, "A B": 2, "B A": 3, "B B": 1}}}, "2, but 3 in the other"),
-    ({"thermostat": {"gamma": {"A A": -4}}}, "gamma.A A: -4 is out of range; allowed: >= 0"),
-    ({"thermostat": {"gamma": "4.5"}}, "thermostat.gamma: '4.5' is text where a number"),
-    ({"thermostat": {"gamma": {"A": 4.5, "B": 4.5}}}, "gamma.A: .* pair of species: write 'A A'"),
-    (
-        {"thermostat": {"kind": "langevin", "gamma": {"A": 4.5}}},
-        "no value for the species 'B'; add 'B: 4.5'",
-    ),
-    (
-        {"thermostat": {"kind": "langevin", "gamma": {"A A": 4.5}}},
-        "for each species, not for pairs",
-    ),
-    (LANGEVIN | {"start": {"relax": {"steps": 10, "dt": 0.01}}}, "add start.forces.gamma"),
-    ({"mass": {"C": 2}}, "mass.C: no molecule has the species 'C'; allowed: A, B"),
-    (
-        {"molecules": [{"architecture": "A3 B", "count": 1}]},
-        "repulsion.A A: no molecule has the species 'A'; allowed: A3, B; did you mean 'A 3'",
-    ),
-    ({"mass": {"A": 0}}, "mass.A: 0 is out of range; allowed: >= 0.001"),
-]
-
-
-@pytest.mark.parametrize(("change", "message"), BAD)
-def test_bad_tables_are_one_message(change, message):
-    with pytest.raises(UserError, match=message) as problem:
-        Scene(BLEND | change, "my.yaml")
-    assert all(line.startswith("my.yaml: ") for line in str(problem.value).splitlines())
-
-
 def test_starts_have_velocities_of_their_masses():
     """No momentum; <m v^2> / 3 is kT for each species within 5 standard errors of 5 %."""
     scene = Scene(BLEND | {"start": {"kT": 2}})

@@ -13,6 +13,7 @@ from dpd.particles.formats import read, write
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE
 
 CHANNEL = {
     "dimension": 3,
@@ -26,53 +27,9 @@ CHANNEL = {
     "observe": ["thermo", {"walls": {"every": 10}}, {"velocity_profile": {"every": 10}},
                 {"profile": {"every": 10}}, {"trajectory": {"every": 10}}],
 }  # fmt: skip
-FLUID = {
-    "dimension": 3,
-    "box": 5,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"sample": 100},
-}
+FLUID = SCENE | {"box": 5, "steps": {"sample": 100}, "observe": ["thermo"]}
 WALLS = {"axis": "z", "repulsion": 25}
 ROUGH = WALLS | {"gamma": 9}
-
-
-# What a scene says beside FLUID, and what the message has to name.
-REFUSED = [
-    ({"walls": WALLS, "dimension": 2}, ["walls.axis", "'z' is no axis", "x, y"]),
-    ({"walls": WALLS, "box": [5, 5, 1.9]}, ["box", "1.9"]),
-    ({"walls": WALLS | {"repulsion": 0.1}}, ["walls.repulsion", "0.1 is too soft", ">= 0.75"]),
-    ({"walls": WALLS | {"repulsion": {"A": 25, "C": 1}}}, ["walls.repulsion.C", "allowed: A"]),
-    ({"walls": ROUGH, "integrator": {"scheme": "shardlow", "dt": 0.04}},
-     ["integrator.scheme", "'shardlow'", "'walls'", "gw-vv"]),
-    ({"walls": WALLS, "integrator": {"scheme": "auto"}}, ["integrator.scheme", "walls"]),
-    ({"walls": WALLS, "observe": [{"rdf": {"range": 2}}]}, ["observe", "'rdf'", "'walls'"]),
-    ({"observe": ["walls"]}, ["observe", "'walls' has nothing to measure"]),
-    ({"walls": WALLS | {"velocity": [[1, 0, 0], [0, 0, 0]]}}, ["walls.velocity", "walls.gamma"]),
-    ({"walls": ROUGH | {"velocity": [[0, 0, 1], [0, 0, 0]]}}, ["walls.velocity", "lower", "z"]),
-    ({"walls": ROUGH | {"axis": ["x", "z"], "velocity": [[0, 1, 0], [0, 0, 0]]}},
-     ["walls.velocity", "several axes"]),
-    ({"body_force": {"axis": "x", "strength": 0.1}}, ["body_force", "faster", "'opposite'"]),
-    ({"body_force": {"axis": "x", "strength": 0.1}, "walls": WALLS}, ["body_force", "gamma"]),
-    ({"body_force": {"axis": "x", "strength": 0.1, "opposite": "x"}}, ["body_force.opposite"]),
-    ({"body_force": {"axis": "x", "strength": 0.1, "opposite": "z"}, "walls": ROUGH},
-     ["body_force.opposite", "walls along z"]),
-    ({"body_force": {"axis": "x", "strength": {"B": 0.1}}}, ["body_force.strength.B"]),
-    ({"body_force": {"axis": "x", "strength": 0.1}, "walls": ROUGH, "observe": ["configurational"]},
-     ["observe", "'configurational'"]),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("change", "named"), REFUSED, ids=lambda part: str(part)[:40])
-def test_what_cannot_be_is_refused(change, named):
-    """In one sentence, with the key, the value and what is allowed."""
-    with pytest.raises(UserError) as caught:
-        Scene(FLUID | change)
-    message = str(caught.value)
-    assert "\n" not in message and len(message) < 800
-    for part in ("scene: ", *named):
-        assert part in message, message
 
 
 @pytest.mark.parametrize(

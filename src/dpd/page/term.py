@@ -84,15 +84,16 @@ class Term(Page):
             return {name: law | given for name, law in plain.items()}
         return plain | given
 
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """Its tables by the names of their settings; a bare one by no name."""
+        found = {name: value for name, value in self if isinstance(value, dict)}
+        return {"" if name == self.bare else name: value for name, value in found.items()}
+
     def between(self, one: str, other: str) -> Self:
         """Itself, with the numbers of one pair of species in the place of its tables."""
-        tables = {name: value for name, value in self if isinstance(value, dict)}
-        return self.model_copy(
-            update={
-                name: table.get(f"{one} {other}", table.get(f"{other} {one}"))
-                for name, table in tables.items()
-            }
-        )
+        pair, back = f"{one} {other}", f"{other} {one}"
+        numbers = {key: each.get(pair, each.get(back)) for key, each in self.tables().items()}
+        return self.model_copy(update={key or self.bare: value for key, value in numbers.items()})
 
     def records(self, scene: Any) -> dict[str, Any]:
         """What kernels get of it, by names of `dpd.engine.state.System`."""
@@ -121,9 +122,8 @@ class PairForce(Term):
 
     def unknown(self, scene: Any) -> Refusals:
         """Tables that have not a value for each pair of species."""
-        for name, value in self:
-            if isinstance(value, dict):
-                yield from inside(name, check_table(value, scene, scene.pairs, 1))
+        for name, table in self.tables().items():
+            yield from inside(name, check_table(table, scene, scene.pairs, 1))
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """What its formulas see as ``self``, where that is not its settings.
@@ -139,11 +139,6 @@ class BondedForce(Term):
     in_start = True
     own_in_start = True
     joins = 2
-
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """Its tables by the species that it joins, by settings; a bare one by no name."""
-        found = {name: value for name, value in self if isinstance(value, dict)}
-        return {"" if name == self.bare else name: value for name, value in found.items()}
 
     def laws(self, scene: Any) -> dict[str, Any]:
         """Pages of numbers by the species that they join; one for all by no name."""
