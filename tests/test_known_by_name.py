@@ -18,7 +18,7 @@ KNOWN = {
     "engine/step.py": {"bonds"},
     "pipeline/sections.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},
-    "runs/run.py": {"pressure"},
+    "runs/measured.py": {"pressure"},
     "scene/sections.py": {"thermo"},  # the observable of a scene that names none
     "start/common/make.py": {"pair"},  # a field of the engine's system
 }
