@@ -120,7 +120,7 @@ def test_a_run_that_goes_on_remembers_what_it_found(unchecked, tmp_path):
     scene = Scene(DIMERS)
     system = system_of(scene)
     watch = observables(scene, system)[-1]
-    assert list(watch.arrays) == ["taken", "count"] and not watch.variables()
+    assert "count" in watch.arrays and not watch.variables()
     watch.arrays["count"][0] = 10**6
     simulation = Simulation(system, make_start(scene))
     with pytest.raises(LostRun):
