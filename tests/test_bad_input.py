@@ -46,7 +46,6 @@ TEXTS = [
     ("steps: {sample: 5, sample: 6}", ["sample", "twice"]),
     ("repulsion:\n  2: 1\n  2.0: 3", ["line 3", "2.0", "twice"]),
     ("a: !!python/object:os.system x", ["not YAML", "python/object"]),
-    ("a: " + "[" * 50_000, ["nested more than 64 levels"]),
     ("a: !!int ''", ["not YAML"]),
     ("a: " + "9" * 5000, ["not YAML"]),
     ("? [1, 2]\n: 3", ["a key that is a list"]),

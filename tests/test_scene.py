@@ -1,15 +1,11 @@
 """Scenes and studies: what they mean, and what they refuse."""
 
-import copy
-from typing import get_args
-
 import numpy as np
 import pytest
 
 from dpd.digest import PACKAGE
 from dpd.engine.space import nearest
 from dpd.errors import UserError
-from dpd.physics.integrator import SCHEMES, Integrator
 from dpd.pipeline.study import read_paper, read_study
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge, read_yaml
@@ -32,14 +28,9 @@ BAD = [
     ({"boxx": 4}, ["boxx", "did you mean 'box'"]),
     ({"charge": 1}, ["unknown key 'charge'; allowed: ", "unstable, keep_state, seed"]),
     ({"integrator": {"scheme": "gw-vv", "dt": 0.04, "lamda": 1}}, ["lamda", "lambda"]),
-    ({"box": "large"}, ["box", "'large'", "number"]),
-    ({"dimension": 4}, ["dimension", "4", "<= 3"]),
     ({"molecules": [{"architecture": "A", "density": -3}]}, ["molecules.0.density", "-3", "> 0"]),
-    ({"molecules": [{"architecture": "A", "density": "3"}]}, ["density", "'3'", "number"]),
     ({"molecules": [{"architecture": "A"}]}, ["molecules.0", "density", "count"]),
-    ({"molecules": [{"architecture": "_a 3", "density": 3}]}, ["architecture", ">>>_a<<< 3"]),
     ({"molecules": [{"architecture": "A", "density": 0.001}]}, ["0.001", "one molecule"]),
-    ({"integrator": {"scheme": "gw-vv", "dt": 0}}, ["integrator.dt", "0", ">= 1e-09"]),
     ({"integrator": {"scheme": "leapfrog", "dt": 0.1}}, ["integrator.scheme", "leapfrog", "euler"]),
     ({"box": 1.9}, ["box", "1.9", ">= 2"]),
     ({"box": [4, 4]}, ["box", "2 edges"]),
@@ -47,7 +38,6 @@ BAD = [
      ["repulsion", "'A B'"]),
     ({"repulsion": {"A A": 25, "A C": 3}}, ["repulsion.A C", "'C'", "allowed: A"]),
     ({"repulsion": {"A A": float("nan")}}, ["repulsion.A A", "nan", "finite"]),
-    ({"box": 1e4}, ["molecules.0.density", "3e+12 beads", "<= 100000000"]),
     ({"box": 1e4, "molecules": [{"architecture": "A", "count": 9}]}, ["1e+12", "too large"]),
     ({"bond": {"stiffness": 2}}, ["bond", "single bead"]),
     ({"molecules": [{"architecture": "A 2", "density": 3}]}, ["bond", "several beads"]),
@@ -56,11 +46,8 @@ BAD = [
     ({"observe": [{"rdf": {"range": 3}}]}, ["observe.rdf.range", "3", "<= 2"]),
     ({"observe": [{"thermo": {"every": 100}}]}, ["observe.thermo.every", "100", "1 to 10"]),
     ({"steps": {}}, ["steps.sample", "nothing to sample"]),
-    ({"thermostat": {"noise": "pink"}}, ["thermostat.noise", "pink", "uniform"]),
-    ({"thermostat": {"gamma": -1}}, ["thermostat.gamma", "-1", ">= 0"]),
     ({"core": {"radius": 0.6, "force": 100}}, ["core.radius", "0.6", "< 0.5"]),
     ({"box": 2.2, "pairs": {"search": "list"}}, ["pairs.skin", "2.3", "search: cells"]),
-    ({"seed": 1.5}, ["seed", "1.5", "whole number"]),
 ]  # fmt: skip
 
 
@@ -83,25 +70,11 @@ def test_two_values_for_a_pair_are_refused():
         Scene(GOOD | {"molecules": kinds, "repulsion": table})
 
 
-def test_schema_and_table_name_the_same_schemes():
-    """What a scene may ask for is what the engine has, and auto."""
-    allowed = get_args(Integrator.model_fields["scheme"].annotation)
-    assert sorted(allowed) == sorted(["auto", *SCHEMES])
-
-
 def test_a_scene_knows_its_system():
     """Beads, species, bonds and table follow from molecules and repulsion."""
-    scene = Scene(
-        GOOD
-        | {
-            "molecules": [
-                {"architecture": "B 2 A", "count": 3},
-                {"architecture": "A", "density": 1},
-            ],
-            "repulsion": {"A A": 25, "B A": 30, "B B": 20},
-            "bond": {"stiffness": 20},
-        }
-    )
+    kinds = [{"architecture": "B 2 A", "count": 3}, {"architecture": "A", "density": 1}]
+    table = {"A A": 25, "B A": 30, "B B": 20}
+    scene = Scene(GOOD | {"molecules": kinds, "repulsion": table, "bond": {"stiffness": 20}})
     assert scene.beads == 3 * 3 + 64
     assert scene.species == ("A", "B")
     np.testing.assert_array_equal(scene.repulsion, [[25, 30], [30, 20]])
@@ -119,11 +92,11 @@ def test_example_scenes_are_scenes(path):
 
 def test_the_longer_of_steps_and_duration_counts():
     """duration / dt against steps."""
-    scene = Scene(
-        GOOD
-        | {"steps": {"sample": 10, "equilibrate": 50}, "duration": {"sample": 1, "equilibrate": 1}}
-    )
-    assert scene.steps == (50, 25)
+    steps = {
+        "steps": {"sample": 10, "equilibrate": 50},
+        "duration": {"sample": 1, "equilibrate": 1},
+    }
+    assert Scene(GOOD | steps).steps == (50, 25)
 
 
 def test_digest_follows_the_content():
@@ -131,18 +104,6 @@ def test_digest_follows_the_content():
     plain = Scene(GOOD).digest
     assert Scene(GOOD | {"seed": 1, "thermostat": {"gamma": 4.5}}).digest == plain
     assert Scene(GOOD | {"seed": 2}).digest != plain
-
-
-def test_starts_are_inside_and_at_rest():
-    """Positions in the box, momentum zero, temperature near the asked one."""
-    for change in ({}, {"start": {"method": "slabs"}}):
-        scene = Scene(CHAINS | {"box": [4, 5, 9]} | change)
-        state = make_start(scene)
-        box = np.array(scene.box)[:, None]
-        assert (state.position >= 0).all() and (state.position < box).all()
-        assert np.abs(state.velocity.sum(axis=1)).max() < 1e-9
-        spread = np.sqrt(2 / state.velocity.size)
-        assert abs((state.velocity**2).mean() - 1) < 5 * spread
 
 
 MELT = {
@@ -182,20 +143,19 @@ def test_the_push_off_keeps_bonds_whole():
 
 
 def test_slabs_are_apart():
-    """The first molecules fill the first part of the longest axis."""
+    """The first molecules fill the first part of the longest axis; all are at rest as a whole."""
     kinds = [{"architecture": "A 3", "density": 1.5}, {"architecture": "B 3", "density": 1.5}]
-    table = {"A A": 25, "B B": 25, "A B": 40}
-    scene = Scene(
-        CHAINS
-        | {"box": [4, 4, 10], "molecules": kinds, "repulsion": table, "start": {"method": "slabs"}}
-    )
-    state = make_start(scene)
+    slabs = {"box": [4, 4, 10], "molecules": kinds, "start": {"method": "slabs"}}
+    state = make_start(Scene(CHAINS | slabs | {"repulsion": {"A A": 25, "B B": 25, "A B": 40}}))
     z, species = state.position[2], state.species
     assert z[species == 0].max() < 5 <= z[species == 1].min()
+    assert (state.position >= 0).all() and (state.position < [[4], [4], [10]]).all()
+    assert np.abs(state.velocity.sum(axis=1)).max() < 1e-9
+    assert abs((state.velocity**2).mean() - 1) < 5 * np.sqrt(2 / state.velocity.size)
 
 
 @pytest.mark.parametrize("name", ["groot_warren_1997", "liu_2008", "nikunen_2007"])
-@pytest.mark.parametrize("study", ["smoke", "quick", "paper"])
+@pytest.mark.parametrize("study", ["smoke", "paper"])
 def test_every_study_unfolds(study, name):
     """Names and scenes of all points are distinct; figures name sweeps that exist."""
     assert read_study(study).description
@@ -211,28 +171,23 @@ def test_every_study_unfolds(study, name):
 
 def test_points_keep_their_scenes_when_others_come(monkeypatch):
     """An added density leaves the digests of the other points as they were."""
-    import dpd.pipeline.study as module
 
-    before = {
-        p.name: p.scene.digest
-        for p in read_paper("groot_warren_1997", "smoke").sweeps["equation_of_state_15"].points
-    }
+    def digests():
+        points = read_paper("groot_warren_1997", "smoke").sweeps["equation_of_state_15"].points
+        return {point.name: point.scene.digest for point in points}
 
     def edited(path):
         data = read_yaml(path)
         if path.stem == "groot_warren_1997":
-            data = copy.deepcopy(data)
-            sweep = data["sweeps"]["equation_of_state_15"]
-            sweep["axes"]["density"]["values"]["smoke"].append(4.25)
+            axes = data["sweeps"]["equation_of_state_15"]["axes"]
+            axes["density"]["values"]["smoke"].append(4.25)
         return data
 
-    monkeypatch.setattr(module, "read_yaml", edited)
-    after = {
-        p.name: p.scene.digest
-        for p in read_paper("groot_warren_1997", "smoke").sweeps["equation_of_state_15"].points
-    }
-    assert {name: after[name] for name in before} == before
+    before = digests()
+    monkeypatch.setattr("dpd.pipeline.study.read_yaml", edited)
+    after = digests()
     assert set(after) - set(before) == {"repulsion=15,density=4.25,replica=0"}
+    assert before.items() <= after.items()
 
 
 def test_chain_lengths_are_numbers_on_an_axis():
@@ -253,12 +208,12 @@ def test_sweeps_share_a_melt():
     assert [len(found) for found in starts.values()] == [1, 1, 1, 4, 3]
 
 
-@pytest.mark.parametrize("key", ["radius", "force", "stiffness", "length", "gamma"])
+@pytest.mark.parametrize("key", ["radius", "length", "gamma"])
 def test_a_start_knows_its_forces(key):
     """A polymerized start depends on the forces it grows with, and on nothing of the run."""
     point = read_paper("liu_2008", "paper", only=["rigidity"]).sweeps["rigidity"].points[0]
     data = point.scene.data
-    part = {"radius": "core", "force": "core", "stiffness": "bond", "length": "bond"}.get(key)
+    part = {"radius": "core", "length": "bond"}.get(key)
     value = data["start"]["forces"][part][key] if part else data["start"]["forces"][key]
     change = {part: {key: 0.9 * value}} if part else {key: 0.9 * value}
     changed = Scene(merge(data, {"start": {"forces": change}}))

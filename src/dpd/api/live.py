@@ -25,8 +25,7 @@ from dpd.runs.auto import settle
 from dpd.runs.measured import gathered
 from dpd.runs.result import go_on_from, kept_of
 from dpd.runs.run import Options, stop_on, whole
-from dpd.scene.scene import Scene
-from dpd.scene.schedule import enter
+from dpd.scene.scene import Scene, enter
 from dpd.start.common.files import begin
 from dpd.start.common.make import make_start, system_of
 

@@ -36,20 +36,10 @@ NOBODY = -1  # instead of the number of a law, where none acts
 
 @dataclass(frozen=True)
 class Molecule:
-    """A kind of molecule: a chain or a tree of beads.
+    """A kind of molecule: a chain or a tree of beads, and how many of them there are."""
 
-    Attributes
-    ----------
-    beads : tuple of str
-        The species of each bead.
-    parents : tuple of int
-        The bead on which each one hangs, always one with a lower number; -1 for the first.
-    count : int
-        How many of them there are.
-    """
-
-    beads: tuple[str, ...]
-    parents: tuple[int, ...]
+    beads: tuple[str, ...]  # the species of each
+    parents: tuple[int, ...]  # the bead on which each hangs, of a lower number; -1 for the first
     count: int
 
     @cached_property
@@ -103,10 +93,7 @@ class Molecule:
 
     @cached_property
     def middle(self) -> tuple[int, int]:
-        """The bead in the middle of the longest way through the molecule; two if it is even.
-
-        One bead is there twice. Of several longest ways, all have the same middle.
-        """
+        """The two beads in the middle of the longest way through it; one is there twice."""
         return middle_of(self.neighbours, 0)
 
     def summed(self, steps: np.ndarray) -> np.ndarray:
@@ -124,24 +111,20 @@ class Molecule:
 
 
 def middle_of(neighbours: Sequence[Sequence[int]], bead: int) -> tuple[int, int]:
-    """The middle of the longest way through the tree of a bead, as `Molecule.middle` has it."""
-    way = _way_to_farthest(neighbours, _way_to_farthest(neighbours, bead)[-1])
-    inner = sorted((way[(len(way) - 1) // 2], way[len(way) // 2]))
+    """The middle of the longest way through the tree of a bead; all longest ways have the same."""
+    way = [bead]
+    for _ in range(2):  # the bead farthest from any, and the way from there to the farthest again
+        before, order = {way[0]: -1}, way[:1]
+        for one in order:  # which grows
+            for other in neighbours[one]:
+                if other not in before:
+                    before[other] = one
+                    order.append(other)
+        way = order[-1:]
+        while before[way[-1]] >= 0:
+            way.append(before[way[-1]])
+    inner = sorted((way[len(way) // 2], way[(len(way) - 1) // 2]))
     return inner[0], inner[1]
-
-
-def _way_to_farthest(neighbours, first):
-    """Beads from one bead to the one that is most bonds away."""
-    before, order = {first: -1}, [first]
-    for bead in order:  # which grows
-        for other in neighbours[bead]:
-            if other not in before:
-                before[other] = bead
-                order.append(other)
-    way = order[-1:]
-    while before[way[-1]] >= 0:
-        way.append(before[way[-1]])
-    return way[::-1]
 
 
 class Joined(NamedTuple):
@@ -154,12 +137,8 @@ class Joined(NamedTuple):
 def joined(molecules: Sequence[Molecule], laws: Mapping[str, Any], size: int) -> Joined:
     """What laws join in all molecules, without the pairs or triples that a table does not name.
 
-    Parameters
-    ----------
-    laws : dict
-        By the species that they join, which may be read from either end; one for all by no name.
-    size : int
-        2 for bonds, 3 for angles.
+    Laws of bonds, ``size`` 2, or of angles, 3, by the species that they join, which may be read
+    from either end; one for all by no name.
     """
     members, numbers, first = [np.zeros((0, size), np.int64)], [np.zeros(0, np.int64)], 0
     for kind in molecules:
@@ -184,19 +163,9 @@ def numbers_of(table: Mapping[str, Any], names: Sequence[tuple[str, ...]]) -> np
 
 
 def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """The molecule that an architecture describes, such as ``A 3 (B 2) A 3``.
+    """``beads`` and ``parents`` of the `Molecule` that an architecture describes.
 
-    Returns
-    -------
-    tuple of str
-        The species of each bead.
-    tuple of int
-        The bead on which each one hangs, always one with a lower number; -1 for the first.
-
-    Raises
-    ------
-    ValueError
-        If it cannot be read; with the place marked.
+    A `ValueError` marks the place where it cannot be read.
     """
     beads: list[str] = []
     parents: list[int] = []
@@ -207,10 +176,7 @@ def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
 def length_of(architecture: str) -> int:
     """How many beads an architecture describes, without writing them out.
 
-    Raises
-    ------
-    ValueError
-        As `tree_of` has it, also for more than `MOST_BEADS` beads.
+    A `ValueError` as `tree_of` has it, also for more than `MOST_BEADS` beads.
     """
     beads = _count(_parts(architecture))
     if beads > MOST_BEADS:

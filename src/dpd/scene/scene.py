@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.digest import value_digest
-from dpd.errors import UserError, shown
+from dpd.errors import UserError, shown, suggestion
 from dpd.own import blame, check_slope, file_of
 from dpd.page import BondForce, Change, Refusals
-from dpd.scene.composition import Composition
-from dpd.scene.limits import AXES, CUTOFF, densities, limits, unknown_names
-from dpd.scene.schedule import Stage, enter
+from dpd.scene.reading import Settings
+from dpd.scene.sections import AXES, CUTOFF, densities, limits, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
 
 if TYPE_CHECKING:
@@ -34,7 +33,14 @@ class Steps(NamedTuple):
     sample: int
 
 
-class Scene(Composition):
+class Stage(NamedTuple):
+    """What a run is like behind a step, until the next one."""
+
+    step: int
+    scene: Scene
+
+
+class Scene(Settings):
     """One system and how long it is simulated.
 
     Parameters
@@ -48,13 +54,6 @@ class Scene(Composition):
     pages : list
         Of one's own, beside those that it names: files, or classes and functions of a file or of a
         notebook's cell.
-
-    Attributes
-    ----------
-    terms, observe, start, own_pages, page_files
-        As `dpd.scene.reading.Settings` has them; ``every`` of observables is filled in.
-    stages : list of Stage
-        Itself, and with the values that change while it runs.
 
     Raises
     ------
@@ -75,15 +74,15 @@ class Scene(Composition):
             data = data | {"pages": [*given, *map(file_of, pages)]}
         super().__init__(where)
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
-        self.chosen = None  # type: dict[str, Any] | None
-        self.stages: list[Stage] = []
+        self.chosen: dict[str, Any] | None = None
+        self.stages: list[Stage] = []  # itself, and with values that change while it runs
         try:
             self._build(data, folder)
         except UserError:
             raise
         except (Exception, SystemExit) as problem:  # whatever a page of one's own may raise
-            if told := blame(problem, self.page_files):
-                raise UserError(f"{where}: {told}") from None
+            if text := blame(problem, self.page_files):
+                raise UserError(f"{where}: {text}") from None
             raise
 
     def _build(self, data, folder):
@@ -113,14 +112,9 @@ class Scene(Composition):
 
     @classmethod
     def of_result(cls, text: Any, where: str) -> Scene:
-        """The scene that a result or a checkpoint holds.
+        """The scene that a result or a checkpoint holds; refused if it is damaged.
 
         Files of pages are named there with their digests: only the file that made it is run.
-
-        Raises
-        ------
-        UserError
-            If it is damaged, or a file of pages is another one by now.
         """
         try:
             data = json.loads(text)
@@ -217,7 +211,7 @@ class Scene(Composition):
 
     @cached_property
     def digest(self) -> str:
-        """Digest of all that decides the run, settings of observables that have defaults too.
+        """Digest of all that decides the run, defaults of observables too.
 
         Of a file to start from its content counts, not where it lies; pages of one's own count as
         sources.
@@ -314,7 +308,7 @@ class Scene(Composition):
         return self.skin_at(self.dt)
 
     def skin_at(self, dt: float) -> float:
-        """The same for steps of another length."""
+        """Skin with steps of another length."""
         chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
         if chosen == "auto":
             thermal = dt * (self.kT / self.lightest) ** 0.5
@@ -392,6 +386,49 @@ class Scene(Composition):
         if self.brakes:
             return ()
         return tuple(axis for axis in range(self.dimension) if axis not in self.ended)
+
+
+def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> None:
+    """Go on with other values, by keys that are joined by dots, behind a step.
+
+    Each stage is a scene of its own. Refused is a value that is not allowed, or cannot change while
+    a system runs, or a step that has passed.
+    """
+
+    def refuse(text):
+        raise UserError(f"{where}: {text}")
+
+    last = scene.stages[-1]
+    if step < last.step:
+        refuse(f"step {step} is before {last.step}, at which values change")
+    for key in settings:
+        if (section := key.split(".")[0]) not in scene.terms:
+            known = suggestion(section, list(scene.terms))
+            refuse(f"{key!r} cannot change while the system runs; {known}")
+    if scene.is_auto or scene.data["duration"]:
+        refuse("counts steps; name scheme and dt, and 'steps', no duration")
+    search = {"search": "list" if scene.skin else "cells", "skin": scene.data["pairs"]["skin"]}
+    data = {key: value for key, value in last.scene.data.items() if key != "schedule"}
+    now = Scene(changed(data | {"pairs": search}, settings, where), where)
+    for change in scene.made.keys() ^ now.made.keys():
+        refuse(
+            f"{(scene.made | now.made)[change]!r} would begin or cease to act, which what is "
+            "measured must know from the first step; begin with a small value"
+        )
+    if now.period != scene.period:
+        refuse(
+            "beads would get further behind walls, or less far, than there is room for; take "
+            "stiffer walls from the beginning"
+        )
+    key = scene.made.get(Change.SLIDES, "")
+    if key and (now.dt, now.terms[key]) != (scene.dt, scene.terms[key]):
+        refuse(
+            f"images slide evenly: with {key!r} neither that nor dt can change while the system "
+            "runs"
+        )
+    if now.dt != last.scene.dt and step > scene.steps.equilibrate:
+        scene.refuse(scene.unobserved(scene.made | {Change.PACE: "schedule"}))
+    scene.stages.append(Stage(step, now))
 
 
 def _in_a_line(value: Any) -> str:

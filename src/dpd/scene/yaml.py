@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
-DEEPEST = 64  # levels of lists and mappings; a paper has about ten, and libyaml dies of thousands
 KINDS = ("str", "int", "float", "bool", "null", "map", "seq")
 # Of the core schema: a tag, what it looks like, and with what it begins.
 CORE = (
@@ -31,8 +30,6 @@ CORE = (
     ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", "-+."),
     ("merge", r"<<", "<"),
 )
-
-
 Quick = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -75,48 +72,35 @@ Loader.add_constructor(
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
-    """Read a YAML file that holds a mapping.
-
-    Raises
-    ------
-    UserError
-        If the file is missing, is not YAML, or holds something else.
-    """
+    """Read a YAML file that holds a mapping; a `UserError` says why it cannot be."""
     path = Path(path)
+
+    def refuse(text):
+        raise UserError(f"{path}: {text}")
+
     try:
         if path.is_dir():
-            raise UserError(f"{path}: is a folder; name a file in it")
+            refuse("is a folder; name a file in it")
         if not path.is_file():
-            what = "is not a file" if path.exists() else "there is no such file"
-            raise UserError(f"{path}: {what}")
+            refuse("is not a file" if path.exists() else "there is no such file")
         if (size := path.stat().st_size) > LARGEST:
-            raise UserError(f"{path}: {size} bytes are too many for YAML; allowed: <= {LARGEST}")
+            refuse(f"{size} bytes are too many for YAML; allowed: <= {LARGEST}")
         text = path.read_text(encoding="utf-8")
     except OSError as problem:
-        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+        refuse(f"cannot be read ({reason(problem)})")
     except UnicodeDecodeError as problem:
-        raise UserError(f"{path}: this is not YAML: {shown(problem, str)}") from None
+        refuse(f"this is not YAML: {shown(problem, str)}")
     data = value_of(text, str(path))
     if data is None:
-        raise UserError(f"{path}: the file is empty; expected keys and values")
+        refuse("the file is empty; expected keys and values")
     if not isinstance(data, dict):
-        raise UserError(f"{path}: expected keys and values, found {type(data).__name__}")
+        refuse(f"expected keys and values, found {type(data).__name__}")
     return data
 
 
 def value_of(text: str, where: str) -> Any:
-    """What a text in YAML stands for.
-
-    Raises
-    ------
-    UserError
-        Naming ``where``, if it is none.
-    """
+    """What a text in YAML stands for; a `UserError` names ``where``, if it is none."""
     try:
-        if _depth(text) > DEEPEST:
-            raise UserError(
-                f"{where}: lists and mappings are nested more than {DEEPEST} levels deep"
-            )
         return yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, LookupError, TypeError, RecursionError) as problem:
         # PyYAML has the others for values that are not of the kind that their tag says.
@@ -125,15 +109,6 @@ def value_of(text: str, where: str) -> Any:
         said = getattr(problem, "problem", None) or next(iter(str(problem).splitlines()), "")
         what = said if "twice" in said else f"this is not YAML: {shown(said, str)}"
         raise UserError(f"{where}: {line}{what}") from None
-
-
-def _depth(text):
-    """How deep brackets and dashes nest, at most; in texts and comments they count as well."""
-    deepest = depth = 0
-    for bracket in re.findall(r"[\[\]{}]", text):
-        depth = max(0, depth + (1 if bracket in "[{" else -1))
-        deepest = max(deepest, depth)
-    return deepest + max((len(each) // 2 for each in re.findall(r"(?:[-?:] )+", text)), default=0)
 
 
 def changed(base: Any, settings: Mapping[str, Any], where: str = "scene") -> Any:
@@ -148,10 +123,7 @@ def changed(base: Any, settings: Mapping[str, Any], where: str = "scene") -> Any
 def merge(base: Any, change: Any, where: str = "scene", inside: str = "") -> Any:
     """``base`` with ``change`` put in: dicts key by key, list items by number; neither is altered.
 
-    Raises
-    ------
-    UserError
-        If keys are to be put into a list without such items, or into something that has none.
+    A `UserError` refuses keys of a list without such items, or of something that has none.
     """
     if not isinstance(change, dict):
         return change
@@ -161,10 +133,10 @@ def merge(base: Any, change: Any, where: str = "scene", inside: str = "") -> Any
     merged: Any = copy(base)
     for name, value in change.items():
         key = f"{inside}.{name}" if inside else str(name)
-        if isinstance(merged, list) and (not str(name).isdigit() or int(name) >= len(merged)):
-            problem = f"no item {name!r} in a list of {len(merged)}; they count from 0"
-            raise UserError(f"{where}: {key}: {problem}")
         if isinstance(merged, list):
+            if not str(name).isdigit() or int(name) >= len(merged):
+                problem = f"no item {name!r} in a list of {len(merged)}; they count from 0"
+                raise UserError(f"{where}: {key}: {problem}")
             name = int(name)
         before = merged[name] if isinstance(merged, list) else merged.get(name, {})
         merged[name] = merge(before, value, where, key)
