@@ -117,7 +117,7 @@ SMALL = SCENE | {"box": [7.5, 6.0]}
 
 
 def test_copolymers_and_solvent_have_the_species_asked_for():
-    """Along each chain, molecule after molecule, in the scene's order; none is left over."""
+    """Along each chain, molecule after molecule; bonds have the law of their pair of species."""
     kinds = [
         {"architecture": "C", "count": 11},
         {"architecture": "A 2 B 3 A 2", "count": 6},
@@ -125,9 +125,15 @@ def test_copolymers_and_solvent_have_the_species_asked_for():
     ]
     pairs = {f"{a} {b}": 25 for a in "ABC" for b in "ABC"}
     start = SCENE["start"] | {"polymerize": {"partner": "nearest"}}
-    scene = Scene(SMALL | {"molecules": kinds, "repulsion": pairs, "start": start})
+    bonds = {f"{a} {a}": {"stiffness": 300, "length": 0.2} for a in "AB"}
+    bonds["B A"] = {"stiffness": 300, "length": 0.45}
+    changes = {"molecules": kinds, "repulsion": pairs, "start": start, "bond": bonds}
+    scene = Scene(SMALL | changes)
     state, record = make_start_and_record(scene)
     assert_whole(scene, state, record)
+    length = distance(state.position, *scene.bonded.T, scene.box)
+    means = [length[scene.joined[2].law == law].mean() for law in range(3)]
+    assert means[2] > max(means[:2]) + 0.05
     np.testing.assert_array_equal(state.species, [2] * 11 + [0, 0, 1, 1, 1, 0, 0] * 6 + [1] * 12)
     assert state.species.dtype == np.uint8
 

@@ -54,14 +54,6 @@ class Enough(Exception):
     """What ends a start from outside."""
 
 
-MELT = {
-    "dimension": 2,
-    "box": 10,
-    "molecules": [{"architecture": "A 10", "count": 10}],
-    "bond": {"stiffness": 100, "length": 0.5},
-}
-
-
 def ended_after(looks, scene):
     """What a start said at each look until it was ended."""
     seen = []
@@ -76,16 +68,19 @@ def ended_after(looks, scene):
     return seen
 
 
-def test_a_relaxation_can_be_ended_every_few_steps():
-    """Fewer in a large system, so that it takes a second or two."""
+def test_starts_can_be_ended_every_second_or_two():
+    """A relaxation every few steps, fewer in a large system; growth between its rounds.
+
+    However long these are: here 5e8 steps each.
+    """
     scene = Scene(merge(FLUID, {"box": 30, "start": {"relax": {"steps": 10**6}}}))
     assert ended_after(2, scene) == [246, 492]
-
-
-def test_growth_can_be_ended_between_its_rounds():
-    """However long they are: here 5e8 steps each."""
-    growth = {"start": {"method": "polymerize", "polymerize": {"interval": 1e6}}}
-    assert len(ended_after(50, Scene(FLUID | MELT | growth))) == 50
+    melt = {
+        "dimension": 2, "box": 10, "molecules": [{"architecture": "A 10", "count": 10}],
+        "bond": {"stiffness": 100, "length": 0.5},
+        "start": {"method": "polymerize", "polymerize": {"interval": 1e6}},
+    }  # fmt: skip
+    assert len(ended_after(50, Scene(FLUID | melt))) == 50
 
 
 def test_a_run_is_the_same_whoever_made_its_start(tmp_path):

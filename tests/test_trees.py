@@ -34,26 +34,19 @@ def molecule(architecture, count=1):
     ("architecture", "beads", "parents"),
     [
         ("A", "A", [-1]),
-        ("A 3 B 2", "AAABB", [-1, 0, 1, 2, 3]),
         ("A 3 (B 2) (C 4 (D)) A 3", "AAABBCCCCDAAA", [-1, 0, 1, 2, 3, 2, 5, 6, 7, 8, 2, 10, 11]),
         ("(A 2 B 1) 4", "AABAABAABAAB", range(-1, 11)),
         ("(A (B 2)) 3", "ABBABBABB", [-1, 0, 1, 0, 3, 4, 3, 6, 7]),
         ("A ((B 2) 2 C (D)) A", "ABBBBCDA", [-1, 0, 1, 2, 3, 4, 5, 0]),
         ("A (B) 1 C", "ABC", [-1, 0, 1]),
-        ("A (B) C", "ABC", [-1, 0, 0]),
         ("A(B)(C)2 D", "ABCCD", [-1, 0, 0, 2, 3]),
+        ("(W1 c3(Na+)C-3_b 2)1", ("W1", "c3", "Na+", "C-3_b", "C-3_b"), [-1, 0, 1, 1, 3]),
     ],
 )
 def test_architectures(architecture, beads, parents):
     """A bracket without a number hangs on the bead before it; one with a number is repeated."""
-    assert tree_of(architecture) == (tuple(beads), tuple(parents))
+    assert tree_of(architecture) == (tuple(beads), tuple(parents))  # digits alone are repeats
     assert length_of(architecture) == len(beads)
-
-
-def test_names_of_several_letters():
-    """As public files have them; a digit that stands apart is a number of beads."""
-    assert tree_of("Head 2 tail (Arm)")[0] == ("Head", "Head", "tail", "Arm")
-    assert tree_of("(W1 c3(Na+)C-3_b 2)1")[0] == ("W1", "c3", "Na+", "C-3_b", "C-3_b")
 
 
 # Text of some parts, species of the beads, bonds, and the last bead along the chain.
@@ -97,7 +90,7 @@ def written(draw, depth=3):
 
 
 @given(written())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_architectures_are_trees(drawn):
     """Beads and bonds are those drawn with the text; each bead hangs on one before it."""
     text, beads, bonds, _ = drawn
@@ -110,29 +103,18 @@ def test_architectures_are_trees(drawn):
 @pytest.mark.parametrize(
     ("architecture", "named"),
     [
-        ("A (B", [">>>(<<<B", "not closed"]),
         ("A (B (C)", ["A >>>(<<<B", "not closed"]),
         ("A B)", ["A B>>>)<<<", "no bracket is open"]),
-        ("(B) A", [">>>(<<<B) A", "no bead before this branch"]),
         ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
         ("A ()", ["A >>>(<<<)", "empty"]),
         ("A 3 (B 0)", ["A 3 (B >>>0<<<)", "at least 1"]),
-        ("(A B) 0", ["(A B) >>>0<<<", "at least 1"]),
         ("3 A", [">>>3<<< A", "behind a species"]),
-        ("A 3 5", ["A 3 >>>5<<<"]),
         ("A (3)", ["A (>>>3<<<)"]),
         ("1A B 1A", [">>>1A<<< B 1A", "no rings"]),
-        ("A=B", [">>>A=B<<<"]),
         ("+a", [">>>+a<<<", "a letter, then letters, digits"]),
-        ("Na+.", [">>>Na+.<<<"]),
         ("é", [">>>é<<<"]),
-        ("A 2.5", [">>>2.5<<<"]),
-        ("A -1", [">>>-1<<<"]),
-        ("A [B]", [">>>[B]<<<"]),
         ("", ["no beads"]),
-        ("  ", ["no beads"]),
         ("A 10000000", [">>>10000000<<<", f"<= {MOST_BEADS}"]),
-        ("A 9999999", ["1e+07 beads", f"<= {MOST_BEADS}"]),
         ("((((A 999) 999) 999) 999) 999", ["9.9501e+14 beads", f"<= {MOST_BEADS}"]),
         ("A " + "(" * 60, ["nested deeper than 50"]),
         ("A " * 100 + "(B 0)", ["...", ">>>0<<<"]),
@@ -172,7 +154,7 @@ def test_what_a_tree_has():
 
 
 @given(written())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_places_are_sums_of_steps(drawn):
     """Bead by bead, in whatever tree."""
     found = molecule(drawn[0])
@@ -184,7 +166,7 @@ def test_places_are_sums_of_steps(drawn):
 
 
 @given(written())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_the_middle_is_as_far_from_both_ends(drawn):
     """By brute force over all pairs of beads."""
     found = molecule(drawn[0])
@@ -269,20 +251,12 @@ def test_one_angle_for_all():
         ({"bond": {k: v for k, v in PAIRS.items() if k != "D C"}}, ["bond", "'C D'", "no value"]),
         ({"bond": PAIRS | {"A B": {"stiffness": 1}}}, ["bond.A B", "other order"]),
         ({"bond": PAIRS | {"A D": {"stiffness": 1}}}, ["bond.A D", "bonded", "'A A'"]),
-        ({"bond": PAIRS | {"A X": {"stiffness": 1}}}, ["bond.A X", "'X'"]),
         ({"bond": PAIRS | {"stiffness": 3}}, ["bond", "'stiffness'", "no name here"]),
-        ({"bond": {"length": 3}}, ["bond", "'stiffness' is missing"]),
-        ({"bond": {}}, ["bond"]),
         ({"bond": {"stifness": 3}}, ["bond", "stifness", "stiffness, length"]),
-        ({"bond": {1: {"stiffness": 3}}}, ["bond", "1"]),
-        ({"bond": PAIRS | {"A A": 3}}, ["bond.A A", "3"]),
         ({"bond": PAIRS | {"A A": {"length": 3}}}, ["bond.A A", "'stiffness' is missing"]),
-        ({"bond": PAIRS | {"A A": {"stiffness": -3}}}, ["bond.A A.stiffness", ">= 0"]),
         ({"bond": PAIRS | {"A A": {"stiffness": 1e-9}}}, ["bond.A A", "box of 5 x 6 x 7"]),
         ({"angle": {"D A D": {"stiffness": 3}}}, ["angle.D A D", "bonded", "'A A A'"]),
-        ({"angle": {"A A": {"stiffness": 3}}}, ["angle", "'A A'", "three species"]),
         ({"angle": {"stiffness": 3, "angle": 200}}, ["angle.angle", "<= 180"]),
-        ({"angle": {"angle": 100}}, ["angle", "'stiffness' is missing"]),
         ({"angle": {"stiffness": 3, "A A A": {"stiffness": 3}}}, ["angle", "no name here"]),
         ({"angle": {"stiffness": 3}} | only("A 2"), ["angle", "three beads"]),
         ({"angle": {"stiffness": 3}, "integrator": {"scheme": "auto"}}, ["auto", "angles"]),
@@ -342,30 +316,6 @@ def test_start_forces_change_each_law_of_a_table():
     assert forces["angle"] == angle
 
 
-@pytest.mark.thorough
-def test_chains_grow_with_a_law_for_each_pair():
-    """In two dimensions, with angles, which act from the first step of the run."""
-    scene = Scene({
-        "dimension": 2, "box": 10, "repulsion": {"A A": 25, "A B": 25, "B B": 25},
-        "molecules": [{"architecture": "A 4 B 4", "count": 15}, {"architecture": "B", "count": 50}],
-        "core": {"radius": 0.15, "force": 100}, "angle": {"stiffness": 3},
-        "bond": {
-            "A A": {"stiffness": 300, "length": 0.25}, "B B": {"stiffness": 300, "length": 0.25},
-            "B A": {"stiffness": 300, "length": 0.6},
-        },
-        "integrator": {"scheme": "gw-vv", "dt": 0.002}, "steps": {"sample": 10},
-        "start": {"method": "polymerize", "relax": {"steps": 500, "dt": 0.002}},
-    })  # fmt: skip
-    start = make_start(scene)
-    one, other = scene.bonded.T
-    apart = start.position[:, one] - start.position[:, other]
-    apart -= 10 * np.round(apart / 10)
-    length = np.sqrt((apart**2).sum(axis=0))
-    means = [length[scene.joined[2].law == law].mean() for law in range(3)]
-    assert means[2] > 0.5 > 0.45 > max(means[:2])
-    assert "angle" not in start_description(scene)["forces"]
-
-
 def test_trees_come_in_one_piece():
     """Across the boundary, bead by bead along bonds."""
     scene = Scene(SCENE)
@@ -419,7 +369,7 @@ def test_end_to_end_vectors_go_from_end_to_end(architecture):
 
 
 def test_distributions_have_the_area_one():
-    """Of ends and of bonds; kinds of single beads have none; the share beyond is kept."""
+    """Of ends and of bonds; kinds of single beads have none; the share beyond is there."""
     observe = [
         {"end_points": {"every": 1, "range": 3, "bin": 0.07}},
         {"bond_lengths": {"every": 1, "range": 2, "bin": 0.03}}, {"chains": {"every": 1}},
@@ -427,33 +377,25 @@ def test_distributions_have_the_area_one():
     ]  # fmt: skip
     scene = Scene(SCENE | {"bond": PAIRS, "observe": observe})
     system = system_of(scene)
-    still = Snapshot(system, make_start(scene))
-    ends, bonds, chains, vectors, moved, _ = observables(scene, system)
-    for observer in (ends, bonds, chains, vectors, moved):
+    still, found = Snapshot(system, make_start(scene)), {}
+    for observer in observables(scene, system)[:5]:
         for _ in range(scene.steps.sample):
             observer.sample(still)
-    found = {name: variable[1] for name, variable in ends.variables().items()}
+        found |= {name: variable[1] for name, variable in observer.variables().items()}
+        assert all(np.isfinite(array).all() for array in observer.arrays.values())  # checkpoints
     width = 3 / 43
-    assert found["end_distance"][0] == pytest.approx(width / 2)
     area = found["end_density"].sum(axis=2) * width + found["end_beyond"]
     np.testing.assert_allclose(area[:, :3], 1, rtol=1e-12)
-    assert np.isnan(area[:, 3]).all()
-    assert (found["end_beyond"][:, 0] > 0).all()
+    assert np.isnan(area[:, 3]).all() and (found["end_beyond"][:, 0] > 0).all()
     # The mean square of the distribution is that of the observable of sizes, to its bins.
-    sizes_found = {name: variable[1] for name, variable in chains.variables().items()}
     square = (found["end_density"] * found["end_distance"] ** 2).sum(axis=2) * width
-    np.testing.assert_allclose(square[:, 1], sizes_found["ends_square"][:, 1], rtol=0.1)
-    assert np.isnan(sizes_found["end_to_end_square"][:, 0]).all()
-    np.testing.assert_allclose(
-        sizes_found["end_to_end_square"][:, 1], sizes_found["ends_square"][:, 1]
-    )
-    assert all(np.isfinite(array).all() for array in chains.arrays.values())  # for checkpoints
-    found = {name: variable[1] for name, variable in bonds.variables().items()}
+    np.testing.assert_allclose(square[:, 1], found["ends_square"][:, 1], rtol=0.1)
+    assert np.isnan(found["end_to_end_square"][:, 0]).all()
+    np.testing.assert_allclose(found["end_to_end_square"][:, 1], found["ends_square"][:, 1])
     assert found["bond_pair"].tolist() == ["A A", "A B", "A C", "B B", "B C", "C C", "C D"]
-    area = found["pair_bond_density"].sum(axis=2) * 2 / 67
-    np.testing.assert_allclose(area, 1, rtol=1e-12)
+    np.testing.assert_allclose(found["pair_bond_density"].sum(axis=2) * 2 / 67, 1, rtol=1e-12)
     np.testing.assert_allclose(found["pair_bond_mean"][0], [0.5, 0.8, 0.7, 0.3, 0.8, 0.8, 0.9])
-    assert len(vectors.variables()["end_square"][1]) == 3 + 2
+    assert len(found["end_square"]) == 3 + 2
 
 
 def test_the_same_trees_have_the_same_code():
@@ -493,7 +435,7 @@ def trees():
     return scene, last_configuration(scene, make_start(scene))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_trees_in_another_order(trees, seed):
     """Each bead of a file gets a place that its molecule has: species and bonds agree."""
     scene, particles = trees

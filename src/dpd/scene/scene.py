@@ -133,9 +133,9 @@ class Scene(Settings):
     def read(
         cls, path: str | Path, pages: Iterable[Any] = (), settings: Iterable[str] = ()
     ) -> Scene:
-        """Read a scene from a YAML file; with more files of pages, and with some other values.
+        """Read a scene from a YAML file; with more files of pages, and with other values.
 
-        The latter are as the option ``--set`` has them, ``KEY=VALUE``, with keys joined by dots.
+        These are as the option ``--set`` has them, ``KEY=VALUE``, with keys joined by dots.
         """
         data, where = read_yaml(path), str(path)
         for setting in settings:
@@ -274,14 +274,11 @@ class Scene(Settings):
     def steps(self) -> Steps:
         """Steps to equilibrate and to sample: the longer of steps and duration."""
         dt = self.dt
-        steps, duration = self.data["steps"], self.data["duration"]
-        longer = (
-            max(steps.get(part, 0), round(duration.get(part, 0) / dt)) for part in Steps._fields
-        )
-        return Steps(*longer)
+        steps, tau = self.data["steps"], self.data["duration"]
+        return Steps(*(max(steps.get(k, 0), round(tau.get(k, 0) / dt)) for k in Steps._fields))
 
     def tau(self, steps: Any, since: int = 0, every: int = 1) -> Any:
-        """Time in tau that so many times ``every`` steps take behind a step of the run."""
+        """Time in tau of so many times ``every`` steps behind a step of the run."""
         time, steps = self.dt * every * steps, every * steps
         for former, stage in pairwise(self.stages):
             longer = np.clip(since + steps - max(since, stage.step), 0, None)
@@ -291,11 +288,8 @@ class Scene(Settings):
     def during(self, first: int, last: int) -> list[Scene]:
         """The scenes of the stages that steps behind the first, up to the last, belong to."""
         ends = [stage.step for stage in self.stages[1:]] + [math.inf]
-        return [
-            stage.scene
-            for stage, end in zip(self.stages, ends)
-            if stage.step < last and end > first
-        ]
+        stages = zip(self.stages, ends)
+        return [stage.scene for stage, end in stages if stage.step < last and end > first]
 
     @property
     def work(self) -> int:
@@ -320,10 +314,10 @@ class Scene(Settings):
 
     @cached_property
     def origin(self) -> tuple[float, ...]:
-        """Where the box begins in the periodic one, along each axis.
+        """Where the box begins in the periodic one of the engine, along each axis.
 
-        The engine knows periodic boxes alone. Along an axis that ends its box has a gap on either
-        side, so wide that beads behind opposite ends do not feel each other: nothing repeats then.
+        Along an axis that ends this has a gap on either side, so wide that beads behind opposite
+        ends do not feel each other.
         """
         return tuple(
             max(term.gap(self, axis) for term in self.terms.values())
@@ -342,10 +336,7 @@ class Scene(Settings):
 
     @property
     def room(self) -> tuple[float, ...]:
-        """The least distances that images of a bead may have along each axis.
-
-        Half of it is how far a separation may reach along an axis and still be told from images.
-        """
+        """The least distances that images of a bead may have along each axis."""
         return tuple(map(min, zip(*(term.room(self) for term in self.terms.values()))))
 
     @property
