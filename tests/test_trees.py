@@ -22,7 +22,7 @@ from dpd.runs.result import last_configuration
 from dpd.scene.molecules import MOST_BEADS, Molecule, length_of, tree_of
 from dpd.scene.scene import Scene
 from dpd.start import start_description
-from dpd.start.common.from_file import canonical, order_of
+from dpd.start.common.from_file import canonical
 from dpd.start.common.make import make_start, system_of
 
 
@@ -415,65 +415,11 @@ def test_the_same_trees_have_the_same_code():
     assert len({code for found in codes.values() for code in found}) == len(codes) > 5
 
 
-def shuffled(particles, order):
-    """The same particles, bead ``order[k]`` of which is now bead k."""
-    number = np.empty(len(order), np.uint32)
-    number[order] = np.arange(len(order))
-    rng = np.random.default_rng(5)
-    return particles._replace(
-        position=particles.position[:, order], velocity=particles.velocity[:, order],
-        image=particles.image[:, order], species=particles.species[order],
-        bonds=rng.permuted(number[particles.bonds][rng.permutation(len(particles.bonds))], axis=1),
-        angles=number[particles.angles],
-    )  # fmt: skip
-
-
 @pytest.fixture
 def trees():
     """A scene with angles, and a start of it."""
     scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A A A": {"stiffness": 3}}})
     return scene, last_configuration(scene, make_start(scene))
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_trees_in_another_order(trees, seed):
-    """Each bead of a file gets a place that its molecule has: species and bonds agree."""
-    scene, particles = trees
-    order = np.random.default_rng(seed).permutation(scene.beads)
-    found = order_of(scene, shuffled(particles, order), "trees.nc")
-    was = order[found]
-    assert np.array_equal(np.sort(was), np.arange(scene.beads))
-    np.testing.assert_array_equal(scene.kinds[was], scene.kinds)
-    bonds = {frozenset(bond) for bond in scene.bonded.tolist()}
-    assert {frozenset(bond) for bond in was[scene.bonded].tolist()} == bonds
-
-
-def test_trees_in_the_same_order_stay(trees):
-    """Whole, and molecule by molecule where others have changed places."""
-    scene, particles = trees
-    assert np.array_equal(order_of(scene, particles, "trees.nc"), np.arange(scene.beads))
-    order = np.arange(scene.beads)
-    order[-5:] = order[-5:][::-1].copy()  # single beads
-    found = order_of(scene, shuffled(particles, order), "trees.nc")
-    np.testing.assert_array_equal(found, np.arange(scene.beads))
-    order[:13], order[13:26] = order[13:26].copy(), order[:13].copy()  # two whole combs
-    found = order_of(scene, shuffled(particles, order), "trees.nc")
-    np.testing.assert_array_equal(found, np.arange(scene.beads))
-
-
-def test_files_without_the_trees_of_the_scene(trees):
-    """Too few, too many, or a ring."""
-    scene, particles = trees
-    last = len(particles.bonds) - 1
-    ring = particles._replace(bonds=np.concatenate([particles.bonds, [[0, 12]]]).astype(np.uint32))
-    with pytest.raises(UserError, match="bead 0 is of a molecule with a ring"):
-        order_of(scene, ring, "x.nc")
-    fewer = particles._replace(bonds=np.delete(particles.bonds, last, axis=0))
-    with pytest.raises(UserError, match=r"1 molecules B \(A\) C for the 2"):
-        order_of(scene, fewer, "x.nc")
-    data = SCENE | {"molecules": [*SCENE["molecules"][:3], {"architecture": "D", "count": 4}]}
-    with pytest.raises(UserError, match="1 molecules more"):
-        order_of(Scene(data), particles, "x.nc")
 
 
 @pytest.mark.parametrize("suffix", ["nc", "gsd", "data"])

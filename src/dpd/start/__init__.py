@@ -20,7 +20,7 @@ def start_description(scene: Scene) -> dict[str, Any]:
     Runs whose descriptions agree share one start.
     """
     data, start = scene.data, scene.start
-    kept = {
+    decides = {
         "dimension": data["dimension"],
         "box": list(scene.box),
         "molecules": data["molecules"],
@@ -29,24 +29,24 @@ def start_description(scene: Scene) -> dict[str, Any]:
         "seed": data["seed"] if start.seed is None else start.seed,
     }
     if "mass" in data:
-        kept["mass"] = data["mass"]
+        decides["mass"] = data["mass"]
     if scene.ended:
-        kept["between"] = [list(scene.ended), *(scene.origin[axis] for axis in scene.ended)]
-    kept |= start.decides(scene)
+        decides["between"] = [list(scene.ended), *(scene.origin[axis] for axis in scene.ended)]
+    decides |= start.decides(scene)
     module = type(start).__module__
     if not module.startswith("dpd."):  # of a user's own, whose name ends with the file's digest
-        kept["page"] = module.rpartition("_")[2]
+        decides["page"] = module.rpartition("_")[2]
     if start.relax:
-        kept["relax"] = data["start"]["relax"]
+        decides["relax"] = data["start"]["relax"]
     if start.acts:
         own = {key: each for key, each in scene.start_terms.items() if isinstance(each, PairForce)}
         if own:
-            kept["own"] = {key: term.content() for key, term in own.items()}
+            decides["own"] = {key: term.content() for key, term in own.items()}
         forces = {key: each.plain() for key, each in scene.start_terms.items() if key not in own}
         gamma = data["thermostat"]["gamma"] if start.forces.gamma is None else start.forces.gamma
-        kept["forces"] = {"repulsion": scene.repulsions, "gamma": gamma} | forces
-        kept["thermostat"] = scene.kT
-    return kept
+        decides["forces"] = {"repulsion": scene.repulsions, "gamma": gamma} | forces
+        decides["thermostat"] = scene.kT
+    return decides
 
 
 def start_digest(scene: Scene) -> str:

@@ -32,13 +32,9 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     """Read the first configuration that a scene names, as a state with no force yet and step 0.
 
     Beads are renumbered where the file has the molecules in another order. Velocities are drawn at
-    the temperature of the start where the file has none. All such things are said.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be read, is not what it was when the scene was read, or holds another
-        system.
+    the temperature of the start where the file has none. All such things are said. A `UserError`
+    refuses a file that cannot be read, is another than when the scene was read, or holds another
+    system.
     """
     path, frame = scene.start.path, scene.start.frame
     if file_digest(path, scene.where) != scene.start.sha256:
@@ -152,12 +148,8 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     """(n,) int64 array: the number in the file of each bead of the scene.
 
     Molecules of a kind are taken in the order of their first beads. Where the file has all beads
-    as the scene numbers them, these are 0, 1, 2 and so on.
-
-    Raises
-    ------
-    UserError
-        If box, species or molecules are not those of the scene; with the first difference.
+    as the scene numbers them, these are 0, 1, 2 and so on. A `UserError` names the first difference
+    of box, species or molecules.
     """
     _check_box(scene, particles, path)
     species = _numbers_of_species(scene, particles, path)

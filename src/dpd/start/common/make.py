@@ -111,7 +111,8 @@ def make_start(
 
     It is in the order of identities, with no force yet, at step 0, and every molecule whole.
     ``progress`` is called with the work done so far, out of `dpd.start.start_work`, and ``say``
-    with a sentence for what a file had otherwise than the scene wants it.
+    with a sentence for what a file had otherwise than the scene wants it. A `UserError` says why
+    chains cannot be grown, or a file cannot be begun with, or what a page of one's own did wrong.
     """
     return make_start_and_record(scene, progress, say)[0]
 
@@ -121,14 +122,7 @@ def make_start_and_record(
     progress: Callable[[int], object] | None = None,
     say: Callable[[str], object] | None = None,
 ) -> tuple[State, dict[str, np.ndarray]]:
-    """As `make_start`, with the ``records`` of its page: how it came about.
-
-    Raises
-    ------
-    UserError
-        If chains cannot be grown, or if bonds cross while they relax, or if a file cannot be
-        read or holds another system, or a page of one's own fails or gives something else.
-    """
+    """As `make_start`, with the ``records`` of its page: how it came about."""
     made = scene.start.make(scene, progress, say or (lambda sentence: None))
     state, record = made or (relaxed(scene, _placed(scene), progress), {})
     box = state.box or box_at(scene, 0, state.slid)

@@ -134,22 +134,11 @@ def crosses_some(end, monomer, position, edges, bonds):
 
 @kernel(allocates=True)
 def grow(position, edges, shape, rule, chains, active, rng):
-    """Let every active end try to take up one monomer.
+    """Let the ends of active chains try to take up one monomer each, in this order.
 
-    Parameters
-    ----------
-    position : (2, n) array
-        In the order of identities, inside the box.
-    shape : tuple
-        Cells, whose edges are at least the radius, and at least half the sum of the radius and
-        the longest bond.
-    active : (ends,) int64 array
-        Chains with an active end, in the order in which they try.
-
-    Returns
-    -------
-    (4,) int64 array
-        Bonds tried, refused for crossing, refused for distance, made.
+    Positions, (2, n), are in the order of identities, inside the box. Its cells, ``shape``, have
+    edges of at least the radius, and of half the sum of it and the longest bond. Returned are the
+    counts of bonds `TRIED`, refused as `CROSSED` or `FAR`, and `MADE`, (4,) int64.
     """
     n = position.shape[1]
     chain, beads, length = chains
@@ -335,18 +324,9 @@ def grown(
 ) -> tuple[State, dict[str, np.ndarray]]:
     """Grow the molecules of a scene, and relax them, so that no two bonds cross.
 
-    Returns
-    -------
-    State
-        Exactly the scene's molecules, in their order.
-    dict
-        One array per name of `RECORD`, one value per round of growth; and ``relax_crossings``,
-        pairs of crossing bonds at every look while it relaxed: all 0.
-
-    Raises
-    ------
-    UserError
-        If the chains stop growing before they are complete, or cross while they relax.
+    Beside the state there is an array for each name of `RECORD`, one value per round of growth, and
+    ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0. A
+    `UserError` says that chains stop growing before they are complete, or cross while they relax.
     """
     description = start_description(scene)
     seed, kT = description["seed"], description["kT"]
