@@ -365,6 +365,7 @@ def test_files_that_no_run_can_begin_with(work, dpd):
     cases = [
         ("none.gsd", "there is no such file to start from"), ("folder.gsd", "is not a file"),
         ("/dev/zero", "is not a file"), ("melt.txt", "suffix '.txt'"),
+        ("scene.yaml", "suffix '.yaml'"),
         ("nan.nc", "bead 5 has a velocity that is not a finite number"),
         ("outside.nc", "bead 3 is at 44.5 along y"),
     ]  # fmt: skip
