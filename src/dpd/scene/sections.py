@@ -28,9 +28,6 @@ from dpd.page import (
 from dpd.scene.molecules import length_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from dpd.page import Page
     from dpd.scene.scene import Scene
 
 AXES = "xyz"
@@ -193,24 +190,18 @@ def unknown_names(scene: Scene) -> Refusals:
     """Axes and species that settings name, and that are not there."""
     if "mass" in scene.data:
         yield from inside("mass", check_species(scene.data["mass"], scene.species, ""))
-    pages: dict[str, Page] = {**scene.terms, "start": scene.start}
-    pages |= {f"observe.{key}": page for key, page in scene.observe.items()}
     for key, term in scene.terms.items():
         yield from inside(key, term.unknown(scene))
-    for key, page in pages.items():
-        for name, of, value in _named(page):
-            yield from inside(f"{key}.{name}", _unknown(scene, of, value))
-
-
-def _named(page: Page) -> Iterator[tuple[str, str, Any]]:
-    """Settings that name axes or species, what they name, and their values."""
-    for name, field in type(page).model_fields.items():
-        extra, value = field.json_schema_extra, getattr(page, name)
-        if isinstance(extra, dict) and "of" in extra and value is not None:
-            yield name, str(extra["of"]), value
+    observe = {f"observe.{key}": page for key, page in scene.observe.items()}
+    for key, page in ({**scene.terms, "start": scene.start} | observe).items():
+        for name, field in type(page).model_fields.items():
+            extra, value = field.json_schema_extra, getattr(page, name)
+            if isinstance(extra, dict) and "of" in extra and value is not None:
+                yield from inside(f"{key}.{name}", _unknown(scene, extra["of"], value))
 
 
 def _unknown(scene, of, value):
+    """Axes or species of a setting that are not there."""
     if isinstance(value, dict):
         yield from check_species(value, scene.species, "..." if of == "species" else "")
         return
@@ -269,18 +260,6 @@ def limits(scene: Scene) -> Refusals:
             "one value for each species, and the start is relaxed or grown with friction between "
             "pairs; add start.forces.gamma, as 4.5",
         )
-    yield from _bonds(scene)
-    for key, page in [*scene.terms.items(), ("start", scene.start)]:
-        yield from inside(key, page.refuses(scene))
-    for key, term in scene.terms.items():
-        for change, other in scene.made.items():
-            if other != key and not term.allows(change):
-                text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
-                yield key, f"{text}, remove one of them"
-
-
-def _bonds(scene):
-    """One law for bonds where there are some."""
     bonds = [key for key, term in scene.terms.items() if isinstance(term, BondForce)]
     if len(bonds) > 1:
         yield bonds[1], f"the scene has {bonds[0]!r} as well; keep one law of bonds"
@@ -290,3 +269,10 @@ def _bonds(scene):
         example = next(f"'{key}: {page.example}'" for key, page in known.items() if page.example)
         text = f"those of several beads need a law of bonds, one of {', '.join(known)}"
         yield "molecules", f"{text}, as {example}"
+    for key, page in [*scene.terms.items(), ("start", scene.start)]:
+        yield from inside(key, page.refuses(scene))
+    for key, term in scene.terms.items():
+        for change, other in scene.made.items():
+            if other != key and not term.allows(change):
+                text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
+                yield key, f"{text}, remove one of them"
