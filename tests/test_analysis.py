@@ -11,14 +11,14 @@ from scipy.signal import lfilter
 from dpd import files
 from dpd.analysis import verdicts
 from dpd.analysis.collect import RECORDED, collect, save
-from dpd.analysis.composition import (
+from dpd.analysis.interfaces import (
     bulk_fraction,
     chi_and_error,
     chi_of_composition,
     composition,
     in_bulk,
+    slabs,
 )
-from dpd.analysis.interfaces import slabs
 from dpd.analysis.statistics import (
     block_mean_and_error,
     by_window,

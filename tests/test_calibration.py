@@ -6,11 +6,10 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from dpd.analysis import resampling, statistics
-from dpd.analysis.degrees import degrees_of
-from dpd.analysis.diffusion import exponent
-from dpd.analysis.resampling import Resampled
+from dpd.analysis.diffusion import Resampled, exponent
 from dpd.analysis.statistics import (
     block_mean_and_error,
+    degrees_of,
     jackknife,
     linear_fit,
     mean_and_error,

@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.composition import composition, in_bulk
-from dpd.analysis.interfaces import FARTHEST, interface_width, interfaces, slabs
+from dpd.analysis.interfaces import (
+    FARTHEST,
+    composition,
+    in_bulk,
+    interface_width,
+    interfaces,
+    slabs,
+)
 from paper_figures.groot_warren_1997.fig06_interface import recentred
 
 LENGTH, SLICES = 20.0, 100

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from dpd.analysis.diffusion import Resampled
 from dpd.analysis.published import published
 from dpd.analysis.relaxation import power
-from dpd.analysis.resampling import Resampled
 from dpd.report.figures import load_module
 from paper_figures.liu_2008.plateau import plateau
 from paper_figures.liu_2008.shared import too_small

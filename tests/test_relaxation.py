@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import dpd
+from dpd.analysis.diffusion import Resampled
 from dpd.analysis.relaxation import chain_dynamics, relaxation_time, straightness
-from dpd.analysis.resampling import Resampled
 
 FRICTION, STIFFNESS, CHAINS = 20.0, 2.0, 200
 # Beads that feel each other by a spring alone, and a bath: Rouse chains of two beads.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dpd.analysis.composition import chi_of_composition, chi_slope
+from dpd.analysis.interfaces import chi_of_composition, chi_slope
 from dpd.theory.equation_of_state import MEAN_FIELD, second_virial
 from paper_figures.groot_warren_1997 import flory_huggins as fh
 

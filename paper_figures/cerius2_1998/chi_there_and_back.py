@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.composition import sweep_chi
+from dpd.analysis.interfaces import sweep_chi
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit
 from dpd.analysis.verdicts import Measured

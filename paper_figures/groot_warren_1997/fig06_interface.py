@@ -4,8 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.composition import in_bulk
-from dpd.analysis.interfaces import slabs
+from dpd.analysis.interfaces import in_bulk, slabs
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels

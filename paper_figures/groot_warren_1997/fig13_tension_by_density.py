@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.composition import sweep_chi
+from dpd.analysis.interfaces import sweep_chi
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.style import BLACK, panels, points, published_line

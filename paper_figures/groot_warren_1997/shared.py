@@ -63,7 +63,7 @@ SEGREGATION = {
 def monomer_slope(data):
     """Fit chi = s Delta a to the runs of monomers that have settled and whose chi is above 3.
 
-    ``data``: from `dpd.analysis.composition.sweep_chi` over ``excess``, which is Delta a. Result:
+    ``data``: from `dpd.analysis.interfaces.sweep_chi` over ``excess``, which is Delta a. Result:
     ``fitted``: (n,) array of bool. ``fit``: none where no run is good enough.
     """
     fitted = ((data.chi > MEAN_FIELD) & (data.settled == 1)).values

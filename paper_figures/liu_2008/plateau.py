@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from dpd.analysis.resampling import Resampled
+    from dpd.analysis.diffusion import Resampled
 
 PER_DECADE = 1000  # points at which a level stretch may begin or end
 

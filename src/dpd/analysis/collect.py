@@ -54,7 +54,7 @@ RECORDED = {
 
 
 def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
-    """Put the runs of a sweep on its axes.
+    """Put the runs of a sweep, one per point in its order, on its axes, ``replica`` last.
 
     A series becomes its mean, ``_error`` (standard error, from all replicas of its point),
     ``_degrees`` (its share of the degrees of freedom of that), ``_correlation_time`` in tau,
@@ -63,9 +63,8 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
     molecules or lags than others; so are the series that the sweep names (kT if it names none),
     where all runs share one time axis. An error is NaN where a run is too short for it.
 
-    ``paths``: one per point, in the order of ``sweep.points``. ``any_version``: whether other
-    sources than today's may have made them. Result: dimensions are the axes of the sweep,
-    ``replica`` last. Raises `UserError` if a run was made by other sources or from another scene.
+    ``any_version``: whether other sources than today's may have made them. Raises `UserError` if a
+    run was made by other sources or from another scene.
     """
     begun = time.perf_counter()
     runs = [_read(path, point.scene, any_version) for path, point in zip(paths, sweep.points)]
@@ -227,7 +226,7 @@ def reading(
     """Turn what libraries raise over a missing or damaged file into a sentence.
 
     ``path``: of the file that is read inside of the ``with``. ``kind``: what it should be.
-    ``remedy``: what to do about a damaged one. Raises `UserError`.
+    ``remedy``: what to do about a damaged one.
     """
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it")

@@ -50,10 +50,9 @@ def _value(at, quantity):
 
 
 def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
-    """Derived values of all points of a sweep.
+    """Derived values of all points of a sweep, see `dpd.pipeline.derived.write_derived`.
 
-    ``sources``: collected sweeps, those that ``sweep.derived`` names. Result: see
-    `dpd.pipeline.derived.write_derived`.
+    ``sources``: collected sweeps, those that ``sweep.derived`` names.
     """
     names = [axis.name for axis in sweep.axes[:-1]]
     rows = []

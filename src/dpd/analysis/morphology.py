@@ -51,16 +51,11 @@ LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "
 
 
 class Order(NamedTuple):
-    """Peaks of one order of a phase.
+    """Peaks of one order of a phase."""
 
-    - ``ratio``: of the mean length of its wave vectors to that of the first order.
-    - ``strength``: mean over them.
-    - ``others``: largest strength of the wave vectors about as long that belong to no order; NaN if
-      there are fewer than `ENOUGH`.
-    """
-
-    ratio: float
-    strength: float
+    ratio: float  # of the mean length of its wave vectors to that of the first order
+    strength: float  # mean over them
+    # Largest of the wave vectors about as long that belong to no order; NaN below `ENOUGH` of them.
     others: float
 
     @property
@@ -69,22 +64,15 @@ class Order(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """What a structure factor says of a phase.
+    """What a structure factor says of a phase."""
 
-    - ``name``: ``lamellae``, ``cylinders`` (in two dimensions, hexagonally packed discs),
-      ``disordered`` or ``none``.
-    - ``reason``: why, in a sentence.
-    - ``first``: (n, dimension) array; the first-order wave vectors, the strongest first; none in a
-      disordered phase.
-    - ``orders``: those that the name rests on, the first order first.
-    - ``spacing``: between layers, or between neighbouring cylinders, in r_c; NaN for other phases.
-    """
-
+    # lamellae, cylinders (in two dimensions, hexagonally packed discs), disordered or none
     name: str
-    reason: str
+    reason: str  # in a sentence
+    # (n, dimension), the first-order wave vectors, the strongest first; none if disordered
     first: np.ndarray
-    orders: tuple[Order, ...]
-    spacing: float
+    orders: tuple[Order, ...]  # those that the name rests on, the first order first
+    spacing: float  # of layers, or of neighbouring cylinders, in r_c; NaN for other phases
 
 
 class Strengths(NamedTuple):
@@ -98,9 +86,8 @@ def strengths_of(runs: xr.Dataset, species: str, after: float = 0.5) -> Strength
     """The strengths of one species in a run, or in the replicas of one point of a sweep.
 
     Replicas have their crystals in different directions, so name the phase of one at a time.
-
-    ``runs``: with the observable ``structure_factor``. ``after``: share of the run that is left out
-    at its beginning.
+    ``runs``: with ``structure_factor``. ``after``: share of the run that is left out at its
+    beginning.
     """
     single = "scene" in runs.attrs
     scene = Scene.of_result(runs.attrs["scene"], "run") if single else first_scene(runs)
@@ -115,11 +102,10 @@ def strengths_of(runs: xr.Dataset, species: str, after: float = 0.5) -> Strength
 
 
 def phase_of(found: Strengths) -> Phase:
-    """Name the phase.
+    """Name the phase by the species that makes the domains.
 
-    ``found``: of the species that makes the domains, averaged over a time in which they stood
-    still, and over ten independent looks or more: in a single one some wave vector may by chance
-    stand above all others of its length.
+    Averaged over a time in which they stood still, and over ten independent looks or more: in a
+    single one some wave vector may by chance stand above all others of its length.
     """
     strongest = found.strength.max()
     if not np.isfinite(strongest):

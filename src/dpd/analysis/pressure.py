@@ -16,10 +16,9 @@ if TYPE_CHECKING:
 def excess_pressure(sweeps: Sequence[xr.Dataset], axis: str = "repulsion") -> xr.Dataset:
     """Excess pressure of several sweeps over an axis and density, as one dataset.
 
-    ``sweeps``: with that axis, ``density`` and ``replica``. ``axis``: ``repulsion``, or another one
-    where all have the same repulsion. Returns ``excess`` and ``excess_error`` (standard error) over
-    axis and density, NaN where no run was made; ``scaled`` and ``scaled_error`` are divided by a
-    rho^2.
+    ``axis``: ``repulsion``, or another one where all have the same repulsion. Result: ``excess``
+    with ``excess_error``, NaN where no run was made; ``scaled`` and ``scaled_error`` are divided by
+    a rho^2.
     """
     parts = []
     for sweep in sweeps:

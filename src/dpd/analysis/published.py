@@ -19,11 +19,9 @@ FIGURES = ROOT / "paper_figures"  # a folder a paper
 
 @dataclass(frozen=True)
 class Number:
-    """A published number, as a figure draws it and as captions say it.
+    """A published number, as a figure draws it and as captions say it; NaN for what is not given.
 
-    - ``value``, ``error``, ``rounding``, ``rival``: NaN where published.yaml gives none.
-    - ``low``, ``high``: ends of the range that the text allows; NaN where an end is open, or there
-      is no range.
+    ``low``, ``high``: ends of the range that the text allows.
     """
 
     value: float = math.nan
@@ -127,10 +125,7 @@ def entries_of(paper: str, figure: str) -> dict[str, dict[str, Any]]:
 
 
 def shown_by(file: str) -> Shown:
-    """Published numbers that a figure file may show: those that it measures, and `shown_in` it.
-
-    ``file``: ``__file__`` of the figure file. Result: name to `Number`.
-    """
+    """Published numbers that a figure, by its ``__file__``, measures, or that are `shown_in` it."""
     path = Path(file)
     paper, figure = path.parent.name, path.stem
     entries = entries_of(paper, figure)

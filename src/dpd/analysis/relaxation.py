@@ -8,12 +8,11 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.diffusion import diffusion_constant, displacements
-from dpd.analysis.resampling import resampled
+from dpd.analysis.diffusion import diffusion_constant, displacements, resampled
 from dpd.analysis.statistics import linear_fit
 
 if TYPE_CHECKING:
-    from dpd.analysis.resampling import Resampled
+    from dpd.analysis.diffusion import Resampled
 
 TAIL_LOW, TAIL_HIGH = 0.15, 0.6  # of C(t) / C(0), where its slowest mode alone is left
 EARLY, LATE = (0.3, TAIL_HIGH), (TAIL_LOW, 0.4)  # parts of the tail
@@ -31,11 +30,7 @@ FOUND = {
 
 
 def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
-    """<R(t) . R(0)> of the replicas of one point.
-
-    ``runs``: one point of a collected sweep with ``end_to_end``, with the dimension ``replica``.
-    Result: in r_c^2. ``square``: <R^2>.
-    """
+    """<R(t) . R(0)> of the replicas of one point with ``end_to_end``, and <R^2>, in r_c^2."""
     found = resampled(
         runs, "end_lag", "chain", "end_lag_time", "end_correlation", "end_sums", "end_samples"
     )
@@ -53,12 +48,11 @@ def in_tail(share: np.ndarray, low: float = TAIL_LOW, high: float = TAIL_HIGH) -
 
 
 def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
-    """tau of exp(-t / tau) from the straight part of ln C(t).
+    """tau of exp(-t / tau), and its error, from the straight part of ln C(t).
 
     Lags reach to a tenth of a run, so the tail is cut at C(t) / C(0) = 0.30 where a run lasts for
     ten tau. Of ideal chains, tau comes out 0.9 % too small there, and 0.4 % with the whole tail.
-
-    Returns ``value``, ``error``: in tau; NaN where C(t) has fewer than four lags in the tail.
+    NaN where C(t) has fewer than four lags in the tail.
     """
     inside = in_tail(found.value / square)
     if inside.sum() < FEWEST:
@@ -68,9 +62,9 @@ def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
 
 
 def straightness(found: Resampled, square: float) -> tuple[float, float]:
-    """tau from the early part of the tail over tau from its late part: 1 of an exponential.
+    """tau from the early part of the tail over tau from its late part, with its error.
 
-    Returns ``value``, ``error``: NaN where a part has fewer than four lags.
+    1 of an exponential; NaN where a part has fewer than four lags.
     """
     early, late = (in_tail(found.value / square, *limits) for limits in (EARLY, LATE))
     if min(early.sum(), late.sum()) < FEWEST:
@@ -85,12 +79,11 @@ def _tau(time, correlation, inside):
 
 
 def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
-    """Relaxation times and diffusion constants over chain length.
+    """Relaxation times and diffusion constants over chain length, `FOUND`.
 
-    ``sweep``: with the axes ``length`` and ``replica``. Result: over ``length``: ``tau``,
-    ``diffusion`` from lags of half a tau to one, the same at one tau to two as ``diffusion_later``
-    where the run has them, each with ``_error``; ``duration`` of a run, and ``long_enough``, 1
-    where that is ten tau or more, after two or more to settle.
+    ``diffusion`` is from lags of half a tau to one, ``diffusion_later`` the same at one tau to two
+    where the run has them; ``long_enough`` is 1 where ``duration`` of a run is ten tau or more,
+    after two or more to settle. ``sweep``: with the axes ``length`` and ``replica``.
     """
     rows = []
     for length in sweep.length.values:
@@ -117,30 +110,22 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
 
 
 class Power(NamedTuple):
-    """value ~ N^exponent, as ln value = height + exponent ln N.
-
-    ``p_value`` is the probability of points that lie worse about the law, if it is right.
-    """
+    """value ~ N^exponent, as ln value = height + exponent ln N."""
 
     exponent: float
     error: float
     height: float
-    p_value: float
+    p_value: float  # probability of points that lie worse about the law, if it is right
 
 
 def power(
-    length: np.ndarray,
-    value: np.ndarray,
-    error: np.ndarray,
-    low: float,
-    high: float,
+    length: np.ndarray, value: np.ndarray, error: np.ndarray, low: float, high: float,
     exponent: float | None = None,
-) -> Power:
-    """Exponent of value ~ N^x for low <= N <= high.
+) -> Power:  # fmt: skip
+    """Exponent of value ~ N^x for low <= N <= high, of (n,) lengths, values and standard errors.
 
-    ``length``, ``value``, ``error``: (n,) arrays; errors are standard errors. ``exponent``: given,
-    it is not fitted. Result: NaN with fewer than three lengths, as any two lie on a power law; with
-    a given exponent one is enough.
+    ``exponent``: given, it is not fitted. NaN with fewer than three lengths, as any two lie on a
+    power law; with a given exponent one is enough.
     """
     use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
     if use.sum() < (3 if exponent is None else 1):

@@ -1,18 +1,20 @@
-"""Means, errors that know about correlation, and fits."""
+"""Means, errors that know about correlation, their degrees of freedom, and fits."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
-from dpd.analysis.degrees import taped, widened_by
-
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     import numpy.typing as npt
 
+    P = ParamSpec("P")
+    R = TypeVar("R")
+    Errors = Mapping[str, float]
     Values = float | np.ndarray  # numbers of data that have one dimension, else arrays
 
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
@@ -32,6 +34,104 @@ TOO_SHORT = 10.0
 UNLIKELY = 0.01  # probability of a scatter about a fit that errors of points do not explain
 NONE_SEEN = 3.0  # mean count that is excluded at 95 % where none is seen: exp(-3) = 0.05
 ROUNDING = 1e-12  # of the largest value: what scatters less is constant
+DRAWS = 24  # of scattered errors, by which `degrees_of` finds degrees of freedom
+STEADY = 1e-10  # variance of the logarithm of an error that does not scatter
+
+
+class _Tape:
+    """What taped functions gave, in the order of their calls, with the degrees of their errors."""
+
+    def __init__(self) -> None:
+        self.made: list[tuple[str, Any, Any]] = []
+        self.inside = False  # of a taped function: what it calls is not kept apart
+        self.degrees: Any = np.inf
+        self.rng = np.random.default_rng(1)
+        self.at: int | None = None  # None while it records
+
+    def scattered(self, degrees: Any) -> Any:
+        """A factor on an error that has so many degrees of freedom."""
+        many = np.clip(np.nan_to_num(degrees, nan=np.inf), 0.1, 1e9)
+        return np.sqrt(self.rng.chisquare(many) / many)
+
+    def call(self, name: str, function: Callable[[], Any]) -> Any:
+        """What a function gives: for the first time, or again with another error."""
+        if self.at is None:
+            self.inside, self.degrees = True, np.inf
+            try:
+                found = function()
+            finally:
+                self.inside = False
+            self.made.append((name, found, self.degrees))
+            return found
+        known, found, degrees = self.made[self.at]
+        if known != name:
+            raise LookupError("errors decided what was calculated")
+        self.at += 1
+        if not (isinstance(found, tuple) and len(found) == 2):
+            return found
+        value, error = found
+        return value, error * self.scattered(np.broadcast_to(degrees, np.shape(error)))
+
+
+_tape: _Tape | None = None
+
+
+def taped(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a function that gives a value and its error, or takes long, part of `degrees_of`."""
+
+    @wraps(function)
+    def played(*args: P.args, **kwargs: P.kwargs) -> R:
+        if _tape is None or _tape.inside:
+            return function(*args, **kwargs)
+        return _tape.call(function.__qualname__, lambda: function(*args, **kwargs))
+
+    return played
+
+
+def widened_by(degrees: Any, factor: Any) -> Any:
+    """Student's factor on an error; another one each time while `degrees_of` makes errors again."""
+    if _tape is not None and _tape.at is None:
+        _tape.degrees = degrees
+    if _tape is not None and _tape.at is not None:
+        factor = factor * _tape.scattered(degrees)
+    return factor
+
+
+def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tuple[R, Errors]:
+    """What a function makes, and the degrees of freedom of the errors that it gives, by name.
+
+    Whatever errors were made from: what a figure makes of runs is made once and kept. Then its
+    numbers are made again some times, from the same values, with each error multiplied by the root
+    of chi-square over its degrees of freedom. How far the error at the end scatters says how many
+    it has: of sums of variances this is what Welch and Satterthwaite have, and it holds for fits
+    and weights as well. Infinite of errors that do not scatter; empty where errors decide what is
+    calculated.
+
+    ``make``: of a function that gives scattered factors for degrees of freedom, for errors that
+    were made before; returns what is asked for, and errors by name.
+    """
+    global _tape
+    _tape = tape = _Tape()
+    found: list[Errors] = []
+    try:
+        made, first = make(np.ones_like)
+        for _ in range(DRAWS):
+            tape.at = 0
+            try:
+                _, errors = make(tape.scattered)
+            except Exception:
+                continue
+            found.append(errors)
+    finally:
+        _tape = None
+    degrees = {}
+    for name in first:
+        drawn = np.array([draw.get(name, np.nan) for draw in found], dtype=float)
+        logarithms = np.log(drawn[drawn > 0])
+        if len(logarithms) > DRAWS / 2:
+            spread = logarithms.var(ddof=1)
+            degrees[name] = float(0.5 / spread) if spread > STEADY else np.inf
+    return made, degrees
 
 
 def student(degrees: Values) -> Values:
@@ -45,44 +145,35 @@ def student(degrees: Values) -> Values:
 def widening(degrees: Values) -> Values:
     """Student's t over 1.96: what makes 1.96 standard errors a 95 % interval.
 
-    Every error here is a standard error, widened by Student's t, so that 1.96 of it make a 95 %
-    interval also where few degrees of freedom have fixed it.
-
-    ``degrees``: degrees of freedom.
+    Every error here is a standard error that is widened so, also where few degrees of freedom have
+    fixed it.
     """
     return widened_by(degrees, student(degrees))
 
 
 class Spread(NamedTuple):
-    """What a correlated series says of the error of its mean.
+    """What a correlated series says of the error of its mean; (...) arrays."""
 
-    - ``variance``: (...) array; of the mean.
-    - ``degrees``: (...) array; degrees of freedom that fix the variance: 2 over its squared
-      relative error.
-    - ``times``: (...) array; length of the series in integrated autocorrelation times: of the
-      samples, or, where a slow part below noise decides, of their averages, which show that part's
-      own time.
-    """
-
-    variance: Values
-    degrees: Values
+    variance: Values  # of the mean
+    degrees: Values  # of freedom that fix the variance: 2 over its squared relative error
+    # Length of the series in integrated autocorrelation times: of the samples, or, where a slow
+    # part below noise decides, of their averages, which show that part's own time.
     times: Values
 
 
 def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spread:
-    """Variance of the mean of a series by its autocorrelation up to one window.
+    """Variance of the mean of a series, (n, ...), n > 1, by its autocorrelation up to one window.
 
-    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that reaches some
-    times tau (Sokal's self-consistent window), with what a single exponential has beyond it, times
-    1 + (2 W + 1) / n for what subtracting the sample's own mean has cost (Wolff 2004, Eq. 49), and
-    at least 1/4: noise may be taken back in part by the next, and a floor of 1/2 made errors of
-    white noise a tenth too large. The variance of the mean is 2 tau / n times that of the samples.
-    tau^2 has a variance of 4 (W + 1/2 - tau) / n tau^2 (his Eq. 42), so that the variance of the
-    mean has n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by
-    calibration).
+    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that is ``reach`` times
+    tau (Sokal's self-consistent window), with what a single exponential has beyond it, times 1 + (2
+    W + 1) / n for what subtracting the sample's own mean has cost (Wolff 2004, Eq. 49), and at
+    least 1/4: noise may be taken back in part by the next, and a floor of 1/2 made errors of white
+    noise a tenth too large. The variance of the mean is 2 tau / n times that of the samples. tau^2
+    has a variance of 4 (W + 1/2 - tau) / n tau^2 (his Eq. 42), so that the variance of the mean has
+    n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by calibration).
 
-    ``x``: (n, ...) array; n of 2 or more. ``reach``: W over tau, at least. ``alike``: whether the
-    last axis counts replicas: of one variance and correlation, found from all.
+    ``alike``: whether the last axis counts replicas: of one variance and correlation, found from
+    all.
     """
     n, replicas = len(x), x.shape[-1] if alike else 1
     x = x - x.mean(axis=0)
@@ -109,18 +200,16 @@ def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spre
 
 
 def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
-    """Variance of the mean of a correlated series.
+    """Variance of the mean of a correlated series, (n, ...), n > 1.
 
     By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
     which count where they say something else by `SURE` standard errors: noise from one sample to
     the next fades in them, and a slow part below it, at which a window on the samples closes too
     early, comes out; so does a long tail of negative correlation, as of the force on a wall, whose
     error by the samples is four times too large. Fewer than 25 cannot tell their correlation: four
-    parts of them count as independent.
+    parts of them count as independent, and ``times`` is infinite.
 
-    ``x``: (n, ...) array; n of 2 or more. ``alike``: whether the last axis counts replicas: of one
-    variance and correlation, found from all. Result: of the mean of one replica; the degrees are
-    those of all together. Of fewer than 25 values with infinite ``times``: nothing is known.
+    ``alike``: as of `by_window`. Result: of the mean of one replica; degrees are of all together.
     """
     n = len(x)
     if n < FEW:
@@ -151,12 +240,11 @@ def averaged(x: np.ndarray, size: int) -> np.ndarray:
 
 @taped
 def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Values, Values]:
-    """Mean over the first axis, in which time runs, and its standard error.
+    """Mean over the first axis, in which time runs, of (n, ...) values, and its standard error.
 
-    ``blocks``: (n, ...) array. ``alike``: whether the last axis counts replicas, as of
-    `spread_of_mean`. Returns ``mean``, ``error``: (...) arrays, or numbers of an (n,) array; a
-    standard error, see `widening`. NaN for a single block, and where the run is too short: below 20
-    of the correlation times of `Spread`, as far as the run can tell (`TOO_SHORT`).
+    ``alike``: whether the last axis counts replicas, as of `by_window`. NaN for a single block, and
+    where the run is too short: below 20 of the correlation times of `Spread`, as far as the run can
+    tell (`TOO_SHORT`).
     """
     x = np.asarray(blocks, dtype=float)
     mean = x.mean(axis=0)
@@ -169,11 +257,10 @@ def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Va
 
 
 def correlation_time(series: npt.ArrayLike) -> float:
-    """Integrated autocorrelation time in samples, at least 1/2.
+    """Integrated autocorrelation time in samples of an (n,) series, or of (n, replicas) alike.
 
-    ``series``: (n,) array, or (n, replicas) array; replicas have one correlation, which is found
-    from all. Result: the variance of the mean is 2 tau / n times the variance; see
-    `spread_of_mean`. 1/2 for fewer than 25 samples, or if all are the same.
+    The variance of the mean is 2 tau / n times the variance, see `spread_of_mean`; at least 1/2,
+    and that for fewer than 25 samples, or if all are the same.
     """
     x = np.asarray(series, dtype=float)
     x = x.reshape(len(x), -1)
@@ -184,11 +271,7 @@ def correlation_time(series: npt.ArrayLike) -> float:
 
 
 def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
-    """Mean of a correlated series, its standard error and its correlation time.
-
-    ``series``: (n,) array. Returns ``mean``, ``error``, ``tau``: mean and error as from
-    `block_mean_and_error`, tau from `correlation_time`.
-    """
+    """Mean of a correlated (n,) series, its standard error and its correlation time in samples."""
     mean, error = block_mean_and_error(series)
     return float(mean), float(error), correlation_time(series)
 
@@ -197,8 +280,7 @@ def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
 def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
     """Mean of independent values along the last axis, as of replicas, and its standard error.
 
-    Returns ``mean``, ``error``: (...) arrays, or numbers of an (n,) array; a standard error, see
-    `widening`; NaN for a single value.
+    NaN for a single value.
     """
     x = np.asarray(samples, dtype=float)
     n, mean = x.shape[-1], x.mean(axis=-1)
@@ -216,13 +298,11 @@ class Trend(NamedTuple):
 
 
 def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
-    """Linear trend of a correlated series.
+    """Linear trend of a correlated (n,) series, per unit of time.
 
-    The error is as that of `mean_and_error`, by the correlation of what is left from the line.
-
-    ``time``, ``series``: (n,) arrays. Result: in the units of the series, per unit of time; NaN for
-    fewer than three samples, or where one is missing. What is left of an exact line is rounding,
-    and counts as nothing.
+    The error is as that of `mean_and_error`, by the correlation of what is left from the line; what
+    is left of an exact line is rounding, and counts as nothing. NaN for fewer than three samples,
+    or where one is missing.
     """
     t, x = np.asarray(time, dtype=float), np.asarray(series, dtype=float)
     if len(x) < 3 or not np.isfinite(x).all():
@@ -242,21 +322,13 @@ def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
 
 
 def middle_and_range(turns: np.ndarray) -> tuple[Values, Values, Values]:
-    """Median, smallest and largest over the last axis: of timings, which have no normal errors.
-
-    ``turns``: (..., n) array. Returns ``middle``, ``low``, ``high``: (...) arrays, or numbers of an
-    (n,) array; NaN where a turn is.
-    """
+    """Median, smallest and largest over the last axis: of timings, which have no normal errors."""
     return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
 
 
 @taped
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tuple[float, float]:
-    """A function of the mean over blocks, and its standard error by leaving out groups.
-
-    ``blocks``: (n, ...) array; in the order of time. ``function``: of a (...) array. Result:
-    ``value``, ``error``: the error as from `serial_jackknife_error`.
-    """
+    """A function of the mean over (n, ...) blocks in time, and its error by leaving out groups."""
     groups = np.array_split(np.arange(len(blocks)), min(GROUPS, len(blocks)))
     value = float(function(blocks.mean(axis=0)))
     if len(groups) < 2:
@@ -266,24 +338,17 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tu
 
 
 def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
-    """Standard error of what was found leaving out one part of a run after the other.
+    """Standard error of what was found leaving out one part of a run after the other, (parts, ...)
 
     Parts that follow each other are correlated as blocks are: the error is that of the mean of
     -(n - 1) times what was found, Tukey's pseudo-values but for a constant.
-
-    ``left_out``: (parts, ...) array or list; in the order of time. Result: (...) array, or number,
-    as from `block_mean_and_error`.
     """
     _, error = block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))
     return error
 
 
 def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
-    """Standard error of what was found leaving out one of several independent groups.
-
-    ``left_out``: (groups, ...) array or list. Result: (...) array, or number, as from
-    `independent_mean_and_error`.
-    """
+    """Standard error of what was found leaving out one of independent groups, (groups, ...)."""
     values = -(len(left_out) - 1) * np.asarray(left_out)
     _, error = independent_mean_and_error(np.moveaxis(values, 0, -1))
     return error
@@ -298,8 +363,8 @@ def over_replicas(values: np.ndarray, errors: np.ndarray, axis: int) -> tuple[Va
 class Fit(NamedTuple):
     """A least-squares fit that is linear in its coefficients.
 
-    ``errors`` are standard errors. They are those of the points, carried over, unless these scatter
-    about the fit more than they explain, see `scatter`.
+    ``errors`` are standard errors: those of the points, carried over, unless these scatter about
+    the fit more than they explain, see `scatter`.
     """
 
     values: np.ndarray
@@ -342,11 +407,10 @@ def misfit_share(reduced_chi_square: float, p_value: float) -> float:
 
 
 def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | None = None) -> Fit:
-    """Weighted least squares y = sum_k c_k basis_k.
+    """Weighted least squares y = sum_k c_k basis_k, of a (terms, n) basis and (n,) points.
 
-    ``basis``: (terms, n) array. ``y``: (n,) array. ``error``: (n,) array or None; standard errors >
-    0; without them all points weigh the same, and scatter is the error. Raises `ValueError` with
-    fewer points than terms, or with a point that has no error > 0: leave it out.
+    ``error``: standard errors > 0; without them all points weigh the same, and scatter is the
+    error. Raises `ValueError` with fewer points than terms, or with a point that has no error > 0.
     """
     basis, y = np.atleast_2d(basis), np.asarray(y)
     if error is not None:
@@ -383,15 +447,10 @@ class Interval(NamedTuple):
 def interval(count: npt.ArrayLike) -> Interval:
     """95 % interval of the mean of a Poisson distribution, given one number drawn from it.
 
-    At the lower end so many events or more have a probability of 2.5 %, at the upper end so many
-    or fewer. Where none is seen there is no lower end to find, and the upper one has all 5 %; so
-    means between 3.0 and 3.7 are covered a little less often, by 94 %.
-
-    ``count``: how many events were seen. Result: of arrays with the shape of ``count``.
-
-    References
-    ----------
-    F. Garwood, Biometrika 28, 437 (1936).
+    At the lower end so many events or more have a probability of 2.5 %, at the upper end so many or
+    fewer (F. Garwood, Biometrika 28, 437 (1936)). Where none is seen there is no lower end to find,
+    and the upper one has all 5 %; so means between 3.0 and 3.7 are covered a little less often, by
+    94 %.
     """
     from scipy.special import gammaincinv  # most jobs need no SciPy
 

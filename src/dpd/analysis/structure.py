@@ -15,26 +15,23 @@ if TYPE_CHECKING:
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
-TURNS, CLOSE = (
-    50,
-    1e-7,
-)  # of the fit about its own maximum, until that moves by less than so many r_c
+TURNS, CLOSE = 50, 1e-7  # of the fit about its own maximum, until that moves by less, in r_c
 LEAST_BINS = 8  # that a cubic is laid through
 SHARE = 2 / 3  # of the way from a peak to a kink of g(r): as far as a cubic may reach
 
 
 def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) -> float:
-    """Distance of the maximum of g(r): of a cubic through the bins around it.
+    """Distance of the maximum of g(r): of a cubic through the (bins,) around it.
 
-    A parabola is not enough: the peak is steeper on its near side, and its place would move
-    with the width of the fit. Bins count less the farther they are, and those about the maximum of
-    the cubic count, not those about the highest bin: that is another one where noise decides, and
-    with it the place would jump by more than its error knows.
+    A parabola is not enough: the peak is steeper on its near side, and its place would move with
+    the width of the fit. Bins count less the farther they are, and those about the maximum of the
+    cubic count, not those about the highest bin: that is another one where noise decides, and with
+    it the place would jump by more than its error knows.
 
-    ``r``, ``g``: (bins,) arrays. ``kink``: where g(r) has a kink below its peak, as at the edge of
-    a rigid core, where the force jumps: the fit keeps away from it. ``share``: of the way from the
-    maximum to the kink: the fit reaches no farther. Result: the highest bin where the kink leaves
-    too few bins for a fit; NaN if the cubic has no maximum.
+    ``kink``: where g(r) has a kink below its peak, as at the edge of a rigid core, where the force
+    jumps: the fit keeps away from it. ``share``: of the way from the maximum to the kink: the fit
+    reaches no farther. Result: the highest bin where the kink leaves too few bins for a fit; NaN if
+    the cubic has no maximum.
     """
     highest = middle = r[np.argmax(g)]
     for _ in range(TURNS):
@@ -65,27 +62,23 @@ CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
 
 
 class Contact(NamedTuple):
-    """The distance of closest contact, its standard error, and why it is none, if so.
-
-    ``bin`` is that distance as one reads it off g(r), to the width of a bin.
-    """
+    """The distance of closest contact, its standard error, and why it is none, if so."""
 
     value: float
     error: float
     undecided: str
-    bin: float
+    bin: float  # that distance as one reads it off g(r), to the width of a bin
 
 
 def closest_contact(at: xr.Dataset) -> Contact:
-    """2 r_0 of Liu et al. 2008: how close beads come in one configuration.
+    """2 r_0 in r_c, of Liu et al. 2008: how close beads come in one configuration.
 
     The lower edge of the first bin of g(r) that is not empty in one configuration, median over
     configurations, as of grouped data: within a bin, distances are taken as uniform. It depends on
     the number of beads, which is the paper's, 20 000. Its error is that of a median, which is that
     of a mean of normal values times sqrt(pi / 2), and of counts if all lie in one bin.
 
-    ``at``: one point of a collected sweep with ``rdf``, a block for each configuration. Result: in
-    r_c.
+    ``at``: one point of a collected sweep with ``rdf``, a block for each configuration.
     """
     r = at.r.values
     width = r[1] - r[0]
@@ -152,10 +145,9 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
 
 
 def bond_statistics(at: xr.Dataset) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
-    """Mean bond length and rms deviation of bonds, each with its standard error.
+    """(mean, error) of the bond length and of the rms deviation of bonds, in r_c, by blocking.
 
-    ``at``: one point of a collected sweep with ``bonds``. Result: (mean, error), (rms, error); in
-    r_c, by blocking.
+    ``at``: one point of a collected sweep with ``bonds``.
     """
     spread = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
     return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)
@@ -170,10 +162,7 @@ class RadialDistribution(NamedTuple):
 
 
 def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
-    """g(r) of the replicas of one point, its standard error, and its blocks.
-
-    ``runs``: one point of a collected sweep, with the dimension ``replica``.
-    """
+    """g(r) of the replicas of one point of a collected sweep, its error, and its blocks."""
     blocks = blocks_of(runs.rdf)
     g, error = block_mean_and_error(blocks)
     return RadialDistribution(g, error, blocks)  # type: ignore[arg-type]  # of many bins
@@ -183,8 +172,8 @@ def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:
     """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out.
 
     ``variable``: with the dimensions replica and block; where the observables of a run differ in
-    their number of blocks, a sweep has block_18 or the like. ``since``: share of the blocks to
-    leave out at the beginning.
+    their number of blocks, a sweep has block_18 or the like. ``since``: share of the blocks that is
+    left out at the beginning.
     """
     axis = next(name for name in variable.dims if str(name).startswith("block"))
     late = variable.isel({axis: slice(int(since * variable.sizes[axis]), None)})

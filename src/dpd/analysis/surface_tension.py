@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.analysis.composition import CLEAR, composition
-from dpd.analysis.interfaces import interface_width, slabs
+from dpd.analysis.interfaces import CLEAR, composition, interface_width, slabs
 from dpd.analysis.statistics import mean_and_error
 from dpd.analysis.viscosity import Measured
 from dpd.errors import UserError
@@ -27,7 +26,7 @@ from dpd.scene.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dpd.analysis.composition import Composition
+    from dpd.analysis.interfaces import Composition
 
 INTERFACES = 2  # of two slabs in a periodic box
 SHARE = 0.8  # of the way to the middle of a slab, at which its bulk begins in a short box
@@ -42,19 +41,13 @@ class Bulks(NamedTuple):
 
 
 class SlabTension(NamedTuple):
-    """What a run of two slabs says of their interfaces.
+    """What a run of two slabs says of their interfaces."""
 
-    - ``of_profile``: tension from the profile, in kT / r_c^(dimension - 1).
-    - ``of_tensor``: the same from the pressure tensor of ``thermo``; None if that was not measured.
-    - ``width``: width xi of the interfaces in r_c, see `dpd.analysis.interfaces.interface_width`.
-    - ``composition``: of the minority in the bulk.
-    """
-
-    of_profile: Measured
-    of_tensor: Measured | None
+    of_profile: Measured  # tension, in kT / r_c^(dimension - 1)
+    of_tensor: Measured | None  # the same from the pressure tensor of ``thermo``, if measured
     bulks: Bulks
-    width: Measured
-    composition: Composition
+    width: Measured  # xi in r_c, see `dpd.analysis.interfaces.interface_width`
+    composition: Composition  # of the minority in the bulk
 
     @property
     def best(self) -> Measured:
@@ -75,13 +68,12 @@ class SlabTension(NamedTuple):
 
 
 def tension_of_tensor(run: xr.Dataset, settled: float = 0.0, axis: str | None = None) -> Measured:
-    """Tension from the pressure tensor of the box.
+    """Tension from the pressure tensor of the box, in kT / r_c^(dimension - 1).
 
     ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
     ``settled``: time in tau that is left out at the beginning. ``axis``: normal to the interfaces;
-    if not given, that of the observed ``stress_profile``, or the longest one. Result: in kT /
-    r_c^(dimension - 1). Raises `UserError` if there are walls, which have a tension of their own,
-    or no tensor was measured.
+    if not given, that of the observed ``stress_profile``, or the longest one. Raises `UserError` if
+    there are walls, which have a tension of their own, or no tensor was measured.
     """
     scene = _scene_of(run)
     if "pressure_tensor" not in run:
@@ -98,31 +90,27 @@ def tension_of_tensor(run: xr.Dataset, settled: float = 0.0, axis: str | None = 
 def tension_of_profile(run: xr.Dataset) -> Measured:
     """Tension as the integral of the profile of p_N - p_T, over both interfaces, halved.
 
-    ``run``: with the observable ``stress_profile``. Result: in kT / r_c^(dimension - 1). Raises
-    `UserError` if there are walls, which have a tension of their own, or no profile was measured.
+    In kT / r_c^(dimension - 1), of a run with ``stress_profile``. Raises `UserError` if there are
+    walls, which have a tension of their own, or no profile was measured.
     """
     _scene_of(run)
     return _measured(_missing(run).mean(axis=1) * _length(run, "slice") / INTERFACES)
 
 
 def bulks(run: xr.Dataset) -> Bulks:
-    """p_N - p_T in both bulks: by how much it misses 0, with its error.
+    """p_N - p_T in both bulks: by how much it misses 0, with its error; first in the lower half.
 
-    A bulk is what is more than `dpd.analysis.composition.CLEAR` away from both interfaces, or, in a
+    A bulk is what is more than `dpd.analysis.interfaces.CLEAR` away from both interfaces, or, in a
     box that has no such place, a fifth of each slab.
 
-    ``run``: with the observables ``stress_profile`` and ``profile`` along the same axis, of two
-    species in slabs. Result: the first one lies in the lower half of the box. Raises `UserError` if
-    one of the observables is missing, or there are walls or more than two species.
+    ``run``: with ``stress_profile`` and ``profile`` along the same axis, of two species in slabs.
+    Raises `UserError` if one of these is missing, or there are walls or more than two species.
     """
     return _bulks(run, _slabs_of(run))
 
 
 def slab_tension(run: xr.Dataset) -> SlabTension:
-    """All that a run of two slabs says of their interfaces.
-
-    ``run``: as of `bulks`. Raises `UserError` as `bulks`.
-    """
+    """All that a run of two slabs says of their interfaces; run and errors as of `bulks`."""
     seen, scene = _slabs_of(run), _scene_of(run)
     slice_volume = scene.volume / run.sizes["z"]
     return SlabTension(

@@ -32,22 +32,15 @@ AGREE = 2.0  # combined standard errors
 
 @dataclass(frozen=True)
 class Measured:
-    """Our number for a published one.
-
-    - ``value``, ``error``: the error is one standard error; NaN where the run is too short for one.
-    - ``note``: how it was found, for the table.
-    - ``undecided``: why this run cannot decide; empty if it can.
-    - ``bound``: whether the value is only an upper bound, at 95 %: it has no error.
-    - ``systematic``: the part of the error that more sampling, or another seed, would not change:
-      of points that do not follow the law that is fitted, of a choice of fluids, of bins, of
-      printed numbers.
-    """
+    """Our number for a published one."""
 
     value: float
-    error: float
-    note: str = ""
-    undecided: str = ""
-    bound: bool = False
+    error: float  # one standard error; NaN where the run is too short for one
+    note: str = ""  # how it was found, for the table
+    undecided: str = ""  # why this run cannot decide; empty if it can
+    bound: bool = False  # whether the value is only an upper bound, at 95 %: it has no error
+    # The part of the error that more sampling, or another seed, would not change: of points that do
+    # not follow the law that is fitted, of a choice of fluids, of bins, of printed numbers.
     systematic: float = 0.0
 
     @property
@@ -58,18 +51,12 @@ class Measured:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What comes of holding a measurement against a published number.
-
-    - ``deviation``: in combined standard errors; NaN where undecided.
-    - ``resolution``: the smallest deviation that this run would have called one: two combined
-      standard errors.
-    - ``reason``: why nothing was decided; empty otherwise.
-    """
+    """What comes of holding a measurement against a published number."""
 
     verdict: str
-    deviation: float = np.nan
-    resolution: float = np.nan
-    reason: str = ""
+    deviation: float = np.nan  # in combined standard errors; NaN where undecided
+    resolution: float = np.nan  # the smallest that this run would have called one: two of those
+    reason: str = ""  # why nothing was decided; empty otherwise
 
 
 def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
@@ -144,8 +131,8 @@ def rows(
     """Verdict rows of one figure, in the order of published.yaml.
 
     ``degrees``: degrees of freedom of their errors, as far as they are known. Raises `UserError` if
-    a measured name is not published, or a published number of this figure has no counterpart and no
-    reason for that.
+    a measured name is not published, or a published number has no counterpart and no reason for
+    that.
     """
     entries = {k: e for k, e in published(paper).items() if e["figure"] == figure}
     unknown = set(measured) - set(entries)

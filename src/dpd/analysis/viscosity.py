@@ -34,9 +34,8 @@ def viscosity(run: xr.Dataset, settled: float = 0.0) -> Measured:
     noise, kinetic. It belongs to the kT and the rate of the run, see `heating`.
 
     ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
-    ``settled``: time in tau that is left out at the beginning. Result: with an error that knows the
-    correlation of samples. Raises `UserError` if the run has no shear, or did not measure the
-    stress.
+    ``settled``: time in tau that is left out at the beginning. Raises `UserError` if the run has no
+    shear, or did not measure the stress.
     """
     stress, time = _stress(run), run.time.values
     mean, error, _ = mean_and_error(stress[time > settled])
@@ -45,11 +44,7 @@ def viscosity(run: xr.Dataset, settled: float = 0.0) -> Measured:
 
 
 def viscosities(sweep: xr.Dataset) -> xr.Dataset:
-    """`viscosity` at each point of a collected sweep, replicas taken together.
-
-    ``sweep``: of runs under shear, with the dimension ``replica``. Returns ``viscosity`` and
-    ``viscosity_error`` over the other axes. Raises `UserError` as `viscosity`.
-    """
+    """`viscosity` and its error at each point of a collected sweep, replicas taken together."""
     stress = _stress(sweep)
     rates = np.vectorize(_rate, otypes=[float])(sweep.scene.values)
     errors = sweep.shear_stress_error.values / abs(rates)
@@ -69,8 +64,6 @@ def heating(run: xr.Dataset) -> float:
     """Heat that the flow of a run makes in kT / (tau r_c^dimension): stress times rate.
 
     The thermostat takes it up; kT rises until it does.
-
-    ``run``: as of `viscosity`.
     """
     return float(_stress(run).mean() * _rate(str(run.attrs["scene"])))
 
@@ -89,14 +82,11 @@ def _rate(scene: str) -> float:
 
 
 class Channel(NamedTuple):
-    """What a flow between two walls tells.
+    """What a flow between two walls says."""
 
-    - ``viscosity``: eta in kT tau / r_c^3.
-    - ``slip``: slip length in r_c: how far behind the plane of the wall the parabola of the middle
-      of the channel would be at rest; negative if it is at rest in front of it.
-    """
-
-    viscosity: Measured
+    viscosity: Measured  # in kT tau / r_c^3
+    # Slip length in r_c: how far behind the plane of the wall the parabola of the middle of the
+    # channel would be at rest; negative if it is at rest in front of it.
     slip: Measured
 
 
@@ -110,10 +100,9 @@ def viscosity_of_two_flows(
     the same backwards (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
     Layers at the same place of both halves are taken together, which removes a drift of the box.
 
-    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``,
-    of which there is an even number. ``strength``: g, the force on a bead in the lower half, in kT
-    / r_c. ``edge``: of the box across the flows, in r_c. ``axis``: of the flows. Raises
-    `ValueError` if the number of layers is odd.
+    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.
+    ``strength``: g, the force on a bead in the lower half, in kT / r_c. ``edge``: of the box across
+    the flows, in r_c. ``axis``: of the flows. Raises `ValueError` if the number of layers is odd.
     """
     velocity = run.velocity_profile.values[:, axis]
     layers = velocity.shape[1]
@@ -137,10 +126,8 @@ def channel_flow(run: xr.Dataset, strength: float, apart: float, axis: int = 0) 
     z = -b, with the slip length b = u(0) / u'(0) of the plane of the lower wall, by the tangent of
     the parabola.
 
-    ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.
-    ``strength``: g, the force on a bead, in kT / r_c. ``apart``: distance L of the walls in r_c.
-    ``axis``: of the flow. Raises `ValueError` if fewer than three layers are far enough from both
-    walls.
+    ``run``, ``strength``, ``axis``: as of `viscosity_of_two_flows`. ``apart``: distance L of the
+    walls in r_c. Raises `ValueError` if fewer than three layers are far enough from both walls.
     """
     z = run.layer.values
     bulk = (z > NEAR_WALL) & (z < apart - NEAR_WALL)
@@ -189,10 +176,10 @@ def viscosity_of_fluctuations(
     that from t to 3 t. Five components are independent: xy, xz, yz, (xx - yy) / 2 and
     (2 zz - xx - yy) / sqrt(12).
 
-    ``tensor``: (n, 3, 3) array; the pressure tensor with all forces at each step, in kT / r_c^3.
-    ``dt``: time step in tau. ``volume``: in r_c^3. ``memory``: t in tau, from which the slope is
-    taken. Result: eta in kT tau / r_c^3. The error is that of the mean over `PARTS` parts of the
-    run, which count as independent. Raises `ValueError` if a part would be shorter than 9 t.
+    ``tensor``: (n, 3, 3) array; with all forces at each step, in kT / r_c^3. ``dt``: in tau.
+    ``volume``: in r_c^3. ``memory``: t in tau, from which the slope is taken. The error is that of
+    the mean over `PARTS` parts of the run, which count as independent. Raises `ValueError` if a
+    part would be shorter than 9 t.
     """
     first = max(1, round(memory / dt))
     size = len(tensor) // PARTS
@@ -209,10 +196,7 @@ def viscosity_of_fluctuations(
 
 
 def shear_components(tensor: np.ndarray) -> np.ndarray:
-    """Five components of a pressure tensor, each with the variance of an off-diagonal one.
-
-    ``tensor``: (n, 3, 3) array. Result: (n, 5) array.
-    """
+    """Five components, (n, 5), of (n, 3, 3) tensors, of the variance of an off-diagonal one."""
     xx, yy, zz = (tensor[:, k, k] for k in range(3))
     off = [(tensor[:, a, b] + tensor[:, b, a]) / 2 for a, b in ((0, 1), (0, 2), (1, 2))]
     return np.stack([*off, (xx - yy) / 2, (2 * zz - xx - yy) / np.sqrt(12)], axis=1)

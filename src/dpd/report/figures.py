@@ -12,7 +12,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from dpd.analysis.collect import load, reading, save
-from dpd.analysis.degrees import degrees_of
+from dpd.analysis.statistics import degrees_of
 from dpd.analysis.verdicts import COLUMNS, rows
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
