@@ -22,12 +22,10 @@ from dpd.analysis.interfaces import (
 from dpd.analysis.statistics import (
     block_mean_and_error,
     by_window,
-    correlation_time,
     independent_mean_and_error,
     jackknife_error,
     linear_fit,
     mean_and_error,
-    over_replicas,
     trend,
 )
 from dpd.analysis.verdicts import Measured, judge
@@ -43,15 +41,6 @@ def correlated(rng, runs, length, memory=MEMORY):
     start = int(20 / (1 - memory))  # forgotten by then
     noise = rng.normal(size=(runs, length + start)) * np.sqrt(1 - memory**2)
     return lfilter([1], [1, -memory], noise, axis=1)[:, start:]
-
-
-def test_correlation_time_of_a_known_series():
-    """An AR(1) series has tau = (1 + m) / (1 - m) / 2 = 9.5."""
-    rng = np.random.default_rng(1)
-    runs, known = correlated(rng, 50, 4000), 0.5 * (1 + MEMORY) / (1 - MEMORY)
-    assert 0.95 * known < np.mean([correlation_time(x) for x in runs]) < 1.25 * known
-    times = by_window(runs.T).times
-    assert np.mean(4000 / times) == pytest.approx(known, rel=0.1)
 
 
 @pytest.mark.parametrize("memory", [0.5, MEMORY])
@@ -72,12 +61,6 @@ def test_correlation_time_against_emcee(memory):
     wider = np.array([integrated_time(x, c=5, tol=0)[0] for x in runs])
     apart = 2 * n / ours.times - wider
     assert abs(apart.mean()) < 3 * apart.std(ddof=1) / np.sqrt(len(runs))
-
-
-@pytest.mark.parametrize("series", [[2.0] * 300, [1.0, -1.0] * 150, [1.0, 2.0, 4.0]])
-def test_correlation_time_where_nothing_correlates(series):
-    """Constants, what constants average to, and three samples: 1/2, without a warning."""
-    assert correlation_time(series) == pytest.approx(0.5, rel=0.02)
 
 
 @pytest.mark.parametrize("memory", [0.0, MEMORY])
@@ -153,15 +136,6 @@ def test_a_sweep_keeps_the_trends_of_its_series(tmp_path):
     assert (found.kT_trend.units, found.kT_spread.units) == ("kT / tau", "kT")
 
 
-def test_trends_of_lines_and_of_broken_series():
-    """A line has its slope and no error; a run that blew up has none, nor have two samples."""
-    time = np.arange(1.0, 9.0)
-    line = trend(time, 2 - 0.5 * time)
-    assert line == pytest.approx((-0.5, 0.0, 0.0), abs=1e-12)
-    assert np.isnan(trend(time, np.where(time > 6, np.nan, 1.0))).all()
-    assert np.isnan(trend(time[:2], time[:2])).all()
-
-
 def test_short_series_do_not_claim_an_error():
     """One sample has a mean and no error; a constant has error 0."""
     assert np.isnan(mean_and_error([3.0])[1])
@@ -182,12 +156,6 @@ def test_a_run_of_few_correlation_times_has_a_value_and_no_error():
     assert mean_and_error(drift)[0] == pytest.approx(mean[0])
 
 
-def test_a_run_that_blew_up_has_no_error():
-    """Samples that are missing give neither mean nor error, and no warning."""
-    series = np.where(np.arange(300) > 200, np.nan, 1.0)
-    assert np.isnan(mean_and_error(series)[:2]).all()
-
-
 def test_few_independent_values_take_students_t():
     """Three values: 1.96 of the error is 4.303 of what their scatter gives."""
     values = np.array([1.0, 2.0, 4.0])
@@ -195,13 +163,6 @@ def test_few_independent_values_take_students_t():
     assert 1.96 * independent_mean_and_error(values)[1] == pytest.approx(4.3027 * scatter, rel=1e-3)
     left_out = (values.sum() - values) / 2
     assert 1.96 * jackknife_error(left_out) == pytest.approx(4.3027 * scatter, rel=1e-3)
-
-
-def test_replicas_average_their_errors():
-    """n equal errors shrink by sqrt(n)."""
-    mean, error = over_replicas(np.array([[1.0, 3.0]]), np.array([[0.1, 0.1]]), 1)
-    assert mean == pytest.approx([2.0])
-    assert error == pytest.approx([0.1 / np.sqrt(2)])
 
 
 def test_linear_fit_recovers_and_widens():

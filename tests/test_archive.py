@@ -23,7 +23,7 @@ from dpd.pipeline.theory import unfold_theory
 from dpd.report import archive
 from dpd.report.archive import hours_of, keep_whole, manifest_of, restore
 from dpd.report.documents import paper_page
-from dpd.report.page import not_said, reached, shorter_points, write_page
+from dpd.report.page import reached, shorter_points, write_page
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from tests.test_report import VERDICTS, put_figure, verdict_table
@@ -246,14 +246,6 @@ def test_figures_of_other_runs_leave_the_archive(kept, results, tmp_path):
         assert set(archive.read_archive("long").figure) == {"drift"}
 
 
-def test_a_sweep_that_was_not_whole_gives_no_figure_later(kept, results, tmp_path):
-    """It has been drawn from something else, and nobody knows from what."""
-    (results / PAPER / "runs" / SWEEP / paper().sweeps[SWEEP].points[0].name / "run.nc").unlink()
-    keep(results)
-    keep(other_machine(tmp_path))
-    assert set(manifest_of("long")["figures"]) == {f"{PAPER}/drift"}
-
-
 @pytest.fixture
 def long_study(monkeypatch, results, tmp_path):
     """The study that is kept whole is the one of these tests; results of another machine."""
@@ -308,13 +300,6 @@ def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
         assert len(written) == number and written[0] == kept / study / "verdicts.csv"
     with pytest.raises(UserError, match="is none of the studies"):
         archive.keep("quik")
-
-
-def test_nothing_to_keep(kept, tmp_path):
-    """A study that never ran has no archive."""
-    with pytest.raises(UserError, match="no figure is there to keep"):
-        keep(tmp_path / "never")
-    assert manifest_of("long") == {}
 
 
 def test_what_git_has_of_the_long_study():
@@ -477,13 +462,6 @@ def test_sampling_in_the_report(results):
         assert ("length 4" in part) == (sampling == (said,))
         assert ("One 1997 does not say" in part) == (sampling == (SAID,))
         assert (f'<a href="#{PAPER}-fig02_shapes-1">κ</a>' in part) == (sampling == (said,))
-
-
-def test_a_paper_that_does_not_say():
-    """Its sweeps are named as such, and compared with nothing."""
-    silent = paper(SAID)
-    assert not_said(silent) == [SWEEP] and shorter_points(silent) == []
-    assert not_said(paper(SAID | {"steps": 1})) == []
 
 
 @pytest.mark.parametrize("name", read_config()["papers"])

@@ -6,7 +6,7 @@ import pytest
 from benchmarks import measure
 from benchmarks.costs import whole_run
 from benchmarks.lammps import TABLE, Lammps, _write_beads, _write_core, installed
-from benchmarks.systems import STUDIES, workload
+from benchmarks.systems import workload
 from dpd.commands import pipeline
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
@@ -126,11 +126,6 @@ def test_whole_runs_beside_the_bare_loop(name):
     """Of a small system in the place of the real one: both rates."""
     scene = workload(name, box=6, steps={"sample": 60}, start={})
     assert (whole_run(scene, make_start(scene), turns=2) > 0).all()
-
-
-@pytest.mark.parametrize("name", STUDIES)
-def test_the_scenes_of_studies_are_valid(name):
-    assert workload(name).beads > 1000 and workload(name).observe
 
 
 def test_rates_are_kept_beside_the_last_ones(tmp_path, monkeypatch):

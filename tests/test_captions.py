@@ -15,7 +15,7 @@ from jinja2 import Environment
 from dpd.digest import ROOT
 from dpd.report.captions import caption, sweep_line
 from dpd.report.figure_file import load_module
-from dpd.report.text import label, span, typeset, with_error
+from dpd.report.text import span, typeset, with_error
 from dpd.scene.scene import Scene
 
 NUMBERS = [
@@ -199,12 +199,6 @@ def test_warnings_and_table_of_a_figure():
     assert '<td data-label="set">one &lt; two</td>' in said
 
 
-def test_a_figure_without_either():
-    """Most have no warnings and no table; a figure without runs has no seeds."""
-    said = caption("rates", figure_file(), {}, xr.Dataset())
-    assert said == "<p><strong>Our own figure. Rates.</strong> None.</p>\n<p>Bars.</p>\n"
-
-
 def test_the_caption_in_the_report_of_snakemake(tmp_path):
     """Its template reads the caption that the rule wrote; docutils leaves the HTML alone."""
     text = caption("fig04_rates", figure_file(), {"slabs": swept(BLENDS)}, xr.Dataset())
@@ -215,12 +209,6 @@ def test_the_caption_in_the_report_of_snakemake(tmp_path):
     rendered = Environment(trim_blocks=True, lstrip_blocks=True).from_string(template)
     rst = rendered.render(snakemake=job, files=[result])
     assert text.strip() in publish_parts(rst, writer="html")["body"]
-
-
-def test_labels_of_figures():
-    """The paper's number, or a name of our own."""
-    assert label("fig04_scaled_pressure") == "Figure 4"
-    assert label("bond_lengths") == "Own figure: bond lengths"
 
 
 FIGURES = [

@@ -52,22 +52,6 @@ def test_where_a_resides(triblock):
     assert least < found["resides"].value < most
 
 
-def test_where_a_resides_in_a_mixture(triblock):
-    """Beads anywhere: the surfaces go around chance clusters, as dense at the end as at first."""
-    rng = np.random.default_rng(4)
-    runs = triblock["triblock"].copy(deep=True)
-    counts = rng.poisson(1.8, size=runs.density_field.isel(species=0).shape)
-    runs.density_field.values[:, :, 0] = counts / (20 * (EDGE / CELLS) ** 3)
-    found = morphology.measured(morphology.compute({"triblock": runs}))
-    assert found["resides"].value == pytest.approx(1, abs=0.1)
-
-
-def test_frames_by_the_logarithm_of_time():
-    """The first, the last, and between them by equal factors."""
-    assert morphology.columns_of(np.arange(1.0, 1001.0)) == [0, 9, 99, 999]
-    assert morphology.columns_of(np.array([2.0, 6.0])) == [0, 1]
-
-
 def melts(symmetric, asymmetric):
     """What `compute` gives of phases at chi 3, 4.5 and 6, two runs of each."""
     parts = {}
@@ -182,12 +166,6 @@ def flows():
     ]
     channels = xr.concat(channel, xr.DataArray([2.0, 15.0], dims="gamma", name="gamma"))
     return {"at_rest": at_rest(20000), "shear": shear, "two_flows": two, "channel": channels}
-
-
-def test_a_run_too_short_for_the_stress_gives_no_viscosity(flows):
-    """And nothing to hold the other ways against; the slip still counts."""
-    found = viscosity.measured(viscosity.compute(flows | {"at_rest": at_rest(2000)}))
-    assert np.isnan(found["viscosity_walls"].value) and found["slip"].value > 0
 
 
 def test_viscosity_and_slip_of_known_flows(flows):

@@ -6,7 +6,7 @@ import pytest
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_digest
-from dpd.theory.repulsion import RELATIONS, relation_at, unlike_repulsion
+from dpd.theory.repulsion import relation_at, unlike_repulsion
 from tests.test_cli import dpd, write
 
 
@@ -19,13 +19,6 @@ def test_relations_as_printed(density, length, slope):
         found = unlike_repulsion(chi, density, length, kT)
         assert (found - 75 * kT / density) * slope / kT == pytest.approx(chi, rel=1e-12)
     assert relation_at(density * 1.015, length) == relation_at(density, length)
-
-
-def test_chains_reach_as_far_as_the_paper():
-    """An excess repulsion of 40 kT / r_c, by Eq. 27."""
-    (chains,) = (relation for relation in RELATIONS if relation.longest > 1)
-    assert chains.most == pytest.approx(0.306 * 40, abs=0.05)
-    assert chains.chi_range(10) == (0.3, chains.most)
 
 
 @pytest.mark.parametrize(
@@ -89,24 +82,6 @@ def test_the_shortest_molecule_decides():
     table = {"A A": 25, "W W": 25}
     scene = Scene(BLEND | BOND | {"molecules": water, "repulsion": table, "chi": {"A W": 4}})
     assert scene.repulsion[0, 1] == pytest.approx(25 + 4 / 0.286)
-
-
-def test_other_bonds_than_those_of_the_paper_are_said():
-    two = [{"architecture": "A 5", "density": 1.5}, {"architecture": "B 5", "density": 1.5}]
-    usual, stiff = (
-        Scene(BLEND | {"molecules": two, "chi": {"A B": 2}, "bond": {"stiffness": stiffness}})
-        for stiffness in (2, 4)
-    )
-    assert not any("stiffness" in note for note in usual.notes)
-    assert "stiffness 2" in stiff.notes[-1]
-
-
-def test_auto_knows_the_repulsion_of_chi():
-    """The same step as with the repulsion itself, shorter than without."""
-    auto = {"integrator": {"scheme": "auto"}}
-    scene = Scene(BLEND | auto | {"chi": {"A B": 6}})
-    alike = Scene(BLEND | auto | {"chi": {"A B": 3}})
-    assert scene.dt < alike.dt
 
 
 BAD = [

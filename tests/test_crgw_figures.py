@@ -12,7 +12,6 @@ from paper_figures.crgw_2019 import (
     athermal,
     chain_virial,
     fig02_mismatch,
-    fig04_bond_length,
     fig07_solutes,
     fig08_coexistence,
     mixing,
@@ -177,59 +176,6 @@ def test_a_potential_is_integrated_from_its_derivative():
         assert found == pytest.approx(float(potential(20.0)), rel=1e-3)
     with pytest.raises(UserError, match="not the points after Gauss"):
         fig07_solutes._potential(sweep, "S W", 5, 21.0)
-
-
-def test_dimers_are_part_of_two_studies():
-    """Of the bond length and of the length of chains; the mean over solutes counts them once."""
-    nodes = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2
-
-    def sweep(repulsion):
-        """Beads cost what Eq. 30 says, and chains twice that."""
-        coupling, density = repulsion * nodes, (1000 + 0.5 * 20) / 8**3
-        one = solute(lambda a: monomer_potential(a, density), coupling)
-        one["energy_of_pair"] = one.energy_of_pair * xr.where(one.energy_pair == "S W", 2, 1)
-        return one
-
-    dimers = sweep(fig07_solutes.DIMERS)
-    far = dimers.copy()
-    far["scene"] = dimers.scene.copy(
-        data=[[json.dumps(json.loads(one) | {"bond": {"stiffness": 500, "length": 1.5}})]
-              for one in dimers.scene.values.ravel()]
-    )  # fmt: skip
-    sweeps = {
-        "solute_densities": xr.concat([dimers, dimers], xr.Variable("density", [2.5, 5.5])),
-        "solute_bonds": xr.concat([dimers, dimers, far], xr.Variable("bond", [0.3, 0.4, 1.5])),
-    } | {name: sweep(repulsion) for name, repulsion in fig07_solutes.OTHERS.items()}
-    data = fig07_solutes.compute(sweeps)
-    assert list(data.study.values) == [*["density"] * 2, "bond", "bond", "chain", "bond",
-                                       *["chain"] * 3]  # fmt: skip
-    assert list(data.x.values[data.study == "chain"]) == [2] * 4  # all of them are dimers here
-    np.testing.assert_allclose(data.ratio, 2, rtol=1e-6)
-    np.testing.assert_allclose(data.bead_predicted, data.mu_bead, rtol=1e-3)
-    found = fig07_solutes.measured(data)
-    assert found["apart"].value == pytest.approx(1) and found["apart_fit"].value > 1.5
-    assert found["ratio_most"].value < 100 * found["apart_fit"].value - 100  # of short bonds alone
-    assert found["ratio_over_density"].value == pytest.approx(0, abs=1e-6)
-    expected = 100 * (data.predicted[-1] - data.predicted[4]) / 2
-    assert found["ratio_over_chain"].value == pytest.approx(float(expected), rel=1e-4)
-
-
-def test_what_longer_bonds_change():
-    """A pressure that falls by a tenth, and a repulsion that falls by half, beyond bonds of 1."""
-    bonds = [0.4, 0.8, 1.0, 1.5]
-    axes = {"equation": ["crGW", "rGW", "GW"], "bond": bonds}
-    pressure = shared.TARGET * np.array([[1.01, 0.98, 0.95, 0.9], [1, 1, 1, 0.9], [0.7] * 4])
-    trimers = runs({"pressure": pressure}, axes)
-    trimers["bond_mean"] = ((*axes, "replica", "block"), np.ones((3, 4, 1, 2)))
-    repulsion = xr.DataArray(np.broadcast_to([20, 18, 16, 8], (3, 4)), axes, tuple(axes))
-    theory = xr.Dataset({"repulsion": repulsion})
-    data = fig04_bond_length.compute({"trimers": trimers, "trimer_repulsions": theory})
-    found = fig04_bond_length.measured(data)
-    assert found["target_crgw"].value == pytest.approx(1)
-    assert found["target_long"].value == pytest.approx((2 + 5 + 10) / 3)
-    assert found["target_others"].value == pytest.approx(2.5 / 4.5)
-    assert found["saturation"].value == pytest.approx(0.9)
-    assert found["saturation_repulsion"].value == pytest.approx(0.5)
 
 
 def test_bulks_are_the_middles_of_both_slabs():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dpd.report.workflow import MOST, failures
+from dpd.report.workflow import failures
 from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
 
@@ -30,14 +30,6 @@ def test_sentences_of_this_workflow_are_found_once(tmp_path):
         f"error: no start ({tmp_path}/b/two.log)",
     ]
     assert failures(tmp_path, 1002) == failures(tmp_path / "none", 0) == []
-
-
-def test_many_sentences_are_cut(tmp_path):
-    """The end says how many more there are."""
-    text = "".join(f"error: number {n}\n" for n in range(MOST + 3))
-    log(tmp_path / "all.log", text, 1000)
-    found = failures(tmp_path, 1000)
-    assert len(found) == MOST + 1 and found[-1] == f"and 3 more in {tmp_path}"
 
 
 @pytest.mark.thorough

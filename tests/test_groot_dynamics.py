@@ -52,16 +52,6 @@ def test_the_wall_that_gives_three_pressures():
     assert np.isnan(walls.best_wall(data.isel(strength=[0, 1]))[0])
 
 
-def test_the_largest_difference_of_three_ways():
-    """Between the two that are farthest apart, over the force."""
-    at = xr.Dataset({"step_bulk": 49.5, "step_normal": 49.7, "step_force": 50.0})
-    for name in ("bulk", "normal", "force"):
-        at[f"step_{name}_error"] = 0.03
-    found = module("text_walls").largest_difference(at, "")
-    assert found.value == pytest.approx(0.01)
-    assert found.error == pytest.approx(0.03 * np.sqrt(2) / 50)
-
-
 def test_waves_widen_interfaces():
     """Widths that follow theory have the ratio 1, with the error of widths and tension."""
     areas = module("text_areas")
@@ -111,17 +101,6 @@ def test_a_cube_slows_a_bead():
     assert dynamics.Found(2.0, 0.2).over(dynamics.Found(4.0, 0.4)) == pytest.approx(
         (0.5, 0.05 * np.sqrt(2))
     )
-
-
-def test_the_drag_of_images_by_a_line():
-    """1 for a D that falls as theory has it; no error where D has none."""
-    viscosity = module("text_viscosity")
-    nu, d = dynamics.Found(0.3, 0.003), dynamics.Found(0.28, 0.002)
-    slope = -1.02 * 2.837297 / (6 * np.pi * 3 * 0.58)
-    line = xr.Dataset({"slope": slope, "slope_error": 0.1 * abs(slope), "kT": 1.02})
-    assert viscosity.drag_of_images(line, nu, d, 3.0) == pytest.approx((1.0, 0.1))
-    unknown = viscosity.drag_of_images(line, nu, dynamics.Found(0.28, np.nan), 3.0)
-    assert np.isnan(unknown.error)
 
 
 def test_labels_of_a_sweep():

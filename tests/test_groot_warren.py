@@ -16,24 +16,6 @@ def module(figure):
     return load_module("groot_warren_1997", figure)
 
 
-def test_scatter_of_short_averages():
-    """White noise of 1 averaged over 40 samples scatters by 1 / sqrt(40), more for fewer beads."""
-    fig01 = module("fig01_time_step")
-    for beads, factor in ((4000, 1.0), (1000, 0.5)):
-        series = RNG.normal(size=(1, 1, 40 * 400))
-        runs = xr.Dataset(
-            {
-                "kT_series": (("dt", "replica", "time"), series),
-                "beads": (("dt", "replica"), [[beads]]),
-            },
-            {"dt": [0.04], "time": 0.2 * (1 + np.arange(series.size))},
-        )
-        value, error, pieces = fig01.scatter(runs)
-        assert pieces == 400
-        assert abs(value - factor / np.sqrt(40)) < 4 * error
-        assert error == pytest.approx(value / np.sqrt(798), rel=0.01)
-
-
 def test_step_at_a_temperature():
     """The dt at which 2 dt + 30 dt^2 is 0.02."""
     dt = np.array([0.001, 0.002, 0.005, 0.01])
@@ -165,34 +147,3 @@ def test_points_off_a_straight_line_decide_nothing():
     assert refused[0] <= 6 and refused[1] >= 94
     few = widths.of_line(data.isel(excess=slice(3, 6)), 3, 0.5, "critical")
     assert "fewer than three" in few.undecided
-
-
-def test_the_largest_difference_of_three_pressures():
-    """Between the two that are farthest apart, whichever these are, with their errors."""
-    scaled = module("fig04_scaled_pressure")
-    data = xr.Dataset({
-        "fluid_conservative": 20.0, "fluid_conservative_error": 0.003, "fluid_all": 20.1,
-        "fluid_all_error": 0.004, "from_rdf": 16.9, "from_rdf_error": 0.3,
-    })  # fmt: skip
-    found = scaled.routes(data)
-    assert found.value == pytest.approx(0.2 / 20)
-    assert found.error == pytest.approx(np.hypot(0.3, 0.004) / 20)
-
-
-def test_heat_in_the_same_boxes():
-    """The mean ratio over boxes that both time steps have."""
-    data = xr.Dataset(
-        {
-            "diffusion": (
-                ("sweep", "box"),
-                [[0.28, 0.29, 0.30], [0.28 / 1.03, 0.29 / 1.03, np.nan]],
-            ),
-            "diffusion_error": (("sweep", "box"), [[0.002] * 3, [0.002, 0.002, np.nan]]),
-        },
-        {"box": [5.0, 7.0, 10.0]},
-    )
-    change, error = module("text_diffusion").heating(data)
-    assert change == pytest.approx(0.03)
-    assert error == pytest.approx(
-        np.hypot(0.002 / 0.285, 0.002 * 1.03 / 0.285) / np.sqrt(2), rel=0.1
-    )

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 from dpd.theory.equation_of_state import second_virial
 from dpd.theory.integral_equations import (
@@ -11,13 +10,11 @@ from dpd.theory.integral_equations import (
     NoSolution,
     R,
     Structure,
-    at_distances,
     potentials,
     solve,
     transform,
 )
 from paper_figures.crgw_2019.thermodynamics import (
-    compressibility_pressure,
     energy,
     excess_chemical_potentials,
     inverse_compressibility,
@@ -52,17 +49,6 @@ def test_the_transform_is_that_of_a_gaussian():
     gaussian = np.exp(-(R**2) / 2)[:, None, None]
     expected = (2 * np.pi) ** 1.5 * np.exp(-(K**2) / 2)
     np.testing.assert_allclose(transform(gaussian)[:, 0, 0], expected, atol=1e-10)
-
-
-def test_a_coarser_grid_would_do():
-    """Simpson's rule for the energy against quadrature of a spline through g."""
-    fluid = solve(3, 25)
-
-    def integrand(r):
-        return r**2 * (1 - r) ** 2 * (1 + at_distances(fluid.h, r)[0, 0])
-
-    integral, _ = quad(integrand, 0, 1, epsabs=1e-10)
-    assert energy(fluid) == pytest.approx(2 * np.pi * 9 * 12.5 * integral, rel=1e-6)
 
 
 @pytest.mark.parametrize("a", [1.0, 25.0, 130.0])
@@ -119,19 +105,6 @@ def test_species_that_are_the_same_are_one():
     assert inverse_compressibility(three) == pytest.approx(inverse_compressibility(one))
 
 
-def test_the_order_of_species_does_not_matter():
-    there, back = solve([1, 2], UNLIKE), solve([2, 1], UNLIKE[::-1, ::-1])
-    np.testing.assert_allclose(there.g, back.g[:, ::-1, ::-1], atol=1e-7)
-
-
-def test_both_routes_to_the_pressure():
-    """They differ in HNC, by little where repulsion is weak."""
-    assert compressibility_pressure(3, 2) == pytest.approx(pressure(solve(3, 2)), rel=5e-3)
-    virial, compressibility = pressure(solve(3, 25)), compressibility_pressure(3, 25)
-    assert 0.9 * virial < compressibility < 0.99 * virial
-    assert compressibility == pytest.approx(compressibility_pressure(3, 25, points=24), rel=1e-6)
-
-
 def test_the_cavity_function_is_smooth_where_the_potential_ends():
     """ln y = u + ln g on the grid; even in the distance, so flat at 0."""
     fluid = solve(3, 25)
@@ -160,12 +133,6 @@ def test_a_repulsion_that_is_far_too_large_is_raised_as_far_as_it_goes():
     with pytest.raises(NoSolution, match=r"density 8 and repulsion 1e\+06; the last") as caught:
         solve(8, 1e6)
     assert 130 < caught.value.last.repulsions[0, 0] < 1e6
-
-
-def test_a_state_beyond_all_numbers_has_no_solution():
-    """Where Newton's method overflows."""
-    with pytest.raises(NoSolution, match=r"density 1000 and repulsion 1e\+06; the last state"):
-        solve(1000, 1e6)
 
 
 @pytest.mark.parametrize(

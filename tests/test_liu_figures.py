@@ -9,7 +9,6 @@ from dpd.analysis.published import published
 from dpd.analysis.relaxation import power
 from dpd.report.figures import load_module
 from paper_figures.liu_2008.plateau import plateau
-from paper_figures.liu_2008.shared import too_small
 
 PAPER = "liu_2008"
 TIME = np.geomspace(0.1, 100, 60)
@@ -36,36 +35,6 @@ def test_where_a_chain_goes_over_to_free_diffusion():
     inner, centre = curve(TIME + TIME**0.5), curve(TIME)
     assert figure._meeting(inner, centre)[0] == pytest.approx(1.0, rel=5e-3)
     assert np.isnan(figure._meeting(curve(10 * TIME), centre)[0])
-
-
-def test_how_far_early_displacements_are_apart():
-    """3 % where they are so; what happens later than the shortest chain's size does not count."""
-    figure = load_module(PAPER, "fig06_displacement")
-    short = np.where(TIME < 10, 1.03, 2.0) * TIME
-    apart, error = figure._apart_early({20: curve(short), 100: curve(TIME)}, 5.0)
-    assert apart == pytest.approx(0.03)
-    assert error == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize(("law", "decades"), [(1 / 2, 0.782), (2 / 3, 0.196), (1, 0.056)])
-def test_other_powers_are_level_for_a_known_time(law, decades):
-    """ln(1.03 / 0.97) / |8/15 - x|, in decades, within a point of the grid, which is the error."""
-    found = plateau(curve(2.0 * TIME**law), 8 / 15, 0.03, 0, np.inf)
-    assert found.decades == pytest.approx(decades, abs=0.002)
-    assert found.error == pytest.approx(0.001 / 6**0.5)
-    assert found.last / found.first == pytest.approx(10**found.decades)
-    assert (found.low, found.high) == pytest.approx(
-        (2.0 * found.first**law, 2.0 * found.last**law), rel=1e-6
-    )
-
-
-def test_where_a_curve_is_level():
-    """From 1 to 10, and a little beyond both ends, where the law is t."""
-    time = np.clip(TIME, 1, 10) ** (8 / 15) * np.minimum(TIME, 1) * np.maximum(TIME / 10, 1)
-    found = plateau(curve(time), 8 / 15, 0.03, 0, np.inf)
-    assert found.first == pytest.approx(1.0, rel=0.12)
-    assert found.last == pytest.approx(10.0, rel=0.12)
-    assert 1.0 < found.decades < 1.1
 
 
 def test_level_stretches_beyond_the_chains_own_size():
@@ -204,12 +173,3 @@ def test_the_share_at_our_core_and_what_its_error_is_worth():
     assert found["share"].error == pytest.approx(np.log10(np.e), rel=0.01)
     there = 0.25 - np.log(figure.SHARE / 1e-3) / 100  # of the printed share
     assert found["share_contact"].value == pytest.approx(there / 0.3)
-
-
-@pytest.mark.parametrize(
-    ("duration", "edge", "enough"), [(1e4, 100, True), (1e4, 40, False), (1400, 100, False)]
-)
-def test_claims_on_long_runs_wait_for_long_runs(duration, edge, enough):
-    """Both the time and the box must be there."""
-    reason = too_small(xr.Dataset({"duration": duration, "box_edge": edge}))
-    assert (reason == "") == enough

@@ -175,13 +175,6 @@ def test_noise_makes_no_peak_of_higher_order(first):
     assert named <= 0.1 * runs
 
 
-def test_a_run_that_was_lost_has_no_phase():
-    """Before it had a sample."""
-    numbers = wave_numbers(CUBE, 1.0)
-    phase = phase_of(Strengths(UNIT * numbers, np.full(len(numbers), np.nan)))
-    assert phase.name == "none" and phase.reason == "there are no samples"
-
-
 def test_three_vectors_that_do_not_close_are_no_cylinders():
     """Strong along x, y and z: a cubic crystal."""
     numbers = wave_numbers(CUBE, 4.0)

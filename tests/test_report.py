@@ -18,7 +18,7 @@ from dpd.commands.main import main
 from dpd.pipeline.study import Figure, Paper
 from dpd.report import style, workflow
 from dpd.report.compare import compared, table_of
-from dpd.report.page import counts, judged_rows, write_page
+from dpd.report.page import write_page
 from dpd.report.workflow import commit
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
@@ -145,16 +145,6 @@ def test_only_simulated_numbers_are_counted(text):
         assert f'Counted apart: 1 <a href="#{place}">{name}</a> ({verdicts}' in text
 
 
-def test_counts_of_papers():
-    """Of each paper that has rows of a kind, then of all."""
-    table = verdict_table("p", "f", {name: rest for name, (_, *rest) in VERDICTS.items()})
-    found = counts(judged_rows(table), "simulated", ["o", "p"])
-    assert [(count["paper"], count["total"]) for count in found] == [("p", 3), ("", 3)]
-    assert found[0]["verdicts"] == {"replicated": 1, "deviates": 1, "not reached at this scale": 1}
-    (check, total) = counts(judged_rows(table), "check", ["o", "p"])
-    assert check["total"] == total["total"] == 1 and total["verdicts"]["deviates"] == 1
-
-
 def test_a_row_in_full(text):
     """Every column; quantities in notation; nothing where there is nothing to say."""
     row = text[text.index('<tr id="one_1997-fig02_shapes-2"') :]
@@ -226,23 +216,6 @@ def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
     files.write(tmp_path / "b/measurements/m.nc", {}, {"seconds": 40.0})
     said = workflow.overhead(tmp_path, 1000.0, 2)
     assert "measurements 40 s on all cores" in said and ": 21% more" in said
-
-
-def test_work_of_an_earlier_workflow_is_no_gain(tmp_path, monkeypatch):
-    """Results that were taken over after a resume never make the overhead negative."""
-    monkeypatch.setattr(workflow.time, "time", lambda: 1010.0)
-    names = [tmp_path / f"a/runs/s/{number}/run.nc" for number in range(3)]
-    for name in names:
-        files.write(name, {}, {"seconds": 500.0})
-        os.utime(name, (1005.0, 1005.0))
-    assert workflow.overhead(tmp_path, 1000.0, 2) == ""  # none can be of its making
-    for name in names:
-        files.write(name, {}, {"seconds": 7.0})
-        os.utime(name, (1009.0, 1009.0))
-    assert workflow.overhead(tmp_path, 1000.0, 2) == (
-        "simulation 21 s (runs and starts: 3), wall clock 10 s on 2 cores: some of that was done "
-        "before this workflow began"
-    )
 
 
 def test_a_page_without_git(monkeypatch, tmp_path):

@@ -87,16 +87,6 @@ def test_normal_pressure_is_the_same_everywhere(slab_run):
     assert np.abs(tangential - mean.mean()).max() > 10 * error.max()
 
 
-def test_all_of_a_run(slab_run):
-    """Numbers of one run in one record, which knows that it has settled."""
-    found = slab_tension(slab_run)
-    assert found.settled
-    assert found.of_profile == tension_of_profile(slab_run)
-    assert found.of_tensor == tension_of_tensor(slab_run)
-    assert found.bulks == bulks(slab_run)
-    assert 0.5 < found.width.value < 2.5
-
-
 @pytest.mark.few(1)
 @pytest.mark.parametrize("data", [FLUID, PLANE], ids=["3D", "2D"])
 def test_a_homogeneous_fluid_has_one_pressure(data):

@@ -16,7 +16,6 @@ from paper_figures.groot_warren_1997.interface_theory import (
 )
 from paper_figures.groot_warren_1997.tension_laws import collapse, tension_law
 from paper_figures.groot_warren_1997.tension_sweeps import sweep_tension
-from paper_figures.groot_warren_1997.tensions import scaled_tensions, tensions_of_chains
 from tests.test_surface_tension import made_up
 
 RNG = np.random.default_rng(24)
@@ -92,17 +91,6 @@ def test_groups_fall_on_one_curve():
     assert ((pulls.std(axis=0) > 0.6) & (pulls.std(axis=0) < 1.3)).all()
 
 
-def test_a_group_without_points_has_no_height():
-    """The others have one, and their curve is held."""
-    group, chi_n = np.array([0, 0, 2, 2]), np.array([3.0, 6.0, 3.0, 6.0])
-    exact = np.array([1.0, 1.0, 2.0, 2.0])[:] * (1 - 2 / chi_n) ** 1.5
-    found = collapse(group, chi_n, exact, 0.01 * exact, groups=3, critical=2.0, mu=1.5)
-    values = [part.value for part in found.prefactors]
-    assert values[0] == pytest.approx(1) and values[2] == pytest.approx(2)
-    assert np.isnan(values[1])
-    assert found.mu == (1.5, 0.0)
-
-
 def test_a_sweep_of_slabs():
     """Tension of each point, replicas taken together, and which have settled."""
     runs = [made_up((0.4, 0.0)), made_up((0.4, 0.0), drift=5e-4)]
@@ -120,37 +108,6 @@ def test_a_sweep_of_slabs():
     assert found.beads.values.tolist() == [1, 1]
     one = sweep_tension(sweep.isel(replica=[0]))
     assert found.tension_error.values == pytest.approx(one.tension_error.values / np.sqrt(2))
-
-
-def test_chains_near_the_critical_point_are_not_fitted():
-    """Those that have settled are, where chi N is not too small."""
-    run = made_up((0.4, 0.0))
-    scene = json.dumps(Scene(json.loads(run.attrs["scene"])).data)
-    sweep = run.drop_attrs().assign(scene=scene).expand_dims(replica=1, excess=[20.0])
-    for slope, inside in ((0.1, False), (0.3, True), (0.8, True)):  # chi N is 2, 6 and 16
-        found = tensions_of_chains(sweep, slope)
-        assert float(found.segregation[0]) == pytest.approx(20 * slope)
-        assert bool(found.fitted[0]) is inside
-        assert bool(scaled_tensions(sweep, slope).fitted[0])
-
-
-def test_a_sweep_with_tensors():
-    """The series of the tensor goes before the profile; its mean alone is no series."""
-    run = made_up((0.4, 0.0))
-    scene = json.dumps(Scene(json.loads(run.attrs["scene"])).data)
-    one = run.drop_attrs().assign(scene=scene).expand_dims(replica=1, excess=[7.0])
-    time = 0.12 * (1 + np.arange(400))
-    tensor = np.zeros((1, 1, 400, 3, 3))
-    tensor[..., 2, 2] = 0.15 + RNG.normal(0, 0.02, 400)
-    along = ("excess", "replica", "time", "axis", "axis2")
-    with_mean = one.assign(
-        pressure_tensor=(("excess", "replica", "axis", "axis2"), tensor[:, :, 0])
-    )
-    with_series = with_mean.assign(pressure_tensor_series=(along, tensor)).assign_coords(time=time)
-    assert float(sweep_tension(with_mean).tension[0]) == pytest.approx(1.2, abs=0.01)
-    found = sweep_tension(with_series)
-    assert float(found.tension[0]) == pytest.approx(10 * 0.15, abs=0.05)
-    assert float(found.tension_error[0]) == pytest.approx(10 * 0.02 / 20, rel=0.3)
 
 
 def test_mean_field():

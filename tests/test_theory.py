@@ -18,11 +18,6 @@ def test_second_virial_is_the_mayer_integral(a, dimension):
     assert second_virial(a, dimension) == pytest.approx(-integral / 2, rel=1e-10)
 
 
-def test_second_virial_scales_with_temperature():
-    """Only a / kT matters."""
-    assert second_virial(50.0, kT=2.0) == pytest.approx(second_virial(25.0))
-
-
 @pytest.mark.parametrize(("a", "printed"), [(15, 0.0509), (25, 0.0384), (30, 0.0343)])
 def test_second_virial_as_printed(a, printed):
     """Groot and Warren 1997, below Fig. 4."""
@@ -35,11 +30,6 @@ def test_weak_repulsion_is_mean_field():
         assert second_virial(1e-4, dimension) / 1e-4 == pytest.approx(alpha, rel=1e-3)
 
 
-def test_two_dimensional_virial():
-    """B2 / a at a 25 in two dimensions."""
-    assert second_virial(25.0, 2) / 25 == pytest.approx(0.03636, abs=5e-6)
-
-
 @pytest.mark.parametrize(("chi", "length"), [(2.2, 1), (3.0, 1), (8.0, 1), (0.5, 10)])
 def test_binodal_and_spinodal(chi, length):
     """Coexisting phases have mu = 0 and give chi back; mu is extremal at the spinodal."""
@@ -50,13 +40,6 @@ def test_binodal_and_spinodal(chi, length):
     slope = fh.chemical_potential(s + h, chi, length) - fh.chemical_potential(s - h, chi, length)
     assert slope / (2 * h) == pytest.approx(0, abs=1e-3)
     assert phi < s < 0.5
-
-
-def test_chemical_potential_is_the_slope_of_the_free_energy():
-    """mu = dF / dphi."""
-    phi, h = np.linspace(0.05, 0.95, 19), 1e-6
-    slope = (fh.free_energy(phi + h, 2.7, 3) - fh.free_energy(phi - h, 2.7, 3)) / (2 * h)
-    np.testing.assert_allclose(fh.chemical_potential(phi, 2.7, 3), slope, atol=1e-8)
 
 
 def test_chi_slope_is_the_derivative():

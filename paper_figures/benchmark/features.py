@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.statistics import middle_and_range
 from dpd.report.style import BLACK, BLUE, panels
-from paper_figures.benchmark.shared import ranged
+from paper_figures.benchmark.shared import middle_and_range, ranged
 
 TITLE = "What each feature adds to the cost of a bead and step."
 PAPER_SHOWS = (

@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.statistics import middle_and_range
 from dpd.report.style import BLUE, ORANGE, panels
-from paper_figures.benchmark.shared import ranged
+from paper_figures.benchmark.shared import middle_and_range, ranged
 
 TITLE = "Bead-steps per second over the number of beads (a) and over the density (b)."
 PAPER_SHOWS = (

@@ -125,3 +125,8 @@ def table(data):
 def ranged(data, name):
     """Median and range of a timing, as text."""
     return with_range(*(float(data[name + end]) for end in ("", "_low", "_high")))
+
+
+def middle_and_range(turns):
+    """Median, smallest and largest over the last axis: of timings, which have no normal errors."""
+    return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)

@@ -3,7 +3,6 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.collect import samples_of
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import (
@@ -15,7 +14,7 @@ from dpd.analysis.structure import (
 )
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, ORANGE, PURPLE, mpl, panels, points
-from paper_figures.liu_2008.shared import CORES, at_radius
+from paper_figures.liu_2008.shared import CORES, at_radius, samples_of
 
 PUBLISHED = shown_by(__file__)
 CRYSTAL = PUBLISHED["crystal_radius"].value  # r_s at which the paper expects a crystal

@@ -68,3 +68,10 @@ def too_small(at):
         f"the claim is on {PAPER_TIME:.0e} DPD time units in a box of {PAPER_BOX:g}, this run has "
         f"{float(at.duration):.3g} in {float(at.box_edge):g}"
     )
+
+
+def samples_of(runs, observable):
+    """Bead-samples that an observable of one point has taken, all replicas together."""
+    scene = first_scene(runs)
+    configurations = scene.steps.sample // scene.observe[observable].every
+    return scene.beads * configurations * runs.scene.size

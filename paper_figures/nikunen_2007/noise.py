@@ -7,11 +7,10 @@ import xarray as xr
 from dpd.analysis.collect import first_scene
 from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import over_replicas
-from dpd.analysis.structure import bond_statistics
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import SINGLE, panels, points
 from dpd.report.text import with_error
-from paper_figures.nikunen_2007.shared import LABELS, criterion
+from paper_figures.nikunen_2007.shared import LABELS, bond_statistics, criterion
 
 LAST_DIGIT = shown_by(__file__)["noise_r_min"].rival  # of Table II
 

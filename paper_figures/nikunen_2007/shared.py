@@ -1,6 +1,8 @@
 """What figures of Nikunen et al. 2007 share."""
 
-from dpd.analysis.statistics import jackknife
+import numpy as np
+
+from dpd.analysis.statistics import block_mean_and_error, jackknife
 from dpd.analysis.structure import blocks_of, fall, rise
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED
 
@@ -43,3 +45,12 @@ def criterion(at):
         jackknife(blocks_of(at.rdf), lambda mean: rise(r, mean)),
         jackknife(blocks_of(at.bond_density), lambda mean: fall(length, mean)),
     )
+
+
+def bond_statistics(at):
+    """(mean, error) of the bond length and of the rms deviation of bonds, in r_c, by blocking.
+
+    ``at``: one point of a collected sweep with ``bonds``.
+    """
+    spread = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
+    return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)

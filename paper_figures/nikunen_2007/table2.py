@@ -4,7 +4,6 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.published import shown_by
-from dpd.analysis.structure import bond_statistics
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, MARKERS, Look, panels, points
 from paper_figures.nikunen_2007.chain_lengths import end_effect
@@ -13,6 +12,7 @@ from paper_figures.nikunen_2007.shared import (
     LABELS,
     PAPER_LENGTH,
     SETS,
+    bond_statistics,
     criterion,
     repulsion,
 )

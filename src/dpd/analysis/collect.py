@@ -138,13 +138,6 @@ def first_scene(runs: xr.Dataset) -> Scene:
     return Scene.of_result(str(runs.scene.values.ravel()[0]), "sweep")
 
 
-def samples_of(runs: xr.Dataset, observable: str) -> int:
-    """Bead-samples that an observable of one point has taken, all replicas together."""
-    scene = first_scene(runs)
-    configurations = scene.steps.sample // scene.observe[observable].every
-    return scene.beads * configurations * runs.scene.size
-
-
 def _summed(runs, name, replicas):
     """What stays of a series of each run: endings of names, values, units and long names."""
     series, attrs = [run[name].values for run in runs], runs[0][name].attrs

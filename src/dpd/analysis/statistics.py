@@ -321,11 +321,6 @@ def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
     return Trend(float(slope), float(error) if found.times >= TOO_SHORT else np.nan, float(spread))
 
 
-def middle_and_range(turns: np.ndarray) -> tuple[Values, Values, Values]:
-    """Median, smallest and largest over the last axis: of timings, which have no normal errors."""
-    return np.median(turns, axis=-1), np.min(turns, axis=-1), np.max(turns, axis=-1)
-
-
 @taped
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tuple[float, float]:
     """A function of the mean over (n, ...) blocks in time, and its error by leaving out groups."""

@@ -11,7 +11,6 @@ from dpd.analysis.statistics import block_mean_and_error
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dpd.analysis.statistics import Values
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
@@ -142,15 +141,6 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
     if min(y0, y1) > 0:
         y0, y1, level = np.log([y0, y1, level])
     return float(x[left] + (level - y0) / (y1 - y0) * (x[right] - x[left]))
-
-
-def bond_statistics(at: xr.Dataset) -> tuple[tuple[Values, Values], tuple[Values, Values]]:
-    """(mean, error) of the bond length and of the rms deviation of bonds, in r_c, by blocking.
-
-    ``at``: one point of a collected sweep with ``bonds``.
-    """
-    spread = np.sqrt(blocks_of(at.bond_mean_square - at.bond_mean**2))
-    return block_mean_and_error(blocks_of(at.bond_mean)), block_mean_and_error(spread)
 
 
 class RadialDistribution(NamedTuple):

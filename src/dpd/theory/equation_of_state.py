@@ -105,8 +105,8 @@ def crgw(
 
     ``rho_chain``, ``a``: chains per r_c^3, and the repulsion of all beads, above 0. ``m``,
     ``length``: beads of a chain, and the length of a bond, without a meaning for m = 1. Raises
-    `NoSolution` if the integral equation has none, with the last state that converged. Raises
-    `ValueError` if an argument is out of its range.
+    `NoSolution` if the integral equation has none, and `ValueError` if an argument is out of its
+    range.
 
     Examples
     --------
@@ -157,15 +157,10 @@ def rgw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np
 
 
 def crgw_repulsion(
-    rho_chain: npt.ArrayLike,
-    pressure: npt.ArrayLike,
-    m: npt.ArrayLike = 1,
+    rho_chain: npt.ArrayLike, pressure: npt.ArrayLike, m: npt.ArrayLike = 1,
     length: npt.ArrayLike = 0.0,
-) -> float | np.ndarray:
-    """The repulsion at which `crgw` gives a pressure.
-
-    Raises `NoSolution` if the integral equation has none before that pressure is reached. Raises
-    `ValueError` if an argument is out of its range, or no repulsion gives that pressure.
+) -> float | np.ndarray:  # fmt: skip
+    """The repulsion at which `crgw` gives a pressure; errors as `crgw` and `gw_repulsion`.
 
     Examples
     --------

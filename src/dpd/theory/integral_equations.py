@@ -47,29 +47,20 @@ SMALLEST_PART = 2.0**-20  # of the repulsions, if they are far too large
 
 
 class NoSolution(ValueError):
-    """The integral equation has no solution, or none was found.
-
-    - ``last``: the last state that converged on the way there: the same densities, weaker
-      repulsions.
-    """
+    """The integral equation has no solution, or none was found."""
 
     def __init__(self, text: str, last: Structure) -> None:
         super().__init__(text)
-        self.last = last
+        self.last = last  # state that converged: the same densities, weaker repulsions
 
 
 class Structure(NamedTuple):
-    """Solution of the integral equation for n species, at the distances `R`.
+    """Solution of the integral equation for n species, at the distances `R`."""
 
-    - ``densities``: (n,) array; beads per r_c^3.
-    - ``repulsions``: (n, n) array; a_ij.
-    - ``gamma``, ``c``: (POINTS, n, n) array; h - c, and the direct correlation function.
-    """
-
-    densities: np.ndarray
-    repulsions: np.ndarray
-    gamma: np.ndarray
-    c: np.ndarray
+    densities: np.ndarray  # (n,), beads per r_c^3
+    repulsions: np.ndarray  # (n, n), a_ij
+    gamma: np.ndarray  # (POINTS, n, n), h - c
+    c: np.ndarray  # (POINTS, n, n), the direct correlation function
 
     @property
     def h(self) -> np.ndarray:
@@ -103,15 +94,13 @@ def solve(
     """Solve the Ornstein-Zernike equation with the HNC closure.
 
     Newton's method, with SciPy's GMRES for its linear equations. It starts from a structure that is
-    given, or from the random phase approximation c = -u; where this leads nowhere the repulsions
-    are raised from 0 in steps.
+    given, of a similar fluid with as many species, or from the random phase approximation c = -u;
+    where this leads nowhere the repulsions are raised from 0 in steps.
 
-    ``densities``: float or array, shape (n,); beads of each species per r_c^3. Those of a solute
-    may be 0. ``repulsions``: float or array, shape (n, n); a_ij = a_ji, 0 or more. ``start``: of a
-    similar fluid with as many species. Raises `NoSolution` if none was found, for instance because
-    the mixture is unstable, with the last state on the way there that converged. Raises
-    `ValueError` if a density or a repulsion is negative, all densities are 0, or the shapes do not
-    fit.
+    ``densities``: float or (n,) array; beads of each species per r_c^3. Those of a solute may be 0.
+    ``repulsions``: float or (n, n) array; a_ij = a_ji, 0 or more. Raises `NoSolution` if none was
+    found, for instance because the mixture is unstable, and `ValueError` if a density or a
+    repulsion is negative, all densities are 0, or the shapes do not fit.
 
     Examples
     --------
@@ -128,10 +117,7 @@ def solve(
 def checked(
     name: str, values: npt.ArrayLike, good: Callable = lambda x: x >= 0, allowed: str = "0 or more"
 ) -> np.ndarray:
-    """Values as an array of floats, all of them finite and good.
-
-    Raises `ValueError` with the name and the first that is not, and what is allowed.
-    """
+    """Values as floats. Raises `ValueError` with the name if one is not finite, or not good."""
     try:
         found = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -154,7 +140,7 @@ def potentials(repulsions: np.ndarray) -> np.ndarray:
 
 
 def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
-    """Even functions of the distance, (POINTS, ...) at `R`, at other distances: cubic splines.
+    """Even functions, (POINTS, ...) at `R`, at other distances, by cubic splines.
 
     Raises `ValueError` for a distance that is negative, or beyond the grid.
     """

@@ -19,20 +19,17 @@ LEAST = 3.0  # chi N from which mean-field theory holds; the critical point is a
 
 
 class Relation(NamedTuple):
-    """A measured relation chi = slope (a_AB - a_AA) / kT, and where it was measured.
-
-    Molecules of A and B had from ``shortest`` to ``longest`` beads. ``most`` is the largest chi, of
-    chains from the paper's largest excess repulsion, 40 kT / r_c; of single beads, for which it
-    gives none, where our own runs of its Fig. 7 end. ``equation`` is that of Groot and Warren 1997.
-    """
+    """A measured relation chi = slope (a_AB - a_AA) / kT, and where it was measured."""
 
     density: float
-    shortest: int
+    shortest: int  # molecules of A and B, in beads
     longest: int
     slope: float
     error: float
+    # The largest chi: of chains from the paper's largest excess repulsion, 40 kT / r_c; of single
+    # beads, for which it gives none, where our own runs of its Fig. 7 end.
     most: float
-    equation: str
+    equation: str  # of Groot and Warren 1997
 
     def chi_range(self, length: int) -> tuple[float, float]:
         """Lowest and highest chi for molecules of that many beads."""
@@ -59,10 +56,7 @@ def like_repulsion(density: float, kT: float = 1.0) -> float:
 
 
 def relation_at(density: float, length: int = 1) -> Relation:
-    """The relation that was measured at a density of beads, for molecules of that many beads.
-
-    Raises `ValueError` if none was; the message says where one was.
-    """
+    """The relation measured at a density, for molecules of some beads; `ValueError` if none was."""
     for relation in RELATIONS:
         near = abs(density / relation.density - 1) <= SAME
         if near and relation.shortest <= length <= relation.longest:
@@ -85,10 +79,8 @@ def unlike_repulsion(
 ) -> float:
     """a_AB for which beads of A and B have that chi, in molecules of ``length`` beads.
 
-    The repulsion of like beads, a_AA = a_BB, is `like_repulsion` if it is not given.
-
-    Raises `ValueError` outside of the range in which the relation was measured: in density, length,
-    chi or a_AA.
+    ``like``: a_AA = a_BB, `like_repulsion` if not given. Raises `ValueError` outside of the range
+    in which the relation was measured: in density, length, chi or a_AA.
 
     Examples
     --------
