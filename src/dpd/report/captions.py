@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from itertools import chain, combinations_with_replacement
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markupsafe import Markup
+from jinja2 import Environment, FileSystemLoader
 
 from dpd.page import is_table
 from dpd.report.text import NUMBERED, label, span, typeset
@@ -27,10 +28,6 @@ ERRORS = (
     "error (fewer than about 20 correlation times). In legends, ± of this work is a 95 % interval, "
     "too; that of a published value is as printed."
 )
-UNITS = (
-    "Units: length r_c, energy kT, time r_c sqrt(m/kT). Settings and noise seed of each run: "
-    "variables `scene` and `seed` of `sweeps/NAME.nc`, NAME being that of the sweep."
-)
 PREDICTING = ("gw-vv", "verlet-no-acceleration")  # the schemes that have a lambda to choose
 IF_GIVEN = re.compile(r"\[(.*?)\]")  # what a page's caption leaves out where all is as by default
 SETTING = re.compile(r"\{(\w+)\}")
@@ -38,31 +35,31 @@ SETTING = re.compile(r"\{(\w+)\}")
 
 def caption(
     figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
-) -> Markup:
+) -> str:
     """The caption of a figure, a fragment of HTML: paragraphs, warnings, and its table, if any.
 
     ``sources``: sweeps and measurements that it was made from. ``numbers``: what is plotted.
     """
-    whose = f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure"
-    parts = [
-        Markup("<strong>{}. {}</strong> {}").format(
-            whose, typeset(module.TITLE), typeset(module.PAPER_SHOWS)
-        )
-    ]
-    for name, source in sources.items():
-        said = source.attrs.get("description") or sweep_line(source)
-        parts.append(Markup("<em>{}</em>: {}").format(name, typeset(said)))
-    if any("scene" in source for source in sources.values()):
-        parts.append(typeset(UNITS))
-    parts.append(typeset(getattr(module, "ERRORS", ERRORS)))
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True,
+        keep_trailing_newline=True,
+    )  # fmt: skip
+    environment.filters["typeset"] = typeset
     warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
     if not getattr(module, "SHOWS_TEMPERATURE", False):
         warned += run_warnings(sources)
-    parts += [Markup("<strong>Warning.</strong> {}").format(typeset(said)) for said in warned]
-    body = Markup("\n").join(Markup("<p>{}</p>").format(part) for part in parts)
-    if hasattr(module, "table"):
-        body += Markup("\n") + _table(module.table(numbers), "Numbers of this figure")
-    return body + Markup("\n")
+    return environment.get_template("caption.html").render(
+        whose=f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure",
+        module=module,
+        sources=[
+            (name, source.attrs.get("description") or sweep_line(source))
+            for name, source in sources.items()
+        ],
+        has_runs=any("scene" in source for source in sources.values()),
+        errors=getattr(module, "ERRORS", ERRORS),
+        warnings=warned,
+        table=module.table(numbers) if hasattr(module, "table") else None,
+    )
 
 
 def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
@@ -74,26 +71,6 @@ def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
         texts = list(map(str, source["warning"].values.ravel())) if "warning" in source else []
         if said := [text for text in texts if text]:
             yield f"{len(said)} of {len(texts)} runs of {name} warn; the first: {said[0]}."
-
-
-def _table(frame, title):
-    """A data frame of text as an HTML table."""
-    cell = '<td data-label="{}">{}</td>'
-    head = Markup("").join(
-        Markup('<th scope="col">{}</th>').format(typeset(name)) for name in frame.columns
-    )
-    rows = Markup("\n").join(
-        Markup("<tr>{}</tr>").format(
-            Markup("").join(
-                Markup(cell).format(name, typeset(value)) for name, value in zip(frame, row)
-            )
-        )
-        for row in frame.values
-    )
-    return Markup(
-        '<table class="cards"><caption>{}</caption>\n<thead><tr>{}</tr></thead>\n'
-        "<tbody>\n{}\n</tbody></table>"
-    ).format(typeset(title), head, rows)
 
 
 def sweep_line(sweep: xr.Dataset) -> str:
