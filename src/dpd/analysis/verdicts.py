@@ -176,15 +176,3 @@ def _range_text(limits):
     if low is None:
         return f"< {high:g}"
     return f"> {low:g}" if high is None else f"{low:g} to {high:g}"
-
-
-def entry_of(row: Mapping[str, Any]) -> dict[str, Any]:
-    """What `judge` needs of a published number, from its row of a table."""
-    said = str(row["published"])
-    low, between, high = said.partition(" to ")
-    if said[:1] in "<>" or between:
-        ends = {"<": (None, said[2:]), ">": (said[2:], None)}.get(said[:1], (low, high))
-        return {"range": [None if end is None else float(end) for end in ends]}
-    entry = {"value": row["published"], "error": row["published_error"],
-             "rounding": row["rounding"], "rival": row["rival"]}  # fmt: skip
-    return {key: float(value) for key, value in entry.items() if not pd.isna(value)}
