@@ -273,6 +273,5 @@ def limits(scene: Scene) -> Refusals:
         yield from inside(key, page.refuses(scene))
     for key, term in scene.terms.items():
         for change, other in scene.made.items():
-            if other != key and not term.allows(change):
-                text = f"{key!r} {term.why_not(change)}; not allowed with {other!r}"
-                yield key, f"{text}, remove one of them"
+            if other != key and (why := term.why_not(change)):
+                yield key, f"{key!r} {why}; not allowed with {other!r}, remove one of them"
