@@ -19,9 +19,8 @@ from dpd.errors import UserError
 from dpd.observe.common.accumulators import MultipleTau, Series
 from dpd.page import Observable, names
 from dpd.runs import auto as probing
-from dpd.runs.extend import extend, longer
 from dpd.runs.result import STATE, checkpoint_path, read_former
-from dpd.runs.run import Options, simulate
+from dpd.runs.run import Options, extend, longer, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.start.common.files import write_start

@@ -14,8 +14,7 @@ from dpd.page import Change, Observable, find, names
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
 from dpd.physics.shear import Shear
-from dpd.runs.extend import extend
-from dpd.runs.run import Options, simulate
+from dpd.runs.run import Options, extend, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start, system_of

@@ -10,8 +10,7 @@ from dpd.engine.state import State
 from dpd.observe.common.measured import MeasuredSums
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.observe.thermo import Thermo
-from dpd.runs.extend import extend
-from dpd.runs.run import simulate
+from dpd.runs.run import extend, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 

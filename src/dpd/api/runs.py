@@ -27,9 +27,9 @@ from dpd.errors import FAILED, Occupied, Stopped, UserError, shown
 from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
 from dpd.progress import Progress
-from dpd.runs.extend import extend as make_longer
 from dpd.runs.result import is_made, result_there
 from dpd.runs.run import WARNING, Options, whole
+from dpd.runs.run import extend as make_longer
 from dpd.runs.run import run as run_alone
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics

@@ -150,7 +150,7 @@ def extend(options: Namespace) -> None:
     It comes to the same bits as if it had been planned that long. Killed or stopped, the same
     command goes on.
     """
-    from dpd.runs.extend import extend
+    from dpd.runs.run import extend
 
     run = Path(options.run)
     how = options_of(options, own=True)

@@ -1,7 +1,7 @@
 """What a result holds beside what was measured, and what is in the place of one.
 
 A run of one's own keeps its last configuration, which is for everybody (`dpd.particles.netcdf`),
-and in the group ``state`` what `dpd.runs.extend` alone needs: the arrays of its last checkpoint
+and in the group ``state`` what `dpd.runs.run.extend` alone needs: the arrays of its last checkpoint
 (`dpd.engine.checkpoint.arrays_of`) that the last configuration lacks. People edit a scene and run
 it again: a result of the same scene is kept, and nothing else is replaced unless they ask for it.
 """
