@@ -27,10 +27,9 @@ from dpd.errors import FAILED, Occupied, Stopped, UserError, shown
 from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
 from dpd.progress import Progress
+from dpd.runs import run as running
 from dpd.runs.result import is_made, result_there
 from dpd.runs.run import WARNING, Options, whole
-from dpd.runs.run import extend as make_longer
-from dpd.runs.run import run as run_alone
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from dpd.pipeline.sweep import Point, Sweep
+    from dpd.pipeline.sweep import Sweep
 
 CHECKPOINT_EVERY = 60.0  # s of wall clock
 CONVENTIONS = "CF-1.11"
@@ -66,6 +65,8 @@ def run(
 
     Ctrl-C stops it after the steps under way, with a `KeyboardInterrupt`. With an ``output``, the
     state is kept beside it once a minute and then, and the same call goes on, to the same bits.
+    Raises `dpd.UserError` if the scene is not allowed, a file cannot be read or written or would be
+    replaced unasked, or the run blows up.
 
     Parameters
     ----------
@@ -90,12 +91,6 @@ def run(
     overwrite : bool, optional
         Whether to replace what is in the place of the output.
 
-    Raises
-    ------
-    dpd.UserError
-        If the scene is not allowed, a file cannot be read or written, or would be replaced unasked,
-        or the run blows up.
-
     Examples
     --------
     >>> import dpd
@@ -119,7 +114,7 @@ def run(
             progress=partial(Progress, bar=progress),
         )  # fmt: skip
         with keyboard_interrupt():
-            run_alone(scene, path, Path(start) if start else None, options)
+            running.run(scene, path, Path(start) if start else None, options)
         return load(path)
 
 
@@ -152,7 +147,7 @@ def extend(
     bar = partial(Progress, bar=progress)
     options = Options(threads, CHECKPOINT_EVERY, overwrite, own=True, say=warn, progress=bar)
     with keyboard_interrupt():
-        make_longer(Path(path), sample, longer, options)
+        running.extend(Path(path), sample, longer, options)
     return load(longer)
 
 
@@ -185,13 +180,12 @@ def load(path: str | os.PathLike) -> xr.Dataset:
         raise UserError(f"{path}: neither the result of a run nor of a sweep; {REMEDY}")
     if "sample" in data.dims:
         data = data.set_coords("time").swap_dims(sample="time")
+    dimension = str(data.sizes.get("axis", "dimension"))
     for variable in data.variables.values():
-        if "units" in variable.attrs and "axis" in data.sizes:
-            units = variable.attrs["units"].replace("dimension", str(data.sizes["axis"]))
-            variable.attrs["units"] = units
+        if "units" in variable.attrs:
+            variable.attrs["units"] = variable.attrs["units"].replace("dimension", dimension)
     written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     made = ", ".join(f"{name} {data.attrs[name]}" for name in ("sources", "numpy", "numba"))
-    warned = {key: data.attrs[key] for key in ("warning",) if key in data.attrs}
     about = {
         "title": f"Dissipative particle dynamics of {data.attrs['beads']} beads",
         "source": f"dpd-papers ({made})",
@@ -199,7 +193,7 @@ def load(path: str | os.PathLike) -> xr.Dataset:
         "comment": UNITS,
         "Conventions": CONVENTIONS,
     }
-    data.attrs = warned | about | data.attrs  # the first ones are shown
+    data.attrs = about | data.attrs
     return data
 
 
@@ -219,7 +213,9 @@ def sweep(
     """Simulate all combinations of some values of a scene.
 
     Each run is a process of its own, with a seed that follows from the scene's seed and from the
-    values: more values or replicas change none of the former runs. Ctrl-C stops them all.
+    values: more values or replicas change none of the former runs. Ctrl-C stops them all. Raises
+    `dpd.UserError` if a scene is not allowed or a file would be replaced unasked, before anything
+    is run; or if runs fail, once all have ended.
 
     Parameters
     ----------
@@ -249,12 +245,6 @@ def sweep(
         becomes its mean, with ``kT_error`` (a standard error that knows about correlation),
         ``kT_correlation_time`` and more; averages and tables are kept whole.
 
-    Raises
-    ------
-    dpd.UserError
-        If a scene is not allowed or a file would be replaced unasked, before anything is run; or if
-        runs fail, once all have ended.
-
     Examples
     --------
     With ``fluid`` as in `dpd.run`:
@@ -262,9 +252,6 @@ def sweep(
     >>> found = dpd.sweep(fluid, {"repulsion.A A": [10, 25]}, replicas=2, progress=False)
     >>> dict(found.pressure.sizes)
     {'repulsion.A A': 2, 'replica': 2}
-    >>> soft, hard = found.pressure.mean("replica")
-    >>> bool(soft < hard), bool((found.pressure_error > 0).all())
-    (True, True)
     """
     from dpd.pipeline.paths import run_file
 
@@ -282,8 +269,7 @@ def sweep(
         ]  # fmt: skip
         if not overwrite:
             _refuse_other(folder / "sweep.nc", planned)
-        how = ["--threads", str(threads), *["--overwrite"] * overwrite]
-        _run_all(missing, how, workers, progress)
+        _run_all(missing, threads, overwrite, workers, progress)
         data = collect.collect(planned, paths, any_version=True)
         # Last configurations are for those who go on from a run.
         data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
@@ -314,11 +300,11 @@ def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int
 
 def _refuse_other(path: Path, planned: Sweep) -> None:
     """Refuse to let the dataset take the place of what is none, or has what this one lacks."""
-    held: dict[str, Any] = {}
-    with suppress(UserError):
+    try:
         held, attributes = files.read(path)
-        held = held if "sweep" in attributes else {}
-    if not held:
+    except UserError:
+        attributes = {}
+    if "sweep" not in attributes:
         files.refuse_to_replace(path)
         return
     known = {axis.name: np.asarray(axis.labels).tolist() for axis in planned.axes}
@@ -327,15 +313,14 @@ def _refuse_other(path: Path, planned: Sweep) -> None:
         raise Occupied(f"{path}: holds a sweep with other axes or values, which this one lacks")
 
 
-def _run_all(
-    points: Sequence[tuple[Point, Path]], how: Sequence[str], workers: int, progress: bool | None
-) -> None:
+def _run_all(points, threads, overwrite, workers, progress):
     """Run points of a sweep, each as `python -m dpd run`; say what failed once all have ended.
 
     Processes that Python's own pool starts would run a script anew that has no guard of
     ``__main__``, and could not be stopped so that they keep their states.
     """
     at_work: set[subprocess.Popen] = set()
+    how = ["--threads", str(threads), *["--overwrite"] * overwrite]
 
     def run_one(point, result):
         scene, text = result.with_name("scene.yaml"), yaml.safe_dump(point.scene.data)
@@ -375,7 +360,7 @@ def _run_all(
 
 @contextmanager
 def keyboard_interrupt() -> Iterator[None]:
-    """A script sees a run that Ctrl-C has stopped as `KeyboardInterrupt`."""
+    """Raise `KeyboardInterrupt` where Ctrl-C has stopped a run."""
     try:
         yield
     except Stopped as stopped:
@@ -387,10 +372,7 @@ def as_scene(
     observe: Sequence[Any] = (),
     pages: Sequence[Any] = (),
 ) -> Scene:
-    """A scene from what a person gives for one, with more pages and observables.
-
-    Refused is also a page that stands in no file, where no other process could find it.
-    """
+    """A scene from what a person gives for one, with more pages and observables."""
     refuse_to_run()
     if isinstance(given, Scene) and not observe and not pages:
         return given
