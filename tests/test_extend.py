@@ -220,7 +220,7 @@ def test_blocks_of_a_series(samples):
 @pytest.mark.parametrize("asked", [None, True, False])
 def test_who_keeps_a_state(tmp_path, asked):
     """A run of one's own, or one whose scene says so; both measure the same."""
-    scene = Scene(sampled(IN_PLANE, 20) | ({} if asked is None else {"keep_state": asked}))
+    scene = Scene(sampled(IN_PLANE, 60) | ({} if asked is None else {"keep_state": asked}))
     found = []
     for own in (False, True):
         simulate(scene, tmp_path / "run.nc", make_start(scene), Options(own=own))
