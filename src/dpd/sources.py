@@ -43,8 +43,11 @@ DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
 HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
-# Of a page: what it refuses, and what words its settings.
-REFUSES = ("stands", "cannot", "refuses", "conflicts", "unknown", "untried", "notes", "held")
+# Of a page: what it refuses or says, and what words its settings.
+REFUSES = (
+    "stands", "cannot", "refuses", "conflicts", "unknown", "untried", "notes", "caption", "example",
+    "controlled_pressure",
+)  # fmt: skip
 SETTINGS = ("setting", "interval_setting", "Field")
 WORDS = ("description", "unit", "of")
 MOST_KEPT = 2000  # digests

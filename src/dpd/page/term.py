@@ -53,7 +53,7 @@ class Term(Page):
         """The least distances that images of a bead may have along each axis, in r_c."""
         return tuple(scene.period)
 
-    def stretched(self) -> str:
+    def barostat_axes(self) -> str:
         """The axes along which it changes the size of the box: ``all``, one of them, or nothing."""
         return ""
 
@@ -73,7 +73,7 @@ class Term(Page):
         """Sentences for a person on what it makes of the scene."""
         return iter(())
 
-    def held(self, values: Mapping[str, Any]) -> tuple[Any, float]:
+    def controlled_pressure(self, values: Mapping[str, Any]) -> tuple[Any, float]:
         """The series of a pressure that it holds, out of what a run measured; and at what value."""
         return None, 0.0
 

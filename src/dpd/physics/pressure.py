@@ -89,7 +89,7 @@ class ConstantPressure(Term, key="pressure"):
             given["every"] = max(1, round(self.time / (TRIALS * scene.dt)))
         return self.model_copy(update=given)
 
-    def held(self, values: Mapping[str, Any]) -> tuple[Any, float]:
+    def controlled_pressure(self, values: Mapping[str, Any]) -> tuple[Any, float]:
         """The pressure, or its normal part along the one axis that is stretched."""
         if self.axes == "all" or "pressure_tensor" not in values:
             return values.get("pressure"), self.target
@@ -120,7 +120,7 @@ class ConstantPressure(Term, key="pressure"):
             text += f"least {times:.3g} times its volume of {scene.volume:g}, and it may come to "
             yield "target", f"{text}{MOST_TIMES} times that; allowed: >= {least:.3g}"
 
-    def stretched(self) -> str:
+    def barostat_axes(self) -> str:
         return self.axes
 
     def records(self, scene: Any) -> dict[str, Any]:

@@ -206,7 +206,7 @@ def _cause(scene, kT, off, error):
 def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if a pressure was not what a term holds it at; nothing if it was."""
     for term in scene.terms.values():
-        pressure, target = term.held(values)
+        pressure, target = term.controlled_pressure(values)
         if pressure is not None and (found := _off(pressure, target)) is not None:
             _, mean, error = found
             return (

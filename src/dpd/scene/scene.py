@@ -340,9 +340,9 @@ class Scene(Settings):
         return tuple(map(min, zip(*(term.room(self) for term in self.terms.values()))))
 
     @property
-    def stretched(self) -> str:
+    def barostat_axes(self) -> str:
         """The axes along which the box changes its size: ``all``, one of them, or nothing."""
-        return "".join(term.stretched() for term in self.terms.values())
+        return "".join(term.barostat_axes() for term in self.terms.values())
 
     @property
     def across(self) -> tuple[int, ...]:

@@ -50,7 +50,7 @@ class FromFile(Start, key="file"):
     def decides(self, scene: Any) -> dict[str, Any]:
         """What is in the file; whether its box is taken, along which axes it may differ."""
         frame = LAST_FRAME if self.frame is None else self.frame
-        axes = {"box_of_file": scene.stretched} if scene.stretched else {}
+        axes = {"box_of_file": scene.barostat_axes} if scene.barostat_axes else {}
         return {"file": [self.sha256, frame]} | axes
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:

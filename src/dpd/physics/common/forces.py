@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import sys
 from collections import namedtuple
+from functools import cache
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -63,29 +64,27 @@ def law_of(laws: Any, place: int) -> Any:
     The place is in the columns, or, if one of them is called ``number``, in that, which has the
     place in the others.
     """
-    columns = [isinstance(value, np.ndarray) and value.ndim == 1 for value in laws]
-    if not any(columns):
-        return laws
-    number = getattr(laws, "number", None)
-    n = place if number is None else number[place]
-    law = type(laws)(*(value[n] if many else value for value, many in zip(laws, columns)))
-    return law if number is None else law._replace(number=None)
+    law: Any = type(laws)
+    return _one_of(law, tuple(np.ndim(value) == 1 for value in laws))(laws, place)
 
 
 @overload(law_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
 def _law_of(laws, place):
-    """Written out for the fields of a record."""
-    law, fields = laws.instance_class, laws.instance_class._fields
-    columns = [isinstance(kind, types.Array) and kind.ndim == 1 for kind in laws.types]
-    if not any(columns):
+    columns = tuple(isinstance(kind, types.Array) and kind.ndim == 1 for kind in laws.types)
+    return _one_of(laws.instance_class, columns)
+
+
+@cache
+def _one_of(law, columns):
+    """Written out for the fields of a record, of which some are columns."""
+    many = {field for field, column in zip(law._fields, columns) if column}
+    if not many:
         return lambda laws, place: laws
-    given = {field: f"laws.{field}" for field in fields}
-    many = {field for field, column in zip(fields, columns) if column}
     n = "laws.number[place]" if "number" in many else "place"
-    given |= {field: f"laws.{field}[{n}]" for field in many} | {"number": "None"}
+    values = [f"laws.{field}[{n}]" if field in many else f"laws.{field}" for field in law._fields]
+    values = ["None" if field == "number" else v for field, v in zip(law._fields, values)]
     made = {"law": law}
-    values = ", ".join(given[field] for field in fields)
-    exec(f"def one_of(laws, place):\n    return law({values})", made)
+    exec(f"def one_of(laws, place):\n    return law({', '.join(values)})", made)
     return made["one_of"]
 
 

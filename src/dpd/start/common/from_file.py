@@ -47,7 +47,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     if particles.dimension == scene.dimension:
         particles = _between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
-    if scene.stretched and not _same_box(scene.box, particles.box):
+    if scene.barostat_axes and not _same_box(scene.box, particles.box):
         edges = _edges(particles.box, " x ")
         said.append(f"its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
@@ -82,7 +82,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     return State(
         position, velocity[:, order], None, identity, species, 0,
         slid=_slid(scene, particles.box, path),
-        box=particles.box if scene.stretched else None,
+        box=particles.box if scene.barostat_axes else None,
         image=whole,
     )  # fmt: skip
 
@@ -246,7 +246,7 @@ def _check_box(scene, particles, path):
             f"{scene.dimension}; take another file, or change 'dimension'"
         )
     wanted = tuple(  # the scene's edges, but for those that constant pressure changes
-        there if scene.stretched in ("all", name) else own
+        there if scene.barostat_axes in ("all", name) else own
         for own, there, name in zip(scene.period, particles.box, "xyz")
     )
     if not _same_box(wanted, particles.box):
