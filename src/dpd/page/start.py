@@ -56,11 +56,8 @@ class Start(Page):
     def conflicts(self) -> Refusals:
         """Forces that never act."""
         if self.forces != StartForces() and not self.acts:
-            yield (
-                "forces",
-                "has no effect: nothing is relaxed or grown; add start.relax, as {steps: 1000, "
-                "dt: 0.01}, or remove the key",
-            )
+            text = "has no effect: nothing is relaxed or grown; add start.relax, as {steps: 1000, "
+            yield "forces", f"{text}dt: 0.01}}, or remove the key"
 
     @property
     def acts(self) -> bool:
@@ -97,8 +94,7 @@ class Start(Page):
 
     def stand_in(self) -> dict[str, Any]:
         """A start that takes no time, for what only compiles kernels or times them."""
-        plain = self.model_dump(exclude_none=True, by_alias=True)
-        return {"seed": self.seed or 1} if self.work else plain
+        return {"seed": self.seed or 1} if self.work else self.plain()
 
     def tiny(self, scene: Any) -> dict[str, Any]:
         """What to change in a scene so that it compiles all kernels of the start in no time."""
