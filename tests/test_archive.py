@@ -6,7 +6,6 @@ import os
 import re
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 import yaml
@@ -21,7 +20,7 @@ from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_stud
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.pipeline.theory import unfold_theory
 from dpd.report import archive
-from dpd.report.archive import hours_of, keep_whole, manifest_of, restore
+from dpd.report.archive import keep_whole, manifest_of, restore
 from dpd.report.documents import paper_page
 from dpd.report.page import reached, shorter_points, write_page
 from dpd.scene.scene import Scene
@@ -180,14 +179,6 @@ def test_runs_are_counted_if_they_belong_to_the_sweep(kept, results):
     assert after["runs_made"] == 0
 
 
-def test_hours_of_a_run_that_was_stopped_and_went_on(results):
-    """All of its steps count, not those since; but of one that blew up those that it made."""
-    (first, _) = paper().sweeps[SWEEP].points
-    for since, lost, hours in ((1.0, -1, 2.0), (0.25, -1, 2.0), (0.25, 7, 0.5)):
-        path = put_run(results, first, 7200.0, since, lost)
-        assert hours_of(path, first.scene) == pytest.approx(hours)
-
-
 def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
     """Before anything of it is written: the former one stays."""
     keep(results)
@@ -316,19 +307,6 @@ def test_what_git_has_of_the_long_study():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == said["sha256"], name
 
 
-def test_the_page_of_a_paper_counts_every_archived_study(kept):
-    """The long study beside the quick one, each from its own table."""
-    table = verdict_table("liu_2008", "fig05_pressure", {"kappa": ("simulated", "deviates", 2.0)})
-    for study, repeats in (("quick", 2), (LONG_STUDY, 3)):
-        (kept / study).mkdir(parents=True)
-        pd.concat([table] * repeats).to_csv(kept / study / "verdicts.csv", index=False)
-    page = paper_page("liu_2008")
-    for study, number in (("quick", 2), (LONG_STUDY, 3)):
-        part = page.split(f"What the study `{study}` finds")[1].split("\n## ")[0]
-        assert f"| liu_2008 | {number} | 0 | {number} | 0 | none | none |" in part
-    assert "Not made yet" not in page
-
-
 def test_the_page_of_a_paper_says_what_the_long_study_has_not_made(kept):
     """It links to the pictures of the rest, and counts no rows of what is missing."""
     table = verdict_table("liu_2008", "slope", {"kappa": ("simulated", "deviates", 2.0)})
@@ -374,16 +352,6 @@ def test_a_report_with_an_archive(kept, results, tmp_path):
     assert f"kept in results/archive/{LONG_STUDY}" in text
     heads = re.findall(r'<th scope="col"[^>]*>Long runs</th>', text)
     assert len(heads) == text.count('<table class="judged">')
-
-
-def test_a_report_without_an_archive(results, tmp_path):
-    """Not a word of it; the same if the archive has none of the rows."""
-    without = page_of(results, None)
-    assert "Long runs" not in without
-    path = tmp_path / LONG_STUDY / "verdicts.csv"
-    path.parent.mkdir()
-    verdict_table("other", "fig02_shapes", ROWS).to_csv(path, index=False)
-    assert page_of(results, path) == without
 
 
 SAID = {"sweeps": [SWEEP], "where": "Sec. II"}

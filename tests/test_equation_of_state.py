@@ -94,13 +94,6 @@ def test_back_from_the_pressure_of_chains(density, ratio, m, length):
     assert crgw(ideal, a, m, length) == pytest.approx(ratio * density, rel=1e-6)
 
 
-def test_pressures_next_to_that_of_an_ideal_gas():
-    """There a is tiny, and linear in what is above it."""
-    for back in (rgw_repulsion, crgw_repulsion):
-        tiny, twice = back(3.0, 3 + 1e-6), back(3.0, 3 + 2e-6)
-        assert 0 < tiny < 1e-5 and twice == pytest.approx(2 * tiny, rel=1e-6)
-
-
 def test_athermal_of_two_equal_fluids_is_their_own():
     """With the equal prefactors of Eq. 26 and with those of the pressures."""
     one = Fluid(3.432, 8.54, 2, 0.39)
@@ -123,7 +116,7 @@ def test_mixtures_of_table_one(equation, own, printed):
     assert [round(value, n) for value, n in zip(cross, digits)] == list(printed)
 
 
-@pytest.mark.parametrize("density", [3.0, 3.5, 4.0, 4.5, 5.0, 5.5])
+@pytest.mark.parametrize("density", [3.0, 4.0, 5.5])
 @pytest.mark.parametrize(("ratio", "tolerance"), [(0.8, 0.015), (1.0, 0.015), (1.5, 0.025)])
 def test_potential_of_a_bead_is_that_of_hnc(density, ratio, tolerance):
     """Eq. 30 within 1.5 % for the fluid's own beads at the pressure 41.89, here as solutes."""

@@ -31,8 +31,8 @@ def test_the_fluid_of_groot_and_warren():
     assert excess_chemical_potentials(fluid) == pytest.approx([12.17], abs=5e-3)
 
 
-@pytest.mark.parametrize("density", [0.01, 0.1, 0.5, 1, 2, 3, 5, 8])
-@pytest.mark.parametrize("a", [0.1, 5, 25, 60, 130])
+@pytest.mark.parametrize("density", [0.01, 0.5, 3, 8])
+@pytest.mark.parametrize("a", [0.1, 25, 130])
 def test_it_converges_in_the_whole_range(density, a):
     """The solution obeys both equations, and is nothing far away."""
     fluid = solve(density, a)

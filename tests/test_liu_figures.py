@@ -86,20 +86,6 @@ def test_ideal_chains_have_no_plateau(beads):
     assert low <= found.low < found.high <= high
 
 
-@pytest.mark.parametrize(
-    ("end", "error", "decided"), [(1e3, 0.1, True), (1e3, 1.0, False), (1e4, 1.0, True)]
-)
-def test_a_plateau_that_the_times_cut_is_at_least_that_long(end, error, decided):
-    """Of 1.6 decades. Whether it is over or not, it may be long enough to decide."""
-    figure = load_module(PAPER, "slope")
-    at = {
-        "level_first": 25.0, "level_last": 1e3, "level_decades": 1.6, "level_error": error,
-        "level_low": 1.0, "level_high": 6.0, "high": 10.0, "duration": 1e4, "box_edge": 100.0,
-    }  # fmt: skip
-    data = xr.Dataset(at).assign(time=("lag", [1.0, end])).expand_dims(run=["melts 100"])
-    assert (figure._level(data).undecided == "") == decided
-
-
 def test_exponents_of_relaxation_times():
     """Of three lengths that ran ten tau; two are too few, whatever lies on them."""
     figure = load_module(PAPER, "relaxation")

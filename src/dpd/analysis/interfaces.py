@@ -27,18 +27,18 @@ STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
 
-LONG_NAMES = {
-    "chi": "chi by Eq. 18",
-    "chi_error": "standard error",
-    "fraction": "minority fraction",
-    "drift": "change between halves in standard errors",
-    "samples": "independent samples in a run",
-    "counted": "minority beads in the bulk",
-    "settled": "whether in equilibrium",
-    "width": "width of the interfaces",
-    "width_error": "standard error",
-    "moved": "largest distance between two places of one interface",
-    "excess_repulsion": "a_AB - a_AA",
+FOUND = {  # by `sweep_chi`, with units
+    "chi": ("1", "chi by Eq. 18"),
+    "chi_error": ("1", "standard error"),
+    "fraction": ("1", "minority fraction"),
+    "drift": ("1", "change between halves in standard errors"),
+    "samples": ("1", "independent samples in a run"),
+    "counted": ("1", "minority beads in the bulk"),
+    "settled": ("1", "whether in equilibrium"),
+    "width": ("r_c", "width of the interfaces"),
+    "width_error": ("r_c", "standard error"),
+    "moved": ("r_c", "largest distance between two places of one interface"),
+    "excess_repulsion": ("kT / r_c", "a_AB - a_AA"),
 }
 
 
@@ -273,14 +273,12 @@ def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """chi per segment of every point of a sweep of slabs over one axis, replicas taken together.
 
     ``sweep``: collected runs of two species in slabs, with profiles. Result: the names of
-    `LONG_NAMES` over the axis; ``settled`` is 1 or 0.
+    `FOUND` over the axis; ``settled`` is 1 or 0.
     """
     rows = [_chi_of_point(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
-    units = dict.fromkeys(rows[0], "1")
-    units |= {"excess_repulsion": "kT / r_c", "width": "r_c", "width_error": "r_c", "moved": "r_c"}
     variables = {
-        name: (axis, [row[name] for row in rows], {"units": unit, "long_name": LONG_NAMES[name]})
-        for name, unit in units.items()
+        name: (axis, [row[name] for row in rows], {"units": unit, "long_name": long_name})
+        for name, (unit, long_name) in FOUND.items()
     }
     return xr.Dataset(variables, {axis: sweep[axis]})
 
