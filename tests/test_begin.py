@@ -367,7 +367,7 @@ def test_files_that_no_run_can_begin_with(work, dpd):
         ("/dev/zero", "is not a file"), ("melt.txt", "suffix '.txt'"),
         ("scene.yaml", "suffix '.yaml'"),
         ("nan.nc", "bead 5 has a velocity that is not a finite number"),
-        ("outside.nc", "bead 3 is at 44.5 along y"),
+        ("outside.nc", "bead 3 is outside of the box"),
     ]  # fmt: skip
     cases += [("cut.gsd", "cut.gsd: ")] * 3
     for place, (name, words) in enumerate(cases):

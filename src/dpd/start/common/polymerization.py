@@ -208,6 +208,7 @@ class Growth:
     def __init__(
         self, scene: Scene, spare: float, initiators: float, rng: np.random.Generator
     ) -> None:
+        self.scene = scene
         kinds, number = scene.molecules, {name: k for k, name in enumerate(scene.species)}
         grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
         rows = [[number[name] for name in k.beads] for k in kinds]
@@ -281,7 +282,7 @@ class Growth:
         undone = 0
         while True:
             members, chain, place = self.bonds()
-            pairs = crossing_bonds(position, members, box)
+            pairs = _crossing(self.scene, "polymerize", position, members, box)
             if pairs.shape[1] == 0:
                 return undone
             one, other = pairs[:, 0]
@@ -336,7 +337,15 @@ def grown(
         crossings: list[int] = []
 
         def look(system, state):
-            crossings.append(_crossing(scene, system, state))
+            place = state.by_identity(state.position)
+            pairs = _crossing(scene, "relax", place, system.members, system.box)
+            crossings.append(pairs.shape[1])
+            if crossings[-1]:
+                raise UserError(
+                    f"{scene.where}: start.relax: {crossings[-1]} pairs of bonds crossed after "
+                    f"{state.step} steps: these forces do not keep chains apart. Raise the core "
+                    "force or radius or the bond stiffness, in the scene or in start.forces"
+                )
 
         interval = max(1, round(LOOK / page.relax.dt))
         state = relaxed(scene, state, progress, interval, look)
@@ -349,20 +358,12 @@ def grown(
     return state, record
 
 
-def _crossing(scene, system, state):
-    """Pairs of bonds that cross, of which there are none."""
-    place = state.by_identity(state.position)
+def _crossing(scene, section, position, members, box):
+    """As `crossing_bonds`, which refuses bonds that are too long."""
     try:
-        crossings = crossing_bonds(place, system.members, system.box).shape[1]
+        return crossing_bonds(position, members, box)
     except UserError as problem:
-        raise UserError(f"{scene.where}: start.relax: {problem}") from None
-    if crossings:
-        raise UserError(
-            f"{scene.where}: start.relax: {crossings} pairs of bonds crossed after {state.step} "
-            "steps: these forces do not keep chains apart. Raise the core force or radius or the "
-            "bond stiffness, in the scene or in start.forces"
-        )
-    return crossings
+        raise UserError(f"{scene.where}: start.{section}: {problem}") from None
 
 
 def _polymerized(scene, settings, system, seed, kT, progress):
@@ -392,10 +393,7 @@ def _polymerized(scene, settings, system, seed, kT, progress):
         sums += growth.grow(place, box, settings.radius, nearest_first, state.step, rng)
         complete = len(growth.finished()) == growth.asked.sum()
         state = growth.moved(state, system, settle if complete else interval, look)
-        try:
-            undone += growth.undo_crossed(state.by_identity(state.position), box)
-        except UserError as problem:
-            raise UserError(f"{scene.where}: start.polymerize: {problem}") from None
+        undone += growth.undo_crossed(state.by_identity(state.position), box)
         now = (state.step - begun) * system.dt
         values = (now, growth.bonded / growth.target, sums[TRIED], sums[CROSSED], sums[FAR], undone)
         for name, value in zip(RECORD, values):
