@@ -148,7 +148,7 @@ ROOMS = ("particles", "engine/queries", "physics", "physics/common")
 LATE = {str(path) for room in ROOMS for path in (PACKAGE / room).glob("*.py")} | {
     str(PACKAGE / name)
     for name in (
-        "engine/barostat.py", "observe/common/layers.py", "observe/common/thermal.py",
+        "engine/barostat.py", "observe/common/bins.py", "observe/common/thermal.py",
         "runs/auto.py", "start/common/files.py",
     )
 }  # fmt: skip
@@ -191,9 +191,7 @@ def test_who_imports_what_a_scene_may_lack():
     pages = [module_of(Observable, name) for name in names(Observable)]
     files = {file_of(page) for page in pages}
     assert not set(users(files, reachable(STAGES["simulate"])))
-    assert set(users(files, reachable(tuple(pages)))) == {
-        "observe/trace.py", "observe/diffusion.py",
-    }  # fmt: skip
+    assert set(users(files, reachable(tuple(pages)))) == {"observe/diffusion.py"}
     users_of_terms = set(users(unused(frozenset()), reachable(STAGES["simulate"])))
     rooms = {user.split("/")[0] for user in users_of_terms}
     assert rooms <= {"engine", "particles", "physics", "start", "scene"}

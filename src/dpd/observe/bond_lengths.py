@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.bins import density, middles
-from dpd.page import Change, Observable, once, setting
+from dpd.observe.common.bins import Binned, species_pairs
+from dpd.page import Change, once, setting
 
 
-class PairBondLengths(Observable, key="bond_lengths"):
+class PairBondLengths(Binned, key="bond_lengths"):
     """Distribution and mean of bond lengths, for each pair of species that is bonded.
 
     The integral of a distribution over the length is 1, less the share beyond the range. The mean
@@ -16,7 +16,7 @@ class PairBondLengths(Observable, key="bond_lengths"):
     """
 
     stands = frozenset(Change)
-    needs_bonds, bins_of = True, "range"
+    needs_bonds = True
     gives = {
         "pair_bond_density": (
             ("block", "bond_pair", "pair_bond_length"), "1 / r_c",
@@ -30,9 +30,6 @@ class PairBondLengths(Observable, key="bond_lengths"):
     range: float = setting("End of the distribution.", 5.0, unit="r_c", gt=0, le=1000)
     bin: float = setting("Largest width of a bin.", 0.02, unit="r_c", ge=0.0001, le=1)
 
-    def bins(self) -> np.ndarray:
-        return np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
-
     @once
     def pairs(self, scene: Any) -> tuple[np.ndarray, np.ndarray]:
         """(pairs, 2) array of numbers of species, and (bonds,) array: the pair of each bond."""
@@ -41,16 +38,15 @@ class PairBondLengths(Observable, key="bond_lengths"):
         return pairs, pair.ravel()
 
     def axes(self, scene: Any) -> Any:
-        names = [f"{scene.species[i]} {scene.species[j]}" for i, j in self.pairs(scene)[0]]
         return {
-            "bond_pair": (np.array(names), "1", "species at the ends"),
-            "pair_bond_length": (middles(self.bins()), "r_c", "bond length"),
+            "bond_pair": species_pairs(scene, self.pairs(scene)[0], "species at the ends"),
+            "pair_bond_length": (self.middles(), "r_c", "bond length"),
         }
 
     def measure(self, now: Any) -> Any:
-        bins, (pairs, pair) = self.bins(), self.pairs(now.scene)
+        pairs, pair = self.pairs(now.scene)
         lengths = [now.bond_lengths[pair == number] for number in np.arange(len(pairs))]
         return {
-            "pair_bond_density": [density(each, bins) for each in lengths],
+            "pair_bond_density": [self.density(each) for each in lengths],
             "pair_bond_mean": [each.mean() for each in lengths],
         }

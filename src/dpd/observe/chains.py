@@ -43,19 +43,12 @@ class Chains(Observable, key="chains"):
         return found
 
 
-def unwrapped(beads: np.ndarray, box: tuple[float, ...], kind: Any = None) -> np.ndarray:
-    """(dimension, molecules, length) array: molecules of a kind, or chains, in one piece.
-
-    Each bead is at the image nearest to the one that it hangs on.
-    """
+def unwrapped(beads: np.ndarray, box: tuple[float, ...]) -> np.ndarray:
+    """(dimension, molecules, length) array: chains in one piece, beads nearest to those before."""
     from dpd.engine.space import nearest
 
-    if kind is None or kind.is_chain:
-        steps = nearest(np.diff(beads, axis=2), box)
-        return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
-    parent, bead = kind.bonds.T
-    steps = nearest(beads[:, :, bead] - beads[:, :, parent], box)
-    return kind.summed(np.concatenate([beads[:, :, :1], steps], axis=2))
+    steps = nearest(np.diff(beads, axis=2), box)
+    return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
 
 
 def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:

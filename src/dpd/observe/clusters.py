@@ -2,9 +2,9 @@
 
 from typing import Any, Literal
 
-from dpd.page import Change, Observable, Refusals, Species, setting
+import numpy as np
 
-COMMON = ("sample",)
+from dpd.page import Change, Observable, Refusals, Species, setting
 
 
 class Clusters(Observable, key="clusters"):
@@ -22,10 +22,10 @@ class Clusters(Observable, key="clusters"):
     stands = frozenset(Change) - {Change.SLIDES}
     interval = 10.0
     gives = {
-        "clusters": (COMMON, "1", "number of clusters"),
-        "cluster_mean": (COMMON, "1", "number-averaged size of clusters"),
-        "cluster_weighted": (COMMON, "1", "weight-averaged size of clusters"),
-        "cluster_largest": (COMMON, "1", "size of the largest cluster"),
+        "clusters": (("sample",), "1", "number of clusters"),
+        "cluster_mean": (("sample",), "1", "number-averaged size of clusters"),
+        "cluster_weighted": (("sample",), "1", "weight-averaged size of clusters"),
+        "cluster_largest": (("sample",), "1", "size of the largest cluster"),
         "cluster_density": (
             ("block", "cluster_size"), "1 / r_c^dimension",
             "number density of clusters of each size in blocks of the run",
@@ -48,7 +48,6 @@ class Clusters(Observable, key="clusters"):
         return {"cluster_size": (range(1, self.largest + 1), "1", "size of a cluster")}
 
     def refuses(self, scene: Any) -> Refusals:
-        """No species, and distances at which a bead meets images of others."""
         if not self.species_of(scene):
             yield "of", f"is missing; give species, as [{scene.species[0]}]"
         repeats = (edge for k, edge in enumerate(scene.box) if k not in scene.ended)
@@ -62,8 +61,6 @@ class Clusters(Observable, key="clusters"):
         return self.of or [name for name in scene.species if any(name in each for each in chains)]
 
     def measure(self, now: Any) -> Any:
-        import numpy as np
-
         sizes = self.sizes(now)
         density = np.bincount(sizes, minlength=self.largest + 1)[1 : self.largest + 1] / now.volume
         counted = sizes[sizes >= self.least]
@@ -76,7 +73,6 @@ class Clusters(Observable, key="clusters"):
 
     def sizes(self, now: Any) -> Any:
         """(clusters,) int array: the molecules or beads in each cluster."""
-        import numpy as np
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 

@@ -27,8 +27,7 @@ class Crossings(Observable, key="crossings"):
     }
 
     def keeps(self, scene: Any) -> Any:
-        """The pairs that cross, as one number each; -1 for none."""
-        return {"pairs": np.full(MOST * len(scene.bonded), -1, np.int64)}
+        return {"pairs": np.full(MOST * len(scene.bonded), -1, np.int64)}  # by number; -1 for none
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.bonds import crossing_bonds

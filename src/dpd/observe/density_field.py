@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Given, Observable, Refusals, interval_setting, setting
+from dpd.page import Change, Given, Observable, Refusals, setting
 
 AXES = "field_x", "field_y", "field_z"
 # Numbers over time, of 4 bytes. With copies for checkpoint and result they fit into the memory that
@@ -30,7 +30,6 @@ class DensityField(Observable, key="density_field"):
     over = {"frame": ("frame", "field_time")}
     single = frozenset({"density_field"})
 
-    every: int = interval_setting("Steps between looks.")
     average: int = setting(
         "Looks in a frame, which covers every times average steps; the next one follows at once.",
         10, ge=1, le=1000000000,
@@ -40,12 +39,11 @@ class DensityField(Observable, key="density_field"):
     )
 
     def given(self, scene: Any) -> dict[str, Given]:
-        box = "edges of the box, mean of a frame"
+        along = ("frame", "species", *AXES[: scene.dimension])
         density = "number density in cells, mean over the looks of a frame"
-        axes = AXES[: scene.dimension]
         return {
-            "field_box": (("frame", "axis"), "r_c", box),
-            "density_field": (("frame", "species", *axes), "1 / r_c^dimension", density),
+            "field_box": (("frame", "axis"), "r_c", "edges of the box, mean of a frame"),
+            "density_field": (along, "1 / r_c^dimension", density),
         }
 
     def axes(self, scene: Any) -> Any:
@@ -56,23 +54,16 @@ class DensityField(Observable, key="density_field"):
         }
 
     def refuses(self, scene: Any) -> Refusals:
-        """Cells that are too wide, or too many for all frames."""
-        spacing, smallest = self.spacing, min(scene.box)
-        if spacing > smallest / 2:
-            yield (
-                "spacing",
-                f"{spacing:g} makes fewer than two cells along an edge of {smallest:g}; allowed: "
-                f"<= {smallest / 2:g}",
-            )
-        cells = math.prod(grid_shape(scene.box, spacing)) * len(scene.species)
+        smallest = min(scene.box)
+        if self.spacing > smallest / 2:
+            text = f"{self.spacing:g} makes fewer than two cells along an edge of {smallest:g}"
+            yield "spacing", f"{text}; allowed: <= {smallest / 2:g}"
+        cells = math.prod(grid_shape(scene.box, self.spacing)) * len(scene.species)
         frames = -(-(scene.steps.sample // self.every) // self.average)
-        if frames * cells > MOST_CELLS:
-            yield (
-                "every",
-                f"{frames} frames of {cells} cells (all species together) make "
-                f"{frames * cells:.3g} numbers; allowed: <= {MOST_CELLS}. Take a larger every, "
-                "average or spacing",
-            )
+        if (numbers := frames * cells) > MOST_CELLS:
+            text = f"{frames} frames of {cells} cells (all species together) make {numbers:.3g}"
+            more = f"allowed: <= {MOST_CELLS}. Take a larger every, average or spacing"
+            yield "every", f"{text} numbers; {more}"
 
     def measure(self, now: Any) -> Any:
         shape, cell = grid_shape(now.scene.box, self.spacing), now.state.species

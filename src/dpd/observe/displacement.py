@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, interval_setting, once
+from dpd.page import Change, Observable, once
 
 
 class Displacement(Observable, key="displacement"):
@@ -32,8 +32,6 @@ class Displacement(Observable, key="displacement"):
             "their squared displacements of centres of mass, mean over molecules, summed",
         ),
     }  # fmt: skip
-
-    every: int = interval_setting("Steps between samples, the shortest time.")
 
     def axes(self, scene: Any) -> Any:
         return {"point": len(self.inner(scene)) + int(max(scene.lengths) > 1)}

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.bins import density, middles
-from dpd.page import Change, Observable, Refusals, setting
+from dpd.observe.common.bins import Binned
+from dpd.page import Change, Refusals, setting
 
 MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
 
 
-class EndPoints(Observable, key="end_points"):
+class EndPoints(Binned, key="end_points"):
     """Distribution of the end-to-end distance, for each kind of molecule.
 
     Of a branched molecule all pairs of ends count: of beads with a single bond. The integral of a
@@ -18,7 +18,7 @@ class EndPoints(Observable, key="end_points"):
     """
 
     stands = frozenset(Change)
-    needs_bonds, bins_of = True, "range"
+    needs_bonds = True
     gives = {
         "end_density": (
             ("block", "kind", "end_distance"), "1 / r_c",
@@ -30,32 +30,24 @@ class EndPoints(Observable, key="end_points"):
     range: float = setting("End of the distribution.", 20.0, unit="r_c", gt=0, le=10000)
     bin: float = setting("Largest width of a bin.", 0.1, unit="r_c", ge=0.0001, le=10)
 
-    def bins(self) -> np.ndarray:
-        return np.linspace(0.0, self.range, int(np.ceil(self.range / self.bin)) + 1)
-
     def axes(self, scene: Any) -> Any:
-        return {"end_distance": (middles(self.bins()), "r_c", "distance between two ends")}
+        return {"end_distance": (self.middles(), "r_c", "distance between two ends")}
 
     def refuses(self, scene: Any) -> Refusals:
-        """Too many pairs of ends."""
         pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
         if pairs > MOST_PAIRS:
-            yield (
-                "",
-                f"'end_points' would look at {pairs:.3g} pairs of ends of branched molecules; "
-                f"allowed: <= {MOST_PAIRS}",
-            )
+            text = f"{self.key!r} would look at {pairs:.3g} pairs of ends of branched molecules"
+            yield "", f"{text}; allowed: <= {MOST_PAIRS}"
 
     def measure(self, now: Any) -> Any:
-        kinds, bins = now.scene.molecules, self.bins()
-        shares, beyond = np.zeros((len(kinds), len(bins) - 1)), np.zeros(len(kinds))
+        kinds = now.scene.molecules
+        shares, beyond = np.zeros((len(kinds), len(self.edges) - 1)), np.zeros(len(kinds))
         for k, beads in enumerate(now.in_one_piece):
             if len(kinds[k].beads) > 1:
                 one, other = np.triu_indices(len(kinds[k].ends), 1)
                 ends = beads[:, :, kinds[k].ends]
                 apart = np.sqrt(((ends[:, :, one] - ends[:, :, other]) ** 2).sum(axis=0))
-                shares[k] = density(apart, bins)
-                beyond[k] = (apart > self.range).mean()
+                shares[k], beyond[k] = self.density(apart), (apart > self.range).mean()
         return {"end_density": shares, "end_beyond": beyond}
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals, interval_setting, once
+from dpd.page import Change, Observable, Refusals, once
 
 
 class EndToEnd(Observable, key="end_to_end"):
@@ -25,10 +25,7 @@ class EndToEnd(Observable, key="end_to_end"):
         "end_sums": (("part", "lag"), "r_c^2", "their products, mean over molecules, summed"),
     }
 
-    every: int = interval_setting("Steps between samples, the shortest time.")
-
     def refuses(self, scene: Any) -> Refusals:
-        """No linear molecule."""
         if not _chains(scene):
             yield "", "'end_to_end' has nothing to measure: no molecule is linear"
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from dpd.observe.common.bins import species_pairs
 from dpd.page import Change, Observable, Refusals
 
 
@@ -29,13 +30,11 @@ class Mixing(Observable, key="mixing"):
     }  # fmt: skip
 
     def refuses(self, scene: Any) -> Refusals:
-        """A single species."""
         if len(scene.species) < 2:
             yield "", "'mixing' has nothing to measure: there is a single species"
 
     def axes(self, scene: Any) -> Any:
-        names = [f"{one} {other}" for one, other in combinations(scene.species, 2)]
-        return {"unlike_pair": (np.array(names), "1", "pair of species")}
+        return {"unlike_pair": species_pairs(scene, combinations(range(len(scene.species)), 2))}
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import near_by_species

@@ -1,10 +1,10 @@
 """Energy of the pairs of each two species, as thermodynamic integration needs it."""
 
-from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 
+from dpd.observe.common.bins import species_pairs
 from dpd.page import Change, Observable
 
 
@@ -27,8 +27,8 @@ class PairEnergies(Observable, key="pair_energies"):
     }  # fmt: skip
 
     def axes(self, scene: Any) -> Any:
-        names = [f"{one} {other}" for one, other in combinations_with_replacement(scene.species, 2)]
-        return {"energy_pair": (np.array(names), "1", "pair of species")}
+        pairs = np.transpose(np.triu_indices(len(scene.species)))
+        return {"energy_pair": species_pairs(scene, pairs)}
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import near_by_species

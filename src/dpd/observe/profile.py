@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.layers import Layered
+from dpd.observe.common.bins import Layered
 from dpd.page import Change
 
 
@@ -27,5 +27,4 @@ class Profile(Layered, key="profile"):
         if species is not None:
             place += layers.count * species.astype(np.int64)
         counts = np.bincount(place, minlength=kinds * layers.count).reshape(kinds, -1)
-        density = counts * (layers.crowding(now) / layers.volume)
-        return {"z": layers.middles(now), "density_profile": density}
+        return {"z": layers.middles(now), "density_profile": counts * layers.per_volume(now)}

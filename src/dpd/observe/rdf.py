@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.observe.common.bins import middles
-from dpd.page import Change, Given, Observable, Refusals, interval_setting, once, setting
+from dpd.observe.common.bins import Binned, species_pairs
+from dpd.page import Change, Given, Refusals, interval_setting, once, setting
 
 EVERY = 12  # steps for each range^dimension: pairs within it take as long as half a step
 
 
-class RadialDistribution(Observable, key="rdf"):
+class RadialDistribution(Binned, key="rdf"):
     """g(r) of all beads: the n_k pairs found in a shell over those of an ideal gas.
 
     A shell of bin k holds the volume v_k between its two radii (4 pi r^3 / 3 in three
@@ -32,7 +32,7 @@ class RadialDistribution(Observable, key="rdf"):
     cannot = {
         Change.ENDS: "compares with a fluid that is alike everywhere, which none is near a wall"
     }
-    bins_of = "range"
+    whole = round
     gives = {
         "rdf": (("block", "r"), "1", "radial distribution function g(r) in blocks of the run"),
         "rdf_of_pair": (
@@ -54,32 +54,26 @@ class RadialDistribution(Observable, key="rdf"):
         """Those of the interval, or more where there are many pairs."""
         return max(super().steps_between(scene), round(EVERY * self.range**scene.dimension))
 
-    def bins(self) -> np.ndarray:
-        return np.linspace(0.0, self.range, max(1, round(self.range / self.bin)) + 1)
-
     def given(self, scene: Any) -> dict[str, Given]:
-        """Without those of species if they are not asked for."""
-        given = super().given(scene)
-        return given if self.species else {"rdf": given["rdf"]}
+        found = super().given(scene)
+        return found if self.species else {"rdf": found["rdf"]}
 
     def axes(self, scene: Any) -> Any:
-        found = {"r": (middles(self.bins()), "r_c", "distance")}
-        if self.species:
-            names = [f"{scene.species[i]} {scene.species[j]}" for i, j in self.pairs(scene)]
-            found["rdf_pair"] = np.array(names), "1", "pair of species"
-        return found
+        found = {"r": (self.middles(), "r_c", "distance")}
+        return found | (
+            {"rdf_pair": species_pairs(scene, self.pairs(scene))} if self.species else {}
+        )
 
     def refuses(self, scene: Any) -> Refusals:
-        """A single bead, and distances at which one meets images."""
-        farthest, half = self.range, min(scene.box) / 2
+        half = min(scene.box) / 2
         room = min(half, *scene.room)
         if scene.beads < 2:
             yield "", "'rdf' has nothing to measure: there is a single bead"
-        if farthest > half:
-            text = f"{farthest:g} is more than half the smallest edge; allowed: <= {half:g}"
+        if self.range > half:
+            text = f"{self.range:g} is more than half the smallest edge; allowed: <= {half:g}"
             yield "range", text
-        elif farthest > room:
-            text = f"{farthest:g} reaches further than images under shear allow"
+        elif self.range > room:
+            text = f"{self.range:g} reaches further than images under shear allow"
             yield "range", f"{text}; allowed: <= {room:.4g}"
 
     @once
@@ -95,7 +89,7 @@ class RadialDistribution(Observable, key="rdf"):
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.pairs import pair_histogram
 
-        smallest, edges, scene = min(now.box), self.bins(), now.scene
+        smallest, edges, scene = min(now.box), self.edges, now.scene
         if self.range > smallest / 2:
             raise UserError(
                 f"observe.rdf.range: {self.range:g} is more than half the smallest edge of the "
@@ -104,10 +98,8 @@ class RadialDistribution(Observable, key="rdf"):
         shells = np.diff({2: np.pi, 3: 4.0 * np.pi / 3.0}[scene.dimension] * edges**scene.dimension)
         kinds = now.state.species if self.species else None  # None: there is one species alone
         counts = pair_histogram(now.state.position, now.lattice, self.range, len(shells), kinds)
-        if kinds is None:
-            counts = counts[None]
-        else:
-            counts = np.array([counts[pair] for pair in self.pairs(scene)])
+        each = [()] if kinds is None else self.pairs(scene)
+        counts = np.array([counts[pair] for pair in each])
         all_pairs = now.beads * (now.beads - 1) / 2
         found = {"rdf": counts.sum(axis=0) * (now.volume / (all_pairs * shells))}
         if self.species:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.layers import Layered
+from dpd.observe.common.bins import Layered
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.page import Change, Given
 
@@ -67,10 +67,8 @@ class StressProfile(Layered, key="stress_profile"):
         along = across.pop(layers.axis)
         kinetic = np.array([along, np.mean(across, axis=0)])
         normal, tangential = virial_in_slices(system, now.state, slices) + kinetic
-        found = {
-            "normal_pressure_profile": normal, "tangential_pressure_profile": tangential,
-        }  # fmt: skip
+        found = {"normal_pressure_profile": normal, "tangential_pressure_profile": tangential}
         if layers.axis in now.scene.ended:
             found["wall_pressure_profile"] = wall_virial_in_slices(system, now.state, slices)
-        per = layers.crowding(now) / layers.volume
+        per = layers.per_volume(now)
         return {"slice": layers.middles(now)} | {name: per * each for name, each in found.items()}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from dpd.observe.common.bins import species_pairs
 from dpd.page import Change, Observable, Refusals, interval_setting, once, setting
 
 MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
@@ -89,13 +90,13 @@ class StructureFactor(Observable, key="structure_factor"):
         return np.unique(shell, return_inverse=True, return_counts=True)[1:]
 
     def axes(self, scene: Any) -> Any:
-        names = [f"{one} {other}" for one, other in combinations_with_replacement(scene.species, 2)]
+        pairs = combinations_with_replacement(range(len(scene.species)), 2)
         waves, (shell, members) = self.waves(scene), self.shells(scene)
         mean = np.bincount(shell, _length(waves, scene.box)) / members
         text = "mean length of the wave vectors in a shell, which is 2 pi / longest edge wide"
         vectors, about = 2 * np.pi * waves / np.array(scene.box), "wave vector, one of q and -q"
         return {
-            "species_pair": (np.array(names), "1", "pair of species"),
+            "species_pair": species_pairs(scene, pairs),
             "q": (mean, "1 / r_c", text),
             "q_waves": (2 * members, "1", "wave vectors in a shell, q and -q", ("q",)),
             "wave": len(waves),
@@ -103,25 +104,18 @@ class StructureFactor(Observable, key="structure_factor"):
         }
 
     def refuses(self, scene: Any) -> Refusals:
-        """Wave vectors that the box has not, or that are too many."""
         most, longest = self.max, max(scene.box)
         least = 2 * np.pi / longest
         if most < least:
-            yield (
-                "max",
-                f"{most:g} is below the smallest wave number of the box, 2 pi / {longest:g}; "
-                f"allowed: >= {least:.4g}",
-            )
+            text = f"{most:g} is below the smallest wave number of the box, 2 pi / {longest:g}"
+            yield "max", f"{text}; allowed: >= {least:.4g}"
         # Their number, before they are all written down.
         around = math.prod(2 * count + 1 for count in _farthest(scene.box, most)) // 2
         pairs = len(scene.species) * (len(scene.species) + 1) // 2
-        if around * pairs > MOST_WAVES or around * scene.beads > MOST_SUMS:
-            yield (
-                "max",
-                f"{most:g} makes up to {around:.3g} wave vectors for {scene.beads} beads; "
-                f"allowed: <= {min(MOST_WAVES // pairs, MOST_SUMS // scene.beads)} vectors. Take "
-                "a smaller max",
-            )
+        allowed = min(MOST_WAVES // pairs, MOST_SUMS // scene.beads)
+        if around > allowed:
+            text = f"{most:g} makes up to {around:.3g} wave vectors for {scene.beads} beads"
+            yield "max", f"{text}; allowed: <= {allowed} vectors. Take a smaller max"
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.queries.beads import density_waves

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.chains import unwrapped
 from dpd.page import Change, Observable, Refusals
 
 MOST_NUMBERS = 10**8  # of all configurations: 0.8 gigabytes
@@ -35,24 +34,15 @@ class Trace(Observable, key="trace"):
         return {"image": np.zeros(scene.dimension, np.int32)}
 
     def refuses(self, scene: Any) -> Refusals:
-        """Too many coordinates."""
-        every, beads = self.every, len(scene.molecules[0].beads)
-        numbers = scene.steps.sample // every * beads * scene.dimension
-        if numbers > MOST_NUMBERS:
-            least = -(-scene.steps.sample * beads * scene.dimension // MOST_NUMBERS)
-            yield (
-                "every",
-                f"{every} keeps {numbers:.3g} coordinates of the first molecule; allowed: <= "
-                f"{MOST_NUMBERS}, every >= {least}",
-            )
+        each, steps = len(scene.molecules[0].beads) * scene.dimension, scene.steps.sample
+        if (numbers := steps // self.every * each) > MOST_NUMBERS:
+            text = f"{self.every} keeps {numbers:.3g} coordinates of the first molecule; allowed"
+            yield "every", f"{text}: <= {MOST_NUMBERS}, every >= {-(-steps * each // MOST_NUMBERS)}"
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.space import unfolded
 
-        kind, state, image = now.scene.molecules[0], now.state, now.state.image[:, 0]
+        beads, image = now.in_one_piece[0][:, 0], now.state.image[:, 0]
         if now.sample == 0:
             now.kept["image"][...] = image
-        places = np.flatnonzero(state.identity < len(kind.beads))
-        beads = state.position[:, None, places[np.argsort(state.identity[places])]]
-        beads = unwrapped(beads, now.lattice, kind)[:, 0]
         return unfolded(beads, (image - now.kept["image"])[:, None], now.lattice)

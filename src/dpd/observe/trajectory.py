@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals, interval_setting, once, setting
+from dpd.page import Change, Observable, Refusals, once, setting
 
 
 class Trajectory(Observable, key="trajectory"):
@@ -20,7 +20,6 @@ class Trajectory(Observable, key="trajectory"):
     stands = frozenset(Change)
     suffix = ".gsd"
 
-    every: int = interval_setting("Steps between frames.")
     species: list[str] | None = setting(
         "Names of the species that are written, as [H, T], with the bonds among them; if not "
         "given, all.",
@@ -35,12 +34,10 @@ class Trajectory(Observable, key="trajectory"):
     )
 
     def conflicts(self) -> Refusals:
-        """A species that is there twice."""
         if self.species and len(set(self.species)) < len(self.species):
             yield "species", "names a species twice; keep one"
 
     def watched(self, scene: Any) -> int:
-        """All steps, if it looks at the equilibration as well."""
         return sum(scene.steps) if self.equilibration else int(scene.steps.sample)
 
     def opened(self, path: Path) -> Any:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.layers import Layered
+from dpd.observe.common.bins import Layered
 from dpd.page import Change
 from dpd.particles.particles import shear_of
 

@@ -29,13 +29,12 @@ class WallForces(Observable, key="walls"):
     }  # fmt: skip
 
     def refuses(self, scene: Any) -> Refusals:
-        """No walls."""
         if not scene.ended:
             yield "", "'walls' has nothing to measure: the scene has none; add 'walls'"
 
     def axes(self, scene: Any) -> Any:
         names = [f"{'xyz'[axis]} {end}" for axis in scene.ended for end in ("lower", "upper")]
-        return {"wall": (np.array(names), "1", "axis and end of each wall")}
+        return {"wall": (names, "1", "axis and end of each wall")}
 
     def needs_forces(self) -> bool:
         return True

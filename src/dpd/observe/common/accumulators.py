@@ -41,16 +41,9 @@ class Series:
     holds twice as many samples from then on. What is given in the end are `BLOCKS` blocks of 4 to 8
     of the short ones each, of which the last one may be half full.
 
-    Parameters
-    ----------
-    shapes : dict of str to (str, tuple of int)
-        By name: the kind (`dpd.page.Observable.gives`), and the shape of a sample.
-    samples : int
-        In the run.
-    average : int
-        Samples in a frame; the last frame may have fewer.
-    single : collection of str
-        Names of those in single precision.
+    Shapes are, by name, the kind (`dpd.page.Observable.gives`) and the shape of a sample. A frame
+    has ``average`` samples, the last one of so many in a run maybe fewer; ``single`` names what is
+    kept in single precision.
     """
 
     def __init__(
@@ -63,14 +56,12 @@ class Series:
         self._places = SHORT if sum(map(math.prod, blocked)) <= LARGE else FEW
         rows = {"sample": samples, "frame": self._frames, "run": 1, "last": 1}
         self.each = np.ones(1, np.int64)
-        self.arrays = {
-            name: np.full(
-                (rows.get(kind, self._places), *shape),
-                np.nan if kind == "sample" else 0,
-                np.float32 if name in single else np.float64,
-            )
-            for name, (kind, shape) in shapes.items()
-        }
+        self.arrays = {}
+        for name, (kind, shape) in shapes.items():
+            dtype = np.float32 if name in single else np.float64
+            self.arrays[name] = np.zeros((rows.get(kind, self._places), *shape), dtype)
+            if kind == "sample":
+                self.arrays[name][...] = np.nan
 
     def add(self, taken: int, values: Mapping[str, npt.ArrayLike]) -> None:
         """Add a sample of each, after so many before it."""
@@ -129,16 +120,8 @@ class MultipleTau:
 
     A level begins with its second sample, when the level below still holds its first; so it does
     not matter how long the run was planned to be, which only gives the room. Parts of the run are
-    made of short ones, as blocks of `Series` are.
-
-    Parameters
-    ----------
-    samples : int
-        Expected in the run.
-    shape : tuple of int
-        Of a sample, molecules last.
-    quantities : int
-        Results per molecule.
+    made of short ones, as blocks of `Series` are. The shape is that of a sample, molecules last;
+    quantities are results per molecule.
     """
 
     def __init__(self, samples: int, shape: tuple[int, ...], quantities: int) -> None:
@@ -188,34 +171,27 @@ class MultipleTau:
         kept[number % KEPT] = sample
 
     def results(self, taken: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Lags that were seen in so many samples, with means over the run and sums over its parts.
+        """Lags that were seen in so many samples, in samples, with what was found over each.
 
-        Returns
-        -------
-        lag : (lags,) array
-            In samples.
-        means : (lags, quantities, molecules) array
-        counts : (parts, lags) array
-        sums : (parts, lags, quantities) array
-            Of means over molecules.
+        Means over the run, (lags, quantities, molecules); how many pairs of samples end in each
+        part of the run, (parts, lags); sums over these of means over molecules, (parts, lags,
+        quantities).
         """
         arrays, levels = self.arrays, 1
         while KEPT * COARSER ** (levels - 1) < FARTHEST * taken:
             levels += 1
         short = -(-taken // int(arrays["part_each"][0]))  # the last one may hold fewer samples
         part = np.arange(short) * PARTS // max(short, 1)
-        counts, parts = (
-            np.zeros((PARTS, *array[:levels].swapaxes(0, 1).shape[1:]))
-            for array in (arrays["part_counts"], arrays["part_sums"])
-        )
-        np.add.at(counts, part, arrays["part_counts"][:levels, :short].swapaxes(0, 1))
-        np.add.at(parts, part, arrays["part_sums"][:levels, :short].swapaxes(0, 1))
-        counts, parts = counts.reshape(PARTS, -1), parts.reshape(PARTS, counts[0].size, -1)
+        found = []
+        for name in ("part_counts", "part_sums"):
+            array = arrays[name][:levels, :short].swapaxes(0, 1)
+            sums = np.zeros((PARTS, *array.shape[1:]))
+            np.add.at(sums, part, array)
+            found.append(sums.reshape(PARTS, levels * KEPT, -1))
+        counts, parts = found[0][..., 0], found[1]
         total = counts.sum(axis=0)
         seen = total > 0
-        _, _, quantities, molecules = arrays["lag_sums"].shape
         lag = (np.arange(1, KEPT + 1) * COARSER ** np.arange(levels)[:, None]).ravel()
-        sums = arrays["lag_sums"][:levels].reshape(-1, quantities, molecules)
-        return (
-            lag[seen], sums[seen] / total[seen, None, None], counts[:, seen], parts[:, seen],
-        )  # fmt: skip
+        sums = arrays["lag_sums"][:levels].reshape(levels * KEPT, *arrays["lag_sums"].shape[2:])
+        means = sums[seen] / total[seen, None, None]
+        return lag[seen], means, counts[:, seen], parts[:, seen]

@@ -1,14 +1,113 @@
-"""Bins of distributions."""
+"""Bins: of distances, in layers across an axis, of pairs of species."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from dpd.page import Axis, Observable, once, setting
 
-def middles(edges: np.ndarray) -> np.ndarray:
-    """(bins,) array: the middles of bins."""
-    return 0.5 * (edges[1:] + edges[:-1])
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from dpd.engine.simulation import Snapshot
+    from dpd.scene.scene import Scene
+
+CUTOFF = 1.0
 
 
-def density(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """(bins,) array: share of some numbers in each of equal bins from 0 on, over its width."""
-    counts, _ = np.histogram(values, len(edges) - 1, (0.0, edges[-1]))  # faster than with edges
-    return counts / (values.size * edges[1])
+def species_pairs(scene: Scene, pairs: Iterable[Any], text: str = "pair of species") -> Any:
+    """An axis of pairs of species, from their numbers."""
+    return [f"{scene.species[i]} {scene.species[j]}" for i, j in pairs], "1", text
+
+
+class Binned(Observable):
+    """What is counted in equal bins from 0 to ``range``."""
+
+    bins_of = "range"
+    whole: ClassVar[Any] = math.ceil  # bins, of range / bin; `round` where a bin may be wider
+
+    @property
+    def edges(self) -> np.ndarray:
+        """(bins + 1,) array."""
+        end, width = self.range, self.bin  # type: ignore[attr-defined]
+        return np.linspace(0.0, end, max(1, self.whole(end / width)) + 1)
+
+    def middles(self) -> np.ndarray:
+        """(bins,) array."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+    def density(self, values: np.ndarray) -> np.ndarray:
+        """(bins,) array: share of some numbers in each bin, over its width."""
+        edges = self.edges
+        counts, _ = np.histogram(values, len(edges) - 1, (0.0, edges[-1]))  # faster than with edges
+        return counts / (values.size * edges[1])
+
+
+class Layered(Observable):
+    """What is measured in layers across an axis, whose places have the name `along`."""
+
+    bins_of = "box"
+    along: ClassVar[str]
+
+    bin: float = setting(
+        "Largest width of a layer, at most the longest edge.", 0.2, unit="r_c", ge=0.001
+    )
+    axis: Axis | None = setting(
+        "The axis; if not given, the one across which walls, a body force that turns round, or a "
+        "shear make the fluid change, or the longest.", None, of="axis",
+    )  # fmt: skip
+
+    @once
+    def layers(self, scene: Any) -> Layers:
+        return Layers(scene, scene.axis_of_profile(self.axis), self.bin)
+
+    def axes(self, scene: Any) -> Any:
+        return {self.along: (self.layers(scene).middles(), "r_c", "position along the axis")}
+
+
+class Layers:
+    """Equal layers across an axis: of the box, or from behind one wall to behind the other.
+
+    At constant pressure they become as long as the box. ``volume`` is that of a layer of the
+    scene's box.
+    """
+
+    def __init__(self, scene: Scene, axis: int, thickness: float) -> None:
+        # Behind a plane the gap is the reach of beads, and a cutoff.
+        self._reach = max(0.0, scene.origin[axis] - CUTOFF)
+        self._low = scene.origin[axis] - self._reach
+        self._length = scene.box[axis] + 2 * self._reach
+        self._edge, self._box_volume = scene.period[axis], scene.volume
+        self.axis, self.count = axis, math.ceil(self._length / thickness)
+        self.volume = scene.volume * (self._length / scene.box[axis]) / self.count
+
+    def of(self, now: Snapshot) -> np.ndarray:
+        """(n,) int64 array: the layer of each bead, in storage order."""
+        layer = self.places(now).astype(np.int64)
+        return np.minimum(layer, self.count - 1, out=layer)
+
+    def places(self, now: Snapshot) -> np.ndarray:
+        """(n,) array: where each bead is, in layers from the lower end of the first one."""
+        place = now.state.position[self.axis] - self._low
+        return place * (self.count / self._length_in(now))
+
+    def bounds(self, now: Snapshot) -> tuple[float, float]:
+        """Where in the engine's box the first layer begins, and the last one ends, in r_c."""
+        return float(self._low), float(self._low + self._length_in(now))
+
+    def per_volume(self, now: Snapshot) -> float:
+        """One over the volume of a layer of the box as it is now."""
+        return self._box_volume / now.volume / self.volume
+
+    def middles(self, now: Snapshot | None = None) -> np.ndarray:
+        """(count,) array: of the layers of the scene's box, or of that now, from its lower end."""
+        length = self._length if now is None else self._length_in(now)
+        return (np.arange(self.count) + 0.5) * (length / self.count) - self._reach
+
+    def _length_in(self, now):
+        """All layers together, in the box as it is now."""
+        edge = now.box[self.axis]
+        return self._length if edge == self._edge else edge  # of another pressure: no walls

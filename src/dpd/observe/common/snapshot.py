@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,19 +17,11 @@ if TYPE_CHECKING:
 
 
 class Pairs(NamedTuple):
-    """Pairs of beads that are near each other.
+    """Pairs of beads that are near each other, as (pairs,) arrays."""
 
-    Attributes
-    ----------
-    i, j : (pairs,) int arrays
-        The two beads, i < j.
-    distance : (pairs,) array
-        In r_c, to the nearest image.
-    """
-
-    i: np.ndarray
-    j: np.ndarray
-    distance: np.ndarray
+    i: np.ndarray  # the number of one bead
+    j: np.ndarray  # of the other, i < j
+    distance: np.ndarray  # in r_c, to the nearest image
 
 
 def fixed(array: np.ndarray) -> np.ndarray:
@@ -42,36 +34,19 @@ def fixed(array: np.ndarray) -> np.ndarray:
 class Snapshot:
     """A configuration, molecule after molecule as the scene has them.
 
-    Parameters
-    ----------
-    scene : Scene
-    simulation : dpd.engine.simulation.Snapshot
-        As it is now; nothing of it is kept.
-
-    Attributes
-    ----------
-    scene : Scene
-        With the values that hold now.
-    step : int
-        Since the run began, equilibration included.
-    sample : int
-        How many samples the page that looks has taken before.
-    kept : dict of str to array
-        What that page keeps from sample to sample; it may write to them.
-    file
-        The page's own file, or None.
-    system, state, lattice
-        Of the engine, whose functions take them: `System`, `State`, and the box with its images
-        where they are now.
+    Nothing of the simulation is kept: what is found is valid for its step.
     """
 
     def __init__(self, scene: Scene, simulation: Configuration) -> None:
+        # Of the engine, whose functions take them; the box with its images where they are now.
         self.system, self.state, self.lattice = simulation.system, simulation.state, simulation.box
-        self.step, self._whole = self.state.step, scene
+        self.step, self._whole = self.state.step, scene  # since the run began, all included
         one = len(scene.stages) == 1
+        # With the values that hold now.
         self.scene = scene if one else scene.during(self.step - 1, max(self.step, 1))[-1]
-        self.sample, self.file = 0, None
-        self.kept: dict[str, np.ndarray] = {}
+        self.sample = 0  # how many the page that looks has taken before
+        self.kept: dict[str, np.ndarray] = {}  # what it keeps, and may write to
+        self.file: Any = None  # its own
         self._near = -1.0
 
     @property
@@ -184,25 +159,20 @@ class Snapshot:
         """
         if self.system.shear is not None:
             raise UserError("pairs of a snapshot are not known under shear, where images slide")
-        half = min((e for e in self._periods if e), default=np.inf) / 2
+        edges = np.where(np.isin(np.arange(self.dimension), self.scene.ended), 0.0, self.box)
+        half = edges.min(where=edges > 0, initial=np.inf) / 2  # 0 where images do not repeat
         if not 0 < within <= half:
-            raise UserError(
-                f"pairs within {within:g} r_c: allowed: > 0, and half the box, {half:g}"
-            )
+            text = f"allowed: > 0, and half the box, {half:g}"
+            raise UserError(f"pairs within {within:g} r_c: {text}")
         if within > self._near:
-            self._near, self._pairs = within, self._find(within)
+            self._near, self._pairs = within, self._find(within, edges)
         near = self._pairs.distance <= within
         return Pairs(*(each[near] for each in self._pairs))
 
-    @property
-    def _periods(self):
-        """Edges of axes along which images repeat, 0 for those that end."""
-        return [0.0 if axis in self.scene.ended else e for axis, e in enumerate(self.box)]
-
-    def _find(self, within):
+    def _find(self, within, edges):
         from scipy.spatial import cKDTree
 
-        positions, edges = self.positions % self.box, np.array(self._periods)
+        positions = self.positions % self.box
         i, j = cKDTree(positions, boxsize=edges).query_pairs(within, output_type="ndarray").T
         apart = positions[i] - positions[j]
         apart -= edges * np.round(apart / self.box)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dpd.observe.common.layers import Layers
+from dpd.observe.common.bins import Layers
 
 if TYPE_CHECKING:
     from dpd.engine.simulation import Snapshot
