@@ -109,11 +109,10 @@ class Measured:
         if "lag" in self._names:
             shape = self._shapes[COMPARED] = self._lengths(COMPARED, page.compared)
             self._lags = MultipleTau(self._samples, shape, len(self._names["lag"]))
-        self.arrays: dict[str, np.ndarray] = {
-            "taken": np.zeros(1, np.int64), "each": self._series.each,
-        }  # fmt: skip
+        each = {"each": self._series.each} if {"block", "largest"} & self._names.keys() else {}
         lags = self._lags.arrays if self._lags else {}
-        for arrays in (self._series.arrays, lags, self._kept):
+        self.arrays: dict[str, np.ndarray] = {"taken": np.zeros(1, np.int64)}
+        for arrays in (each, self._series.arrays, lags, self._kept):
             if twice := self.arrays.keys() & arrays.keys():
                 text = f"{min(twice)!r} is the name of something else that it keeps"
                 raise UserError(f"observe.{self.key}: {text}; take another name")
