@@ -103,14 +103,6 @@ def test_beads_anywhere(count, walls):
     assert 3 < expected.max() == found["cluster_largest"] and expected.min() == 1
 
 
-def test_species_that_are_not_named_are_those_of_chains():
-    """So water is left out."""
-    scene = Scene(SCENE | {"observe": ["clusters"]})
-    position = np.random.default_rng(4).random((scene.beads, 3)) * scene.box
-    without, named = measured(scene, position), measured(scene, position, of=["T", "H"])
-    assert without["clusters"] == named["clusters"]
-
-
 def test_in_a_run():
     """The series and the blocks agree, and the last sample with the last beads."""
     observe = ["thermo", {"clusters": {"of": ["A"], "within": 0.5, "every": 20}},

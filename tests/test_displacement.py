@@ -7,7 +7,6 @@ from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
-from dpd.observe.common.accumulators import COARSER, KEPT
 from dpd.observe.common.measured import Measured, observables
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import Displacement, displacements, followed
@@ -110,14 +109,6 @@ def test_every_lag_is_that_of_the_whole_trajectory():
             np.testing.assert_allclose(sums, expected, rtol=1e-10, atol=1e-8)
 
 
-def test_a_short_run_has_only_the_lags_that_it_reaches():
-    """Six samples are one to five apart, in pairs of 5, 4, 3, 2, 1."""
-    _, observer = watch(np.array([[0.1], [0.0]]), 6)
-    found = observer.variables()
-    np.testing.assert_allclose(found["lag_time"][1], 0.02 * np.arange(1, 6), rtol=1e-12)
-    np.testing.assert_array_equal(found["lag_samples"][1].sum(axis=0), [5, 4, 3, 2, 1])
-
-
 FREE = SCENE | {
     "molecules": [{"architecture": "A", "count": 10}],
     "box": [4.0, 5.0],
@@ -193,17 +184,3 @@ def test_samples_any_distance_apart_follow_as_those_of_every_step(kind):
     expected = np.array(each.moved)[499::500] - each.moved[499]
     np.testing.assert_allclose(far.moved, expected, rtol=0, atol=1e-10)
     assert np.abs(np.diff(far.moved, axis=0)).max() > 1 / 3
-
-
-def test_arrays_are_all_that_goes_on():
-    """A fresh observer that is given the arrays half-way ends with the same bits."""
-    velocity = np.random.default_rng(1).normal(scale=0.3, size=(2, 10))
-    scene, whole = watch(velocity, 1700)
-    _, half = watch(velocity, 877)
-    other = Measured(Displacement(every=1), scene, system_of(scene))
-    for name, array in half.arrays.items():
-        other.arrays[name][...] = array
-    watch(velocity, 823, other, first=877)
-    for name, variable in whole.variables().items():
-        np.testing.assert_array_equal(other.variables()[name][1], variable[1], err_msg=name)
-    assert whole.arrays["taken"] == 1700 > KEPT * COARSER**2

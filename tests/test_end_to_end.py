@@ -89,21 +89,6 @@ def test_a_series_that_ends_early():
     assert (counts.shape, sums.shape) == ((PARTS, 0), (PARTS, 0, 2))
 
 
-def test_a_series_with_its_arrays_copied():
-    """Half-way into others: the same bits in the end."""
-    series = np.random.default_rng(2).normal(size=(700, 2, 3))
-    whole, half = correlate(series, 700), MultipleTau(700, (2, 3), 2)
-    for taken in range(333):
-        half.add(taken, series[taken], two_quantities)
-    other = MultipleTau(700, (2, 3), 2)
-    for name, array in half.arrays.items():
-        other.arrays[name][...] = array
-    for taken in range(333, 700):
-        other.add(taken, series[taken], two_quantities)
-    for one, two in zip(whole.results(700), other.results(700)):
-        np.testing.assert_array_equal(one, two)
-
-
 SCENE = {
     "dimension": 3,
     "box": [2.5, 3.5, 4.0],
@@ -191,17 +176,6 @@ def test_every_lag_is_that_of_the_whole_run(chain_run):
         np.testing.assert_array_equal(counts, np.bincount(part, minlength=PARTS))
         sums = np.bincount(part, products.mean(axis=1), minlength=PARTS)
         np.testing.assert_allclose(found["end_sums"][:, number], sums, rtol=1e-10, atol=1e-8)
-
-
-def test_correlation_begins_at_the_square_and_is_forgotten(chain_run):
-    """Over 0.04 tau chains hardly turn, over 4 tau those of three beads turn many times."""
-    _, observer, _, _, _ = chain_run
-    found = {name: variable[1] for name, variable in observer.variables().items()}
-    left = found["end_correlation"] / found["end_square"]
-    assert (left[0] > 0.95).all()
-    assert (left[0] < 1).all()
-    late = np.searchsorted(found["end_lag_time"], 4.0)
-    assert abs(left[late, 3:].mean()) < 0.2
 
 
 @pytest.mark.parametrize("taken", [1, 877])

@@ -242,13 +242,6 @@ def test_a_scheme_that_blows_up_is_left_out():
 
 
 @pytest.mark.thorough
-def test_features_have_a_cost(results):
-    data = made(results, "features")
-    assert {"bonds (dimers)", "rigid core", "virial every step"} <= set(data.feature.values)
-    assert (data.cost > 0).all() and (data.bare_cost > 0).all()
-
-
-@pytest.mark.thorough
 def test_every_observable_has_a_cost_where_it_measures_anything():
     """A line for each, with its default interval; none for what only bonds have."""
     found = observing({"fluid": FLUID.data | {"box": 4}}, 1, quiet)
@@ -271,17 +264,6 @@ def test_figures_are_made(results, name):
     caption = (folder / f"{name}.html").read_text()
     assert typeset(made(results, name).attrs["description"]) in caption
     assert '<th scope="col">' in caption
-
-
-@pytest.mark.thorough
-def test_numbers_of_figures_follow_from_turns(results):
-    """Medians over turns; no verdict."""
-    module = load_module("benchmark", "features")
-    measured = made(results, "features")
-    numbers = module.compute({"features": measured})
-    ratio = np.median(measured.cost / measured.bare_cost, axis=1)
-    np.testing.assert_allclose(numbers.ratio, ratio)
-    assert module.measured(numbers) == {}
 
 
 @pytest.mark.thorough

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import dpd
-from tests.conftest import SCENE as FLUID
 from tests.test_own_pages import SCENE
 
 PAIRS = ["A A", "A B", "B B"]
@@ -55,23 +54,3 @@ def test_the_weighted_sum_is_that_of_all_beads(scene):
     )
     assert "rdf_of_pair" not in plain
     np.testing.assert_allclose(run.rdf, plain.rdf, rtol=1e-12)
-
-
-def test_an_ideal_gas_has_1():
-    """Within the scatter of blocks, for each pair of species."""
-    gas = {
-        "repulsion": {"A A": 0, "A B": 0, "B B": 0}, "steps": {"sample": 1200},
-        "observe": ["thermo", {"rdf": {"species": True, "range": 2, "bin": 0.5, "every": 8}}],
-    }  # fmt: skip
-    run = dpd.run(SCENE | gas, progress=False)
-    blocks = run.rdf_of_pair
-    error = blocks.std("block", ddof=1) / np.sqrt(blocks.sizes["block"])
-    assert (error < 0.15).all() and (abs(blocks.mean("block") - 1) < 4.5 * error).all()
-
-
-def test_a_single_species_has_one_pair():
-    """The same as that of all beads."""
-    observe = ["thermo", {"rdf": {"range": 2, "species": True}}]
-    run = dpd.run(FLUID | {"observe": observe}, progress=False)
-    assert list(run.rdf_pair.values) == ["A A"]
-    np.testing.assert_array_equal(run.rdf_of_pair.sel(rdf_pair="A A"), run.rdf)

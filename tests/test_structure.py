@@ -23,14 +23,6 @@ def test_an_exponential_flank_is_found_between_bins(width):
     assert rise(r, np.exp(30 * (r - 0.8))) == pytest.approx(0.8 + np.log(LEVEL) / 30, abs=1e-12)
 
 
-def test_a_normal_flank_is_found_to_a_few_parts_in_ten_thousand():
-    """Where bond lengths of 0.97 +- 0.06 fall to 0.05: from the density's inverse."""
-    length = bins(0.005, 2.0)
-    density = np.exp(-0.5 * ((length - 0.97) / 0.06) ** 2) / (0.06 * np.sqrt(2 * np.pi))
-    exact = 0.97 + 0.06 * np.sqrt(-2 * np.log(LEVEL * 0.06 * np.sqrt(2 * np.pi)))
-    assert fall(length, density) == pytest.approx(exact, abs=1e-4)
-
-
 def test_a_flank_uses_all_bins_near_the_level():
     """A level of 1000 counts a bin is found three times as well as between two bins."""
     length = bins(0.005, 2.0)
