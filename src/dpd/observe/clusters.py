@@ -14,9 +14,8 @@ class Clusters(Observable, key="clusters"):
     amphiphiles make micelles, whose size is the aggregation number. With `count: beads` beads touch
     instead, whether they are bonded or not. Of clusters with n_i molecules or beads the
     number-averaged size is the mean of n_i, the weight-averaged one the sum of n_i^2 over that of
-    n_i: the size of the cluster in which one of them, taken by lot, is. Both are 0 where no cluster
-    is as large as `least`. A sample takes as long as 25 steps of a melt; micelles live longer than
-    the 10 tau between two of them.
+    n_i. Both are 0 where no cluster is as large as `least`. A sample takes as long as 25 steps of a
+    melt; micelles live longer than the 10 tau between two of them.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
@@ -56,7 +55,6 @@ class Clusters(Observable, key="clusters"):
             yield "within", f"{self.within:g} is more than half the box; allowed: <= {half:g}"
 
     def species_of(self, scene: Any) -> list[str]:
-        """The species by which they touch."""
         chains = [kind.beads for kind in scene.molecules if len(kind.beads) > 1]
         return self.of or [name for name in scene.species if any(name in each for each in chains)]
 

@@ -15,12 +15,10 @@ class Configuration(Observable, key="configuration"):
     gives = {
         "position": (("last", "axis", "bead"), "r_c", "positions at the end, in the box"),
         "box_tilt": (
-            ("last", "tilt"),
-            "1",
-            "tilt factors xy, xz and yz of the lattice of its images",
+            ("last", "tilt"), "1", "tilt factors xy, xz and yz of the lattice of its images",
         ),
         "box_edges": (("last", "axis"), "r_c", "edges of that box"),
-    }
+    }  # fmt: skip
     only_with = {"box_tilt": Change.SLIDES, "box_edges": Change.STRETCHES}
 
     every: int = interval_setting(
@@ -36,8 +34,5 @@ class Configuration(Observable, key="configuration"):
     def measure(self, now: Any) -> Any:
         from dpd.particles.particles import tilt_factors
 
-        return {
-            "position": now.coordinates,
-            "box_tilt": tilt_factors(now.lattice),
-            "box_edges": now.box,
-        }
+        found = {"position": now.coordinates, "box_edges": now.box}
+        return found | {"box_tilt": tilt_factors(now.lattice)}

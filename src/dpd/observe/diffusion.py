@@ -12,10 +12,9 @@ class Diffusion(Observable, key="diffusion"):
     """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
 
     The time t counts from the first sample. Displacements are those from that one start, relative
-    to the centre of mass of all beads (`dpd.observe.displacement.displacements`); of a molecule,
-    that of its centre of mass. D(t) tends to the diffusion coefficient where t is long enough for
-    beads to have lost their velocity, and chains to have moved their own size. For an error, or for
-    averages over many starts, see the observable ``displacement``.
+    to the centre of mass of all beads; of a molecule, that of its centre of mass. D(t) tends to the
+    diffusion coefficient where t is long enough for beads to have lost their velocity, and chains
+    to have moved their own size. For an error, see the observable ``displacement``.
     """
 
     stands = frozenset(Change) - {Change.PACE}

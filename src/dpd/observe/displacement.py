@@ -47,7 +47,6 @@ class Displacement(Observable, key="displacement"):
         return inner if (inner[0] != inner[1]).any() else inner[:1]
 
     def measure(self, now: Any) -> Any:
-        """(dimension, points, molecules): innermost beads, and the centre of mass if it differs."""
         moved = displacements(now)
         if (now.scene.lengths == 1).all():
             return moved[:, None]
@@ -55,7 +54,6 @@ class Displacement(Observable, key="displacement"):
         return np.concatenate([inner, centres(now, moved)[:, None]], axis=1)
 
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
-        """Squared displacements: mean of the innermost beads, and centre of mass."""
         from dpd.engine.queries.beads import squared_displacements
 
         found = squared_displacements(now, then)
@@ -70,13 +68,11 @@ def followed(scene: Any) -> dict[str, np.ndarray]:
 
 
 def displacements(now: Any) -> np.ndarray:
-    """(dimension, beads) array: displacements of all beads since the first sample.
+    """(dimension, beads) array: displacements since the first sample, less that of all beads.
 
-    By the boxes that the state counts for each bead, however far apart samples are. They are
-    relative to the centre of mass of all beads, so a drift of the box does not count; nor does the
-    flow of a shear, along which the state has the way of each bead by itself. At constant pressure
-    places are those in a box that keeps the edges of the first sample, so that to be moved with the
-    box does not count as a motion.
+    The flow of a shear does not count: the state has the way of each bead along it by itself. At
+    constant pressure places are those in a box that keeps the edges of the first sample, so that to
+    be moved with the box does not count as a motion.
     """
     begun, edges, state = now.kept["begun"], now.kept["edges"], now.state
     if now.sample == 0:

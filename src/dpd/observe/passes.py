@@ -16,8 +16,7 @@ class Passes(Observable, key="passes"):
 
     stands = frozenset(Change)
     cannot = {
-        Change.SLIDES: "takes beads to move in straight lines, and a flow carries them past each "
-        "other"
+        Change.SLIDES: "takes beads to move in straight lines, and a flow carries them past others"
     }
     interval, dimensions, needs_bonds = 0.1, (3,), True
     over = {"sample": ("pass_sample", "pass_time")}
@@ -31,7 +30,6 @@ class Passes(Observable, key="passes"):
         return {"last": np.zeros((scene.dimension, scene.beads))}
 
     def measure(self, now: Any) -> Any:
-        """Count them; at the first sample there is none."""
         from dpd.engine.queries.bonds import passed_bonds
 
         # What passes does so in any box, so all are taken in the one that the run began with.

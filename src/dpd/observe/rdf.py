@@ -15,14 +15,10 @@ EVERY = 12  # steps for each range^dimension: pairs within it take as long as ha
 class RadialDistribution(Binned, key="rdf"):
     """g(r) of all beads: the n_k pairs found in a shell over those of an ideal gas.
 
-    A shell of bin k holds the volume v_k between its two radii (4 pi r^3 / 3 in three
-    dimensions, pi r^2 in two); N beads without interaction have N (N-1) / 2 v_k / V pairs
-    there, which is what g(r) = 1 stands for:
-
-        g_k = n_k V / (v_k N (N - 1) / 2)
-
-    Programs that have N^2 in place of N (N - 1) find less, by a factor 1 - 1/N: 0.9 for ten beads.
-    Bonded pairs count like any other. At constant pressure V is the volume at each sample.
+    A shell of bin k has the volume v_k, and N beads without interaction N (N-1) / 2 v_k / V pairs
+    there: g_k = n_k V / (v_k N (N - 1) / 2). Programs that have N^2 in place of N (N - 1) find
+    less, by a factor 1 - 1/N. Bonded pairs count like any other. At constant pressure V is the
+    volume at each sample.
 
     Of two species, N (N - 1) / 2 is N_A N_B, or N_A (N_A - 1) / 2 of one of them: these are the
     weights with which their mean is g(r). A species with a single bead has no g(r) of its own.
@@ -51,7 +47,6 @@ class RadialDistribution(Binned, key="rdf"):
     species: bool = setting("Whether each pair of species has a g(r) too, `rdf_of_pair`.", False)
 
     def steps_between(self, scene: Any) -> int:
-        """Those of the interval, or more where there are many pairs."""
         return max(super().steps_between(scene), round(EVERY * self.range**scene.dimension))
 
     def given(self, scene: Any) -> dict[str, Given]:

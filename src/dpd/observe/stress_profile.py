@@ -13,21 +13,16 @@ from dpd.page import Change, Given
 class StressProfile(Layered, key="stress_profile"):
     """Pressure normal to an axis's slices, and tangential to them, slice by slice.
 
-    The pressure tensor of conservative forces, (sum_i m_i c_i c_i + sum r_ij F_ij) / V, is divided
-    among the slices: the kinetic part of a bead belongs to the slice that it is in, and what a pair
-    adds is spread evenly along the straight line between its beads, also across the edge of the box
-    (Irving and Kirkwood 1950). Bonds are pairs, and angles act along their two bonds, see
-    `dpd.engine.queries.stress.virial_in_slices`. In each sample, the mean over all slices is the
-    pressure tensor of the box, as `thermo` has it, with its velocities c. Tangential is the mean
-    over the other axes.
+    The pressure tensor of conservative forces, as `thermo` has it, is divided among the slices: the
+    kinetic part of a bead belongs to the slice that it is in, and what a pair adds is spread evenly
+    along the straight line between its beads (Irving and Kirkwood 1950). Bonds are pairs, and
+    angles act along their two bonds (`dpd.engine.queries.stress.virial_in_slices`). The mean over
+    all slices is the tensor of the box. Tangential is the mean over the other axes.
 
     Where a fluid is at rest, its normal pressure is the same everywhere. Between walls across the
-    axis it falls to zero at the walls, whose force is an external one: what a wall does to the
-    beads further in is given apart, and the sum of both is the same everywhere, the force per area
-    on each wall.
-
-    A sample takes as long as 2 to 3 steps, more with thin slices. Pressures forget each other
-    within 0.8 tau, as `thermo` says; an interface takes much longer.
+    axis it falls to zero at the walls: what they do to the beads further in is given apart, and the
+    sum of both is the same everywhere, the force per area on each wall. A sample takes as long as 2
+    to 3 steps, more with thin slices.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}

@@ -72,7 +72,6 @@ class StructureFactor(Observable, key="structure_factor"):
     )  # fmt: skip
 
     def steps_between(self, scene: Any) -> int:
-        """Those of the interval, or more where there are many wave vectors."""
         half_ball = {2: math.pi / 2, 3: 2 * math.pi / 3}[scene.dimension]
         waves = half_ball * math.prod(self.max * edge / (2 * math.pi) for edge in scene.box)
         return max(super().steps_between(scene), round(waves / PER_STEP / SHARE))

@@ -14,8 +14,6 @@ WITHOUT_FORCES = ("kT", "momentum", "volume")
 class Thermo(Observable, key="thermo"):
     """Time series of the scalars and tensors that every run is judged by.
 
-    What a run that blew up did not sample is NaN.
-
     kT and pressure count degrees of freedom (Allen and Tildesley, Computer Simulation of Liquids,
     Section 2.4; Groot and Warren 1997, Eqs. 13 and 15): with the velocity v_c of the centre of
     mass, and l_a = 1 for each axis along which momentum is conserved, else 0,
@@ -28,14 +26,12 @@ class Thermo(Observable, key="thermo"):
     (Their flux of momentum, which other programs print, is kT / V less.) P is given with the
     conservative force in the virial and with all forces (Eq. 15, second and first line). Where
     something drives a flow, its profile takes the place of v_c, and the number of its coefficients
-    that of l_a (`dpd.observe.common.thermal`); the total energy alone holds the flow. A
-    cluster alone in a box keeps its angular momentum too, which is not taken off: that energy stays
-    as the start has left it.
+    that of l_a (`dpd.observe.common.thermal`); the total energy alone holds the flow. The angular
+    momentum of a cluster alone in a box is not taken off.
 
-    Forces of walls and body forces are no part of the virial. Between walls P is an average over
-    the space between the planes, which near them is not that of the bulk. The shear stress is minus
-    the element of P, with all forces, of the axes of the flow and of its gradient. At constant
-    pressure V is the volume at each sample, which is then a series as well.
+    Forces of walls and body forces are no part of the virial; between walls P is an average over
+    the space between the planes. The shear stress is minus the element of P, with all forces, of
+    the axes of the flow and of its gradient. At constant pressure V is that of each sample.
     """
 
     stands = frozenset(Change)

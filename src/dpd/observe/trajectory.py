@@ -22,11 +22,8 @@ class Trajectory(Observable, key="trajectory"):
 
     species: list[str] | None = setting(
         "Names of the species that are written, as [H, T], with the bonds among them; if not "
-        "given, all.",
-        None,
-        of="some species",
-        min_length=1,
-    )
+        "given, all.", None, of="some species", min_length=1,
+    )  # fmt: skip
     velocities: bool = setting("Whether frames have velocities.", True)
     equilibration: bool = setting(
         "Whether there are frames from the beginning of the run on, and not only where it samples.",

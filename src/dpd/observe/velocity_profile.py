@@ -13,10 +13,9 @@ class VelocityProfile(Layered, key="velocity_profile"):
     """Mean velocity of the beads in layers across an axis, and their temperature about it.
 
     The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads
-    in the whole run, weighted by mass: what flows is no heat. It is given for the degrees of
-    freedom that conserved momentum leaves, as kT of `thermo`. Across the gradient of a shear the
-    velocity is that in the laboratory; across other axes, that about the flow. A layer in which no
-    bead was has neither. Beads forget their velocities within 0.8 tau, as `thermo` says.
+    in the whole run, weighted by mass, for the degrees of freedom that conserved momentum leaves.
+    Across the gradient of a shear the velocity is that in the laboratory; across other axes, that
+    about the flow. A layer in which no bead was has neither.
     """
 
     stands = frozenset(Change)

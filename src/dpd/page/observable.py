@@ -18,60 +18,37 @@ MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of th
 
 
 class Observable(Page):
-    """Something that is measured while a system runs; see `dpd.observe`.
-
-    Attributes
-    ----------
-    gives : dict of str to tuple
-        What it writes, by name: dimensions, units, long_name. The first dimension says what is kept
-        of what `measure` finds: ``sample``, all of it; ``block``, means over blocks of the run;
-        ``largest``, the largest in each block, of numbers of 0 or more; ``run``, the mean over the
-        run; ``last``, what was found last; ``frame``, means over ``average`` samples each; ``lag``,
-        averages over pairs of samples that lie some time apart, see `compare`. One of a name that
-        begins with an underscore is kept for `finish` alone.
-    only_with : dict of str to Change
-        Names of those that only scenes have in which something makes a change.
-    over : dict of str to (str, str)
-        Names in the file of the dimension of ``sample``, ``frame`` or ``lag``, and of their times;
-        if not given, ``KEY_sample`` and ``KEY_time``, ``KEY_lag`` and ``KEY_lag_time``.
-    from_first : bool
-        Whether the time of a sample is that since the first one.
-    single : frozenset of str
-        Names of what is kept in single precision.
-    compared : tuple of str
-        Dimensions of what is compared over lags, molecules last.
-    of_sums : bool
-        Whether it measures sums over beads and pairs, which kernels take of many samples at once:
-        `measure` then gets `dpd.observe.common.measured.Sampled`, and what it finds has an axis of
-        samples in front. Every sample is kept.
-    interval : float
-        tau between samples where a scene does not say: a fraction of the time in which a bead
-        moves its own size. What moves faster says so.
-    dimensions : tuple of int
-        In which it can be measured.
-    needs_bonds : bool
-        Whether there is nothing to measure where every molecule is a single bead.
-    bins_of : str
-        What its bins divide: ``range``, a setting, or ``box``; or none.
-    suffix : str
-        Of the file of its own that it writes beside the result; or none.
-    """
+    """Something that is measured while a system runs; see `dpd.observe`."""
 
     folder = PACKAGE / "observe"
     package = "dpd.observe"
     _pages: ClassVar[dict[str, type[Page]]] = {}
+
+    # What it writes, by name: dimensions, units, long_name. The first dimension says what is kept
+    # of what `measure` finds: "sample", all of it; "block", means over blocks of the run;
+    # "largest", the largest in each block, of numbers of 0 or more; "run", the mean over the run;
+    # "last", what was found last; "frame", means over `average` samples each; "lag", averages over
+    # pairs of samples that lie some time apart, see `compare`. One of a name that begins with an
+    # underscore is kept for `finish` alone.
     gives: ClassVar[Mapping[str, Given]] = {}
-    only_with: ClassVar[Mapping[str, Change]] = {}
+    only_with: ClassVar[Mapping[str, Change]] = {}  # those that only scenes have that change so
+    # Names in the file of the dimension of "sample", "frame" or "lag", and of their times; if not
+    # given, KEY_sample and KEY_time, KEY_lag and KEY_lag_time.
     over: ClassVar[Mapping[str, tuple[str, str]]] = {}
-    from_first: ClassVar[bool] = False
-    single: ClassVar[frozenset[str]] = frozenset()
-    compared: ClassVar[tuple[str, ...]] = ()
+    from_first: ClassVar[bool] = False  # whether times of samples are those since the first one
+    single: ClassVar[frozenset[str]] = frozenset()  # names of what is kept in single precision
+    compared: ClassVar[tuple[str, ...]] = ()  # dimensions of what lags compare, molecules last
+    # Whether it measures sums over beads and pairs, which kernels take of many samples at once:
+    # `measure` then gets `dpd.observe.common.measured.Sampled`, and what it finds has an axis of
+    # samples in front. Every sample is kept.
     of_sums: ClassVar[bool] = False
+    # tau between samples where a scene does not say: a fraction of the time in which a bead moves
+    # its own size. What moves faster says so.
     interval: ClassVar[float] = 0.8
-    dimensions: ClassVar[tuple[int, ...]] = (2, 3)
-    needs_bonds: ClassVar[bool] = False
-    bins_of: ClassVar[str] = ""
-    suffix: ClassVar[str] = ""
+    dimensions: ClassVar[tuple[int, ...]] = (2, 3)  # in which it can be measured
+    needs_bonds: ClassVar[bool] = False  # or there is nothing to measure
+    bins_of: ClassVar[str] = ""  # what its bins divide: "range", a setting, or "box"; or none
+    suffix: ClassVar[str] = ""  # of the file of its own that it writes beside the result; or none
 
     every: int = interval_setting("Steps between samples.")
 
@@ -157,14 +134,12 @@ class Observable(Page):
             yield "every", f"{every} steps is longer than the run; allowed: 1 to {steps}"
         is_series = self.suffix or any(kind == "sample" for (kind, *_), _, _ in self.gives.values())
         if is_series and steps // every > MOST_SAMPLES:
-            least = -(-steps // MOST_SAMPLES)
-            text = f"{every} makes {steps // every} samples; allowed: <= {MOST_SAMPLES}, every >= "
-            yield "every", f"{text}{least}"
+            text = f"{every} makes {steps // every} samples; allowed: <= {MOST_SAMPLES}"
+            yield "every", f"{text}, every >= {-(-steps // MOST_SAMPLES)}"
         if self.bins_of:
             bin, end = self.bin, getattr(self, "range", max(scene.box))
             if bin > end:
                 yield "bin", f"{bin:g} is more than the {self.bins_of}; allowed: <= {end:g}"
             if end / bin > MOST_BINS:
-                least = end / MOST_BINS
-                text = f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}, bin >= "
-                yield "bin", f"{text}{least:g}"
+                text = f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}"
+                yield "bin", f"{text}, bin >= {end / MOST_BINS:g}"

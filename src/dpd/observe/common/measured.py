@@ -68,10 +68,8 @@ def _refuse_names_taken_twice(asked):
             if name.startswith("last_") or (
                 name in others and not _is_same(variable, others[name])
             ):
-                raise UserError(
-                    f"observe.{own}: {name!r} is a variable of another observable, or of the last "
-                    "configuration; take another name"
-                )
+                text = f"{name!r} is a variable of another observable, or of the last configuration"
+                raise UserError(f"observe.{own}: {text}; take another name")
 
 
 def _is_same(one, other):
@@ -113,9 +111,8 @@ class Measured:
         lags = self._lags.arrays if self._lags else {}
         self.arrays: dict[str, np.ndarray] = {"taken": np.zeros(1, np.int64)}
         for arrays in (each, self._series.arrays, lags, self._kept):
-            if twice := self.arrays.keys() & arrays.keys():
-                text = f"{min(twice)!r} is the name of something else that it keeps"
-                raise UserError(f"observe.{self.key}: {text}; take another name")
+            for twice in sorted(self.arrays.keys() & arrays.keys()):
+                self._refuse(f"{twice!r} is the name of something else that it keeps; take another")
             self.arrays |= arrays
 
     def _lengths(self, name, dimensions):
@@ -128,11 +125,13 @@ class Measured:
         for each in dimensions:
             if each not in self._axes and each not in known:
                 text = f"the dimension {each!r} of {name!r} is none of its axes"
-                allowed = suggestion(each, [*self._axes, *known])
-                raise UserError(f"observe.{self.key}: {text}; {allowed}")
+                self._refuse(f"{text}; {suggestion(each, [*self._axes, *known])}")
             self._axes.setdefault(each, known.get(each))
         found = (self._axes[each] for each in dimensions)
         return tuple(each if isinstance(each, int | np.integer) else len(each[0]) for each in found)
+
+    def _refuse(self, text):
+        raise UserError(f"observe.{self.key}: {text}") from None
 
     def sample(self, simulation: Simulation) -> None:
         """Let the page look; a UserError if it fails, or gives something else than it says."""
@@ -152,22 +151,19 @@ class Measured:
             found = {next(iter(self._shapes)): found}
         known = self._shapes.keys() | self._page.gives.keys()
         if not self._shapes.keys() <= found.keys() <= known:
-            raise UserError(
-                f"observe.{self.key}: it gives {', '.join(map(repr, found))}, and 'gives' says: "
-                f"{', '.join(map(repr, self._shapes))}"
-            )
+            here, said = (", ".join(map(repr, each)) for each in (found, self._shapes))
+            self._refuse(f"it gives {here}, and 'gives' says: {said}")
         return {name: found[name] for name in self._shapes}
 
     def _value(self, name, value):
         try:
             value = np.asarray(value, float)
         except (TypeError, ValueError):
-            raise UserError(f"observe.{self.key}: {name!r} is no number or array") from None
-        if value.shape != self._shapes[name] or not np.isfinite(value).all():
-            what = f"has the shape {value.shape} instead of {self._shapes[name]}"
-            if value.shape == self._shapes[name]:
-                what = "has values that are not finite numbers"
-            raise UserError(f"observe.{self.key}: {name!r} {what}")
+            self._refuse(f"{name!r} is no number or array")
+        if value.shape != self._shapes[name]:
+            self._refuse(f"{name!r} has the shape {value.shape} instead of {self._shapes[name]}")
+        if not np.isfinite(value).all():
+            self._refuse(f"{name!r} has values that are not finite numbers")
         return value
 
     def variables(self) -> Variables:
@@ -191,8 +187,8 @@ class Measured:
             if name.startswith("_"):
                 continue
             if np.shape(finished.get(name)) != shapes[name]:
-                where = f"observe.{self.key}: 'finish' should return {name!r}"
-                raise UserError(f"{where} with the shape that it had, {shapes[name]}")
+                text = f"'finish' should return {name!r} with the shape that it had"
+                self._refuse(f"{text}, {shapes[name]}")
             yield name, (self._along(*dimensions), finished[name], units, text)
 
     def _results(self):
@@ -256,19 +252,16 @@ class Stretch(Observable, key="stretch"):
 
     Bonds pull at their nearest image. One that grows longer than half an edge along an axis flips
     to another image of its bead, and lengths, pressures and sizes of chains come out too small.
-    Before it does, and after it has, it is stretched: it reaches over 48 % of the edge. As long as
-    a share of less than `MOST_STRETCHED` of all bonds is found so, the mean square length of
-    harmonic bonds without a rest length is less than 3e-4 too small, and that of stiffer ones less.
-
-    It looks while the run samples. A hot or crowded start may stretch bonds before that, and leaves
-    nothing behind: a bond remembers no image, so it comes back to the length that it should have.
+    Before it does, and after it has, it reaches over 48 % of the edge. As long as a share of less
+    than `MOST_STRETCHED` of all bonds is found so, the mean square length of harmonic bonds without
+    a rest length is less than 3e-4 too small, and that of stiffer ones less. What a hot start does
+    leaves nothing behind, as a bond remembers no image.
     """
 
     def keeps(self, scene: Any) -> Any:
         return {"count": 0}
 
     def measure(self, now: Any) -> Any:
-        """Look, and end the run if there are too many for all of its looks."""
         bonds, looks = len(now.bond_vectors), now.scene.steps.sample // self.every
         now.kept["count"] += stretched(now.bond_vectors.T, now.lattice)
         count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * bonds * looks)

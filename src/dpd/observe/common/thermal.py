@@ -19,13 +19,11 @@ TINY = 1e-9  # of the largest: below, a number is 0 but for rounding
 class ThermalMotion:
     """Velocities whose squares give kT and the kinetic part of the pressure.
 
-    In a fluid at rest they are those about the centre of mass, along `momentum_axes`: all in a
-    closed fluid, those along walls without friction, none with Langevin's thermostat or rough
-    walls. Where something drives a flow (`flows`), they are those about its profile at this moment:
-    in each cell across it (`across`) a constant and a slope, one for all species: where a
-    force drives them through each other, that counts as heat. A fit by least squares, weighted by
-    mass, takes up as many degrees of freedom as it has coefficients, and those that are left stand
-    for all.
+    In a fluid at rest they are those about the centre of mass, along `momentum_axes`. Where
+    something drives a flow, they are those about its profile at this moment: in each cell across it
+    a constant and a slope, one for all species: where a force drives them through each other, that
+    counts as heat. A fit by least squares, weighted by mass, takes up as many degrees of freedom as
+    it has coefficients, and those that are left stand for all.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
@@ -53,11 +51,10 @@ class ThermalMotion:
     def velocities(self, simulation: Snapshot) -> np.ndarray:
         """(dimension, n) array: c of each bead, in storage order; NaN where none is free.
 
-        Each counts as one degree of freedom, however few beads are about it: c = (v - u) /
-        sqrt(1 - h), so that <m c^2> = kT for each bead: a fit u to independent velocities takes up
-        the share h of a bead's degree of freedom (its leverage; the sum of all h is the number of
-        coefficients). A bead with h = 1 says nothing of kT; the others then count for it. In a
-        fluid at rest all have the same, so that the sum is that of `kinetic`.
+        Each counts as one degree of freedom: c = (v - u) / sqrt(1 - h), so that <m c^2> = kT for
+        each bead, as a fit u takes up the share h of a bead's degree of freedom (its leverage; the
+        sum of all h is the number of coefficients). A bead with h = 1 says nothing of kT; the
+        others then count for it.
         """
         state, momenta = simulation.state, self._system.momenta(simulation.state)
         mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
