@@ -14,7 +14,6 @@ from dpd.errors import UserError
 from dpd.observe.chains import ends_square, sizes
 from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
-from dpd.observe.end_to_end import along_chain
 from dpd.particles.formats import read, write
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
@@ -337,16 +336,6 @@ def test_sizes_of_a_cross():
     assert ends_square(x[:, :, cross.ends]) == pytest.approx(
         np.mean([((a - b) ** 2).sum() for a, b in pairs])
     )
-
-
-@pytest.mark.parametrize("architecture", ["A B C", "A (B) C", "A (B 3) C 2", "A (B 4)"])
-def test_end_to_end_vectors_go_from_end_to_end(architecture):
-    """Whatever the numbering of a linear molecule."""
-    kind = molecule(architecture)
-    place = np.random.default_rng(2).normal(size=(3, len(kind.beads)))
-    bonds = place[:, kind.bonds[:, 1]] - place[:, kind.bonds[:, 0]]
-    vector = (along_chain(kind) * bonds).sum(axis=1)
-    np.testing.assert_allclose(vector, place[:, kind.ends[-1]] - place[:, kind.ends[0]])
 
 
 def test_distributions_have_the_area_one():

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals, once
+from dpd.page import Change, Observable, Refusals
 
 
 class EndToEnd(Observable, key="end_to_end"):
@@ -26,39 +26,24 @@ class EndToEnd(Observable, key="end_to_end"):
     }
 
     def refuses(self, scene: Any) -> Refusals:
-        if not _chains(scene):
+        if not any(map(_is_chain, scene.molecules)):
             yield "", "'end_to_end' has nothing to measure: no molecule is linear"
 
     def axes(self, scene: Any) -> Any:
-        return {"chain": sum(kind.count for kind in _chains(scene))}
-
-    @once
-    def bonds(self, scene: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of linear molecules: which bonds, which way each counts, the first of each molecule."""
-        linear = [np.full(k.count * (len(k.beads) - 1), k.is_linear) for k in scene.molecules]
-        ways = [np.tile(along_chain(kind), kind.count) for kind in _chains(scene)]
-        bonds = np.concatenate([[len(kind.beads) - 1] * kind.count for kind in _chains(scene)])
-        first = np.cumsum(bonds) - bonds
-        return np.flatnonzero(np.concatenate(linear)), np.concatenate(ways), first
+        return {"chain": sum(kind.count for kind in scene.molecules if _is_chain(kind))}
 
     def measure(self, now: Any) -> Any:
-        bonds, way, first = self.bonds(now.scene)
-        vector = np.add.reduceat(way * now.bond_vectors.T[:, bonds], first, axis=1)
+        vectors = [
+            beads[:, :, kind.ends[1]] - beads[:, :, kind.ends[0]]
+            for kind, beads in zip(now.scene.molecules, now.in_one_piece)
+            if _is_chain(kind)
+        ]
+        vector = np.concatenate(vectors, axis=1)
         return {"compared": vector, "end_square": (vector**2).sum(axis=0)}
 
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
         return (now * then).sum(axis=1)[:, None]
 
 
-def _chains(scene):
-    """Kinds of molecules that have two ends."""
-    return [kind for kind in scene.molecules if len(kind.beads) > 1 and kind.is_linear]
-
-
-def along_chain(kind: Any) -> np.ndarray:
-    """(bonds,) array: 1 for bonds from a bead to one further from the first end, -1 for others."""
-    parents, sign, bead = kind.parents, np.ones(len(kind.beads) - 1), int(kind.ends[0])
-    while bead > 0:
-        sign[bead - 1] = -1
-        bead = parents[bead]
-    return sign
+def _is_chain(kind):
+    return len(kind.beads) > 1 and kind.is_linear

@@ -91,16 +91,4 @@ def _inverse(matrix):
 
     A function that is one of the others in a cell, as its beads lie, adds nothing there.
     """
-    if matrix.shape[-1] > 2:
-        return np.linalg.pinv(matrix, rcond=TINY, hermitian=True)
-    inverse, a = np.zeros_like(matrix), matrix[..., 0, 0]
-    one = a > 0
-    if matrix.shape[-1] > 1:
-        b, c = matrix[..., 0, 1], matrix[..., 1, 1]
-        determinant = a * c - b * b
-        both = determinant > TINY * a * (a + c)
-        for place, element in (((0, 0), c), ((0, 1), -b), ((1, 0), -b), ((1, 1), a)):
-            inverse[(both, *place)] = element[both] / determinant[both]
-        one &= ~both
-    inverse[one, 0, 0] = 1 / a[one]
-    return inverse
+    return np.linalg.pinv(matrix, rcond=TINY, hermitian=True)
