@@ -10,10 +10,9 @@ from dpd.page import Change, Given, Observable
 class Chains(Observable, key="chains"):
     """Squared radius of gyration and end-to-end distance, for each kind of molecule.
 
-    A molecule is followed from bead to bead over nearest images, so bonds have to be shorter
-    than half the box. The end-to-end distance is that of linear molecules. If the scene has
-    branched ones, the mean squared distance of their ends is measured as well: the mean over all
-    pairs of beads with a single bond, which for a linear molecule is the same number.
+    The end-to-end distance is that of linear molecules. If the scene has branched ones, the mean
+    squared distance of their ends is measured as well: the mean over all pairs of beads with a
+    single bond, which for a linear molecule is the same number.
     """
 
     stands = frozenset(Change)
@@ -52,7 +51,7 @@ def unwrapped(beads: np.ndarray, box: tuple[float, ...]) -> np.ndarray:
 
 
 def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
-    """Mean squared radius of gyration, and distance between the first and last end.
+    """Mean squared radius of gyration, and distance of the first and last end.
 
     Of a (dimension, molecules, length) array, each in one piece; ends are numbers of beads.
     """
@@ -63,10 +62,9 @@ def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
 
 
 def ends_square(ends: np.ndarray) -> float:
-    """Mean squared distance over all pairs of the n ends of a molecule, and all molecules.
+    """Mean squared distance of all pairs of ends, a (dimension, molecules, n) array.
 
-    It is twice their mean squared distance from their common centre, times n / (n - 1). Ends are a
-    (dimension, molecules, n) array, of molecules in one piece.
+    It is twice that from their common centre, times n / (n - 1).
     """
     n = ends.shape[2]
     spread = ends - ends.mean(axis=2, keepdims=True)
