@@ -10,7 +10,7 @@ from dpd.page import Change, Observable, interval_setting
 class Passes(Observable, key="passes"):
     """Number of pairs of bonds that passed through each other since the sample before.
 
-    A sample takes as long as two or three steps of a melt, so it takes more of a run than others do:
+    A sample takes as long as two or three steps of a melt, and more of a run than others do:
     between two of them a bead should move far less than a bond. In a melt of a 25 looks 0.02, 0.1,
     0.2 and 0.4 tau apart count 1853, 1814, 1728 and 1546 passes of the same run.
     """
