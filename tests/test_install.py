@@ -100,15 +100,10 @@ def test_metadata(wheel):
     (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
     found = email.message_from_bytes(archive.read(name))
     assert (found["Name"], found["Version"]) == ("dpd-papers", __version__)
-    assert found["License-Expression"] == "BSD-3-Clause"
-    assert found["Requires-Python"] == ">=3.11"
-    assert found.get_payload().startswith("# dpd-papers")
     needed = [line for line in found.get_all("Requires-Dist") if "extra ==" not in line]
     assert needed and all(">=" in line and "==" not in line for line in needed)
     pinned = (ROOT / "requirements.txt").read_text().lower()
     assert all(f"\n{line.split('>=')[0].lower()}==" in pinned for line in needed)
-    assert set(found.get_all("Provides-Extra")) == {"draw", "pipeline", "test"}
-    assert any(name.endswith("licenses/LICENSE") for name in archive.namelist())
 
 
 @pytest.mark.thorough

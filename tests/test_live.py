@@ -189,7 +189,7 @@ EXACT = {"integrator": {"scheme": "dpd-vv", "dt": 0.02}}
     {"shear": {"rate": 0.1}, "observe": LOOKS, **EXACT},
 ], ids=str)  # fmt: skip
 def test_all_kinds_of_systems(tmp_path, change):
-    """Stopped, or not; and what is set to what it is changes no more than last bits."""
+    """Stopped, or not."""
     schedule = [
         {"step": 90, "set": {"thermostat.kT": 1.0}},
         {"step": 120, "set": {"thermostat.kT": 1.1}},
@@ -202,12 +202,3 @@ def test_all_kinds_of_systems(tmp_path, change):
         simulate(scene, tmp_path / "run.nc", make_start(scene), own, stopping=lambda: 15)
     simulate(scene, tmp_path / "run.nc", make_start(scene), own)
     assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
-    plain, same = (dpd.Simulation(CHAINS | change, progress=False) for _ in range(2))
-    for sim in (plain, same):
-        sim.run(30)
-    same.set(kT=1)
-    for sim in (plain, same):
-        sim.run(10)
-    # Beads are sorted anew, and pairs exchange momentum one after the other in that order.
-    far = 1e-2 if plain._engine.system.scheme.exchange else 1e-8
-    np.testing.assert_allclose(same.velocities, plain.velocities, atol=far)

@@ -167,28 +167,18 @@ def kT_of(scene, time):
     return mean_and_error(probe.kT[len(probe.kT) // 4 :])[:2]
 
 
-def random_scenes():
-    """Some, in two and three dimensions."""
-    rng = np.random.default_rng(20)
-    for number in range(6):
-        density, a, gamma = (
-            float(f"{low * (high / low) ** rng.random():.2g}")
-            for low, high in ((0.3, 5), (5, 250), (0.1, 40))
-        )
-        yield 2 + number % 2, density, a, gamma
-
-
 NAMED = [
     (2, 0.5, 100, 4.5),
     (3, 1, 100, 4.5),
     (3, 3, 25, 0.05),
     (3, 0.3, 250, 4.5),
+    (2, 2.2, 40, 12),
     (3, 3, 25, 4.5),
 ]
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("system", [*NAMED, *random_scenes()], ids=str)
+@pytest.mark.parametrize("system", NAMED, ids=str)
 def test_promises_hold(system):
     """In a longer run with other noise kT is within the tolerance, and so is the pressure."""
     scene = scene_of(*system, tolerance=0.02, beads=1000)
