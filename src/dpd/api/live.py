@@ -23,7 +23,7 @@ from dpd.observe.common.thermal import ThermalMotion
 from dpd.progress import Progress
 from dpd.runs.auto import settle
 from dpd.runs.measured import gathered
-from dpd.runs.result import go_on_from, kept_of
+from dpd.runs.result import final_of, go_on_from
 from dpd.runs.run import Options, stop_on, whole
 from dpd.scene.scene import Scene, enter
 from dpd.start.common.files import begin
@@ -207,8 +207,8 @@ class Simulation:
             "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
         }
         variables, _, attributes = gathered(scene, self._engine, observers, timed)
-        kept = kept_of(scene, self._engine.state, observers)
-        files.write(path, variables | kept.variables, attributes | kept.attributes, kept.groups)
+        final = final_of(scene, self._engine.state, observers)
+        files.write(path, variables | final.variables, attributes | final.attributes, final.groups)
         warn(attributes.get("warning", ""))
 
     def _so_far(self):

@@ -35,7 +35,7 @@ CHECKSUM = "state_checksum"
 NO_STATE = "not_extendable"  # attribute that says why there is no such group
 
 
-class Kept(NamedTuple):
+class Final(NamedTuple):
     """What `dpd.files.write` takes."""
 
     variables: dict[str, tuple]
@@ -83,12 +83,12 @@ def last_configuration(scene: Scene, state: State) -> Particles:
     return of_scene(scene, box, position, state.image, velocity, state.step)
 
 
-def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str = "") -> Kept:
+def final_of(scene: Scene, state: State, observers: list[Any], why_not: str = "") -> Final:
     """What a run keeps at its end; ``why_not`` says why no longer run can go on from it."""
     last = last_configuration(scene, state)
     attributes = attributes_of(last)
     if why_not:
-        return Kept(variables_of(last), attributes | {NO_STATE: why_not}, {})
+        return Final(variables_of(last), attributes | {NO_STATE: why_not}, {})
     arrays = arrays_of(state, observers)
     attributes[CHECKSUM] = checksum_of(arrays)
     stored = {
@@ -96,7 +96,7 @@ def kept_of(scene: Scene, state: State, observers: list[Any], why_not: str = "")
         for name, array in arrays.items()
         if name not in IN_CONFIGURATION
     }
-    return Kept(variables_of(last), attributes, {STATE: stored})
+    return Final(variables_of(last), attributes, {STATE: stored})
 
 
 def read_former(path: str | Path) -> Former:
@@ -181,10 +181,10 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
 
     Raises `Occupied` if anything else is in its place, or in that of what lies beside it.
     """
-    checkpoint, beside = checkpoint_path(output), scene.files_beside(output).values()
+    checkpoint, sidecars = checkpoint_path(output), scene.files_beside(output).values()
     if not files.is_filled(output):
         refuse_to_lose(scene, checkpoint)
-        for path in beside if not stored_in(checkpoint) else ():
+        for path in sidecars if not stored_in(checkpoint) else ():
             # Here, as most scenes have no trajectory, and its library takes time to import.
             from dpd.particles.gsd_files import refuse_other_trajectory
 
@@ -204,7 +204,7 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
         raise Occupied(f"{output}: is there already, and no result of a run that can be read")
     if not _same(scene, former):
         raise Occupied(f"{output}: holds the result of {_other(scene, former)}")
-    if missing := [path for path in beside if not path.is_file()]:
+    if missing := [path for path in sidecars if not path.is_file()]:
         raise Occupied(f"{output}: is there already, but not {missing[0]}, which belongs to it")
     is_ours = attributes.get("sources") == run_sources(former)
     version = "" if is_ours else ", made by another version of this program"

@@ -30,11 +30,11 @@ from dpd.progress import Progress
 from dpd.runs.lock import alone
 from dpd.runs.measured import gathered, summary
 from dpd.runs.result import (
-    Kept,
+    Final,
     checkpoint_path,
+    final_of,
     go_on_from,
     is_made,
-    kept_of,
     read_former,
     refuse_other,
     refuse_to_lose,
@@ -112,9 +112,9 @@ def run(
     `Stopped` if a signal asked for it.
     """
     checkpoint = checkpoint_path(output)
-    beside, given = list(scene.files_beside(output).values()), [start] if start else []
+    sidecars, given = list(scene.files_beside(output).values()), [start] if start else []
     of_scene = [scene.where] if Path(scene.where).is_file() else []
-    for path in (output, checkpoint, *beside):
+    for path in (output, checkpoint, *sidecars):
         files.check_output(path, NETCDF if path == output else "", [*of_scene, *given])
     if options.own and start and not start.exists() and start.suffix.lower() == NETCDF:
         files.check_output(start, NETCDF, of_scene)
@@ -123,7 +123,7 @@ def run(
         if (made := _made(scene, output, start, options)) is not None:
             remove_left(checkpoint, made)
             return summary(made, *files.read(output))
-        for path in (output, checkpoint, *beside, *map(unfinished, beside)):
+        for path in (output, checkpoint, *sidecars, *map(unfinished, sidecars)):
             remove_drafts(path)
         with stop_on(options.signals) as stopping:
             return _run(scene, output, start, options, stopping, lock)
@@ -167,11 +167,11 @@ def extend(
     refuse_other(run, files.attributes(run))  # before there is a lock beside what is no run at all
     with alone(output, options.say) as lock:
         begun, former = time.perf_counter(), read_former(run)  # now nobody else is at work on it
-        beside = list(former.scene.files_beside(output).values())
+        sidecars = list(former.scene.files_beside(output).values())
         if output != run:
-            for path in beside:
+            for path in sidecars:
                 files.check_output(path, "", [run, *former.scene.files_beside(run).values()])
-        for path in (output, checkpoint, *beside, *map(unfinished, beside)):
+        for path in (output, checkpoint, *sidecars, *map(unfinished, sidecars)):
             remove_drafts(path)
         scene, there = longer(former.scene, sample), None
         if output == run and _was_killed(former, sample, checkpoint, lock):
@@ -404,8 +404,8 @@ def _check_room(path, simulation, observers):
     """Refuse to begin where checkpoint and result will not fit."""
     kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
     state = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
-    beside = sum(getattr(observer, "file_bytes", 0) for observer in observers)
-    files.check_room(path, COPIES * (kept + state) + beside)
+    sidecars = sum(getattr(observer, "file_bytes", 0) for observer in observers)
+    files.check_room(path, COPIES * (kept + state) + sidecars)
 
 
 def _write(path, scene, simulation, observers, measured, keeper, keeps, said):
@@ -418,11 +418,11 @@ def _write(path, scene, simulation, observers, measured, keeper, keeps, said):
         taken, digests = observer.arrays["taken"], observer.arrays["digests"]
         lost_frames = file_of(observer).finish(int(taken[0]), digests, Path(path))
         said.append(lost_frames)
-    kept = Kept({}, {}, {})
+    final = Final({}, {}, {})
     if keeps:
-        kept = kept_of(scene, simulation.state, observers, lost_frames)
-    variables = measured.variables | kept.variables
-    files.write(path, variables, measured.attributes | kept.attributes, kept.groups)
+        final = final_of(scene, simulation.state, observers, lost_frames)
+    variables = measured.variables | final.variables
+    files.write(path, variables, measured.attributes | final.attributes, final.groups)
 
 
 def _with_place(problem, scene, keeper):
