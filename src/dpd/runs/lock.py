@@ -155,7 +155,7 @@ def worker_on(path: str | Path) -> Worker | None:
     if owner is None:
         return None
     if owner.hostname == socket.gethostname():
-        alive = alive and _lives(owner.pid)
+        alive = alive and os.path.exists(f"/proc/{owner.pid}")
     return Worker(owner.pid, owner.hostname, alive, _report(_progress_of(path)))
 
 
@@ -163,13 +163,3 @@ def _report(place):
     with suppress(OSError, ValueError):
         return dict(json.loads(place.read_text()))
     return {}
-
-
-def _lives(pid):
-    try:
-        os.kill(pid, 0)
-    except PermissionError:
-        return True
-    except (ProcessLookupError, OverflowError):
-        return False
-    return True
